@@ -1,0 +1,78 @@
+//! Everything that can go wrong for a user, one variant a cause, with the exit code the command line promises.
+
+use std::path::{Path, PathBuf};
+
+/// Result of every fallible call in this crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// A failure that a user caused or can mend. Programmer errors panic instead.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// An argument that cannot be used: says what was found, what was expected.
+    #[error("{0}")]
+    Usage(String),
+    /// An input file, with the line (1-based) where the trouble is, if there is one.
+    #[error("{}{}: {message}", .file.display(), .line.map(|line| format!(":{line}")).unwrap_or_default())]
+    Input {
+        /// The offending file, as the user named it.
+        file: PathBuf,
+        /// 1-based line number.
+        line: Option<usize>,
+        /// What is wrong, and what to do.
+        message: String,
+    },
+    /// An output file that cannot be written.
+    #[error("{}: {message}", .file.display())]
+    Output {
+        /// The file that was to be written.
+        file: PathBuf,
+        /// What is wrong, and what to do.
+        message: String,
+    },
+    /// No Vulkan device can be used: what was found, why it was refused, what to install.
+    #[error("no usable Vulkan device: {0}")]
+    NoDevice(String),
+    /// The device lacks room: what was needed, what there is, which setting to lower.
+    #[error("out of device resources: {0}")]
+    OutOfMemory(String),
+    /// A Vulkan call failed after start-up.
+    #[error("{call} failed: {result}{}", .pass.as_ref().map(|p| format!(" (last pass: {p})")).unwrap_or_default())]
+    Vulkan {
+        /// The Vulkan function.
+        call: &'static str,
+        /// The code that it returned.
+        result: ash::vk::Result,
+        /// The last pass recorded, when the device was lost.
+        pass: Option<String>,
+    },
+    /// A comparison that the caller asked to be judged came out above its bound.
+    #[error("{0}")]
+    Comparison(String),
+}
+
+impl Error {
+    /// An [`Error::Input`] about a whole file.
+    pub fn input(file: impl AsRef<Path>, message: impl Into<String>) -> Self {
+        Self::Input { file: file.as_ref().to_owned(), line: None, message: message.into() }
+    }
+
+    /// An [`Error::Input`] about one line (1-based) of a file.
+    pub fn input_at(file: impl AsRef<Path>, line: usize, message: impl Into<String>) -> Self {
+        Self::Input { file: file.as_ref().to_owned(), line: Some(line), message: message.into() }
+    }
+
+    /// An [`Error::Output`].
+    pub fn output(file: impl AsRef<Path>, message: impl Into<String>) -> Self {
+        Self::Output { file: file.as_ref().to_owned(), message: message.into() }
+    }
+
+    /// The process exit code: 1 comparison failed, 2 bad input, 3 no device, 4 device failure.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Comparison(_) => 1,
+            Self::Usage(_) | Self::Input { .. } | Self::Output { .. } => 2,
+            Self::NoDevice(_) => 3,
+            Self::OutOfMemory(_) | Self::Vulkan { .. } => 4,
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! Interactive relighting with full global illumination from precomputed light paths.
+#![forbid(unsafe_op_in_unsafe_fn)]
+
+pub mod error;
+pub mod scene;
+
+pub use error::{Error, Result};

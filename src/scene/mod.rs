@@ -1,0 +1,81 @@
+//! A scene on the host: triangles, materials, lights, cameras and quality settings, all in SI units.
+//!
+//! World space is right-handed with +Y up. At load the scene is recentred in f64 (`origin` is what was
+//! subtracted), so that f32 coordinates keep their precision however far from the origin a model lies.
+
+use glam::{DVec3, Vec3};
+
+pub mod camera;
+pub mod light;
+pub mod material;
+pub mod quality;
+
+pub use camera::Camera;
+pub use light::{Light, LightKind};
+pub use material::Material;
+pub use quality::Quality;
+
+/// One triangle with everything a ray hit needs. Positions are recentred world space, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triangle {
+    /// Corners, counter-clockwise seen from the front.
+    pub positions: [Vec3; 3],
+    /// Unit shading normals at the corners; the geometric normal where the model has none.
+    pub normals: [Vec3; 3],
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+}
+
+impl Triangle {
+    /// Twice the area times the unit front normal, in f64: `(p1 - p0) × (p2 - p0)`.
+    pub fn cross(&self) -> DVec3 {
+        let [p0, p1, p2] = self.positions.map(Vec3::as_dvec3);
+        (p1 - p0).cross(p2 - p0)
+    }
+
+    /// Area in m².
+    pub fn area_m2(&self) -> f64 {
+        0.5 * self.cross().length()
+    }
+
+    /// Unit geometric normal of the front side. Triangles of zero area are dropped at load, so it exists.
+    pub fn geometric_normal(&self) -> Vec3 {
+        self.cross().normalize().as_vec3()
+    }
+}
+
+/// A whole scene, checked: at least one triangle, one camera and finite numbers everywhere.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// File stem or built-in name; names outputs and tables.
+    pub name: String,
+    /// Non-degenerate triangles, recentred.
+    pub triangles: Vec<Triangle>,
+    /// Materials that triangles refer to.
+    pub materials: Vec<Material>,
+    /// Lights, recentred; may be empty only where a command says so.
+    pub lights: Vec<Light>,
+    /// Cameras, recentred; at least one, the first is the default.
+    pub cameras: Vec<Camera>,
+    /// Every number of the method that trades time for accuracy.
+    pub quality: Quality,
+    /// What was subtracted from all coordinates at load, world metres.
+    pub origin: DVec3,
+    /// What was repaired or chosen at load, one sentence each, for stderr.
+    pub warnings: Vec<String>,
+}
+
+impl Scene {
+    /// Total one-sided surface area, m².
+    pub fn area_m2(&self) -> f64 {
+        self.triangles.iter().map(Triangle::area_m2).sum()
+    }
+
+    /// Smallest and largest corner of the bounding box, metres.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        self.triangles
+            .iter()
+            .flat_map(|t| t.positions)
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
+    }
+}

@@ -1,0 +1,64 @@
+//! The numbers of the method that trade time and memory for accuracy, and their presets.
+
+/// Settings of the precomputation. The `paper` preset holds the paper's numbers.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Quality {
+    /// Where the numbers came from: `draft`, `paper` or `high`.
+    pub preset: &'static str,
+    /// Light paths, one from each entry point.
+    pub entry_points: u32,
+    /// Upper bound on cache points.
+    pub cache_points: u32,
+    /// Final gather rays per cache point: 4·k², the strata being k rings of 4k sectors.
+    pub gather_rays: u32,
+    /// Discretised outgoing directions of glossy cells.
+    pub directions: u32,
+    /// Base cells of the volumetric hierarchy along the scene's longest axis: a power of two.
+    pub cells: u32,
+    /// Seeds every sampled decision; the same seed gives the same bytes.
+    pub seed: u32,
+}
+
+impl Quality {
+    /// For a first look: a quarter of the paper's paths and records.
+    pub const DRAFT: Self = Self {
+        preset: "draft",
+        entry_points: 100_000,
+        cache_points: 8_000,
+        gather_rays: 144,
+        directions: 128,
+        cells: 32,
+        seed: 0,
+    };
+    /// The paper's settings: 400 000 entry points, 40 000 cache points, 256 gather rays.
+    pub const PAPER: Self = Self {
+        preset: "paper",
+        entry_points: 400_000,
+        cache_points: 40_000,
+        gather_rays: 256,
+        directions: 256,
+        cells: 64,
+        seed: 0,
+    };
+    /// Where accuracy counts more than the precomputation's time.
+    pub const HIGH: Self = Self {
+        preset: "high",
+        entry_points: 1_600_000,
+        cache_points: 80_000,
+        gather_rays: 256,
+        directions: 256,
+        cells: 128,
+        seed: 0,
+    };
+
+    /// The preset of that name.
+    pub fn preset(name: &str) -> Option<Self> {
+        [Self::DRAFT, Self::PAPER, Self::HIGH].into_iter().find(|q| q.preset == name)
+    }
+}
+
+impl Default for Quality {
+    fn default() -> Self {
+        Self::PAPER
+    }
+}

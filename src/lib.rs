@@ -1,9 +1,18 @@
 //! Interactive relighting with full global illumination from precomputed light paths.
 #![forbid(unsafe_op_in_unsafe_fn)]
 
+#[forbid(unsafe_code)]
+pub mod cpu;
+#[forbid(unsafe_code)]
 pub mod error;
+pub mod gpu;
+#[forbid(unsafe_code)]
 pub mod layout;
+#[forbid(unsafe_code)]
+pub mod passes;
+#[forbid(unsafe_code)]
 pub mod scene;
+#[forbid(unsafe_code)]
 pub mod types;
 
 pub use error::{Error, Result};

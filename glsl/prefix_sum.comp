@@ -1,0 +1,58 @@
+// Exclusive prefix sum of each block in place, the way down: values[i] = block offset + sum of the block's values before i.
+// In: values, count of them; the offset of each block.  Out: values, and the total behind the last, at values[count].
+// One workgroup = one block of ITEMS values per invocation. Deterministic.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "include/dispatch.glsl"
+
+layout(local_size_x = 256) in;
+layout(constant_id = 0) const uint ITEMS = 0;
+
+struct PrefixSumPush {
+    uint count;
+};
+
+layout(set = 0, binding = 0, scalar) buffer Values { uint values[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer BlockOffsets { uint block_offsets[]; };
+layout(push_constant, scalar) uniform Push { PrefixSumPush push; };
+
+shared uint partial[gl_WorkGroupSize.x];
+
+void main() {
+    const uint thread = gl_LocalInvocationID.x;
+    const uint block = flat_workgroup();
+    const uint block_length = gl_WorkGroupSize.x * ITEMS;
+    // A workgroup without values leaves as a whole, but for the first: it writes the total of nothing.
+    if (block > 0 && block * block_length >= push.count) {
+        return;
+    }
+    const uint first = min(block * block_length + thread * ITEMS, push.count);
+    const uint end = min(first + ITEMS, push.count);
+
+    // The sum of this invocation's run of values, then inclusive sums of these over the workgroup.
+    uint sum = 0;
+    for (uint index = first; index < end; ++index) {
+        sum += values[index];
+    }
+    partial[thread] = sum;
+    barrier();
+    for (uint stride = 1; stride < gl_WorkGroupSize.x; stride *= 2) {
+        const uint before = thread >= stride ? partial[thread - stride] : 0;
+        barrier();
+        partial[thread] += before;
+        barrier();
+    }
+
+    // Everything before this invocation's run, carried along the run.
+    uint running = block_offsets[block] + partial[thread] - sum;
+    for (uint index = first; index < end; ++index) {
+        const uint value = values[index];
+        values[index] = running;
+        running += value;
+    }
+    // The last invocation of the last block has everything behind it.
+    if (thread == gl_WorkGroupSize.x - 1 && (block + 1) * block_length >= push.count) {
+        values[push.count] = running;
+    }
+}

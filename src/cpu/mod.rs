@@ -1,0 +1,3 @@
+//! Slow, obvious twins of the passes: same inputs, same outputs, no cleverness. Tests hold the device against them.
+
+pub mod prefix_sum;

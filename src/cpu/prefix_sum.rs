@@ -1,0 +1,12 @@
+//! Twin of the prefix sum.
+
+/// The sum of the values before each, wrapping, and the sum of all behind the last: one more than there are values.
+pub fn prefix_sum(values: &[u32]) -> Vec<u32> {
+    let mut sums = vec![0];
+    let mut sum = 0_u32;
+    for value in values {
+        sum = sum.wrapping_add(*value);
+        sums.push(sum);
+    }
+    sums
+}

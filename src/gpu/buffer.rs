@@ -1,0 +1,234 @@
+//! Storage on the device, and transfers to and from it.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::Pod;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+
+use super::barrier::TRANSFER_TO_HOST;
+use super::{Context, VkResultExt};
+use crate::error::{Error, Result};
+
+/// Transfers pass through a staging buffer of at most this size, in bytes, piece by piece.
+const STAGING_BYTES: u64 = 16 << 20;
+
+/// The smallest buffer: a binding may not be empty. In bytes.
+const LEAST_BYTES: u64 = 16;
+
+/// A storage buffer in device memory. Its contents are undefined until written.
+pub struct Buffer {
+    pub(super) allocated: Arc<Allocated>,
+}
+
+/// A buffer with its memory. Recordings hold on to it until they are done.
+pub(super) struct Allocated {
+    context: Arc<Context>,
+    pub(super) handle: vk::Buffer,
+    pub(super) name: String,
+    bytes: u64,
+    location: MemoryLocation,
+    /// None only while it goes.
+    allocation: Option<Allocation>,
+}
+
+impl Buffer {
+    /// Makes a buffer of that many bytes; of none, one that can be bound all the same. The name is for people.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] with the need and the limit, where the device cannot bind or hold that much.
+    pub fn storage(context: &Arc<Context>, name: &str, bytes: u64) -> Result<Self> {
+        let limit = context.limits().storage_range_bytes;
+        if bytes > limit {
+            return Err(out_of_memory(name, bytes, format!("the device binds at most {}", mebibytes(limit))));
+        }
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::INDIRECT_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_SRC
+            | vk::BufferUsageFlags::TRANSFER_DST;
+        let allocated = Allocated::new(context, name, bytes, usage, MemoryLocation::GpuOnly)?;
+        Ok(Self { allocated: Arc::new(allocated) })
+    }
+
+    /// Makes a buffer that holds `data`.
+    ///
+    /// # Errors
+    /// As [`Buffer::storage`], or a Vulkan call failed.
+    pub fn from_slice<T: Pod>(context: &Arc<Context>, name: &str, data: &[T]) -> Result<Self> {
+        let buffer = Self::storage(context, name, size_of_val(data) as u64)?;
+        buffer.write(data)?;
+        Ok(buffer)
+    }
+
+    /// Its size in bytes, as asked for.
+    pub fn bytes(&self) -> u64 {
+        self.allocated.bytes
+    }
+
+    /// Overwrites the start of the buffer with `data`. Panics if the data is longer than the buffer.
+    ///
+    /// # Errors
+    /// A Vulkan call failed, or there is no memory to stage the transfer in.
+    pub fn write<T: Pod>(&self, data: &[T]) -> Result<()> {
+        let data: &[u8] = bytemuck::cast_slice(data);
+        let name = &self.allocated.name;
+        assert!(
+            data.len() as u64 <= self.bytes(),
+            "`{name}` holds {} bytes, {} given",
+            self.bytes(),
+            data.len()
+        );
+        if data.is_empty() {
+            return Ok(());
+        }
+        let staging = self.staging(data.len() as u64, MemoryLocation::CpuToGpu)?;
+        let mut offset = 0;
+        for piece in data.chunks(STAGING_BYTES as usize) {
+            staging.allocated.store(piece);
+            let bytes = piece.len() as u64;
+            self.allocated.context.run(|rec| rec.copy_bytes(&staging, 0, self, offset, bytes))?;
+            offset += bytes;
+        }
+        Ok(())
+    }
+
+    /// Reads the whole buffer. Panics if its size is no multiple of an element's.
+    ///
+    /// # Errors
+    /// As [`Buffer::write`].
+    pub fn read<T: Pod>(&self) -> Result<Vec<T>> {
+        let (bytes, element) = (self.bytes() as usize, size_of::<T>());
+        assert!(bytes.is_multiple_of(element), "`{}` does not hold whole elements", self.allocated.name);
+        self.read_range(0, bytes / element)
+    }
+
+    /// Reads `count` elements from element `first` on. Panics if the buffer ends before.
+    ///
+    /// # Errors
+    /// As [`Buffer::write`].
+    pub fn read_range<T: Pod>(&self, first: usize, count: usize) -> Result<Vec<T>> {
+        let mut data = vec![T::zeroed(); count];
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
+        let mut offset = (first * size_of::<T>()) as u64;
+        let (end, name) = (offset + bytes.len() as u64, &self.allocated.name);
+        assert!(end <= self.bytes(), "`{name}` holds {} bytes, reading up to {end}", self.bytes());
+        if bytes.is_empty() {
+            return Ok(data);
+        }
+        let staging = self.staging(bytes.len() as u64, MemoryLocation::GpuToCpu)?;
+        for piece in bytes.chunks_mut(STAGING_BYTES as usize) {
+            self.allocated.context.run(|rec| {
+                rec.copy_bytes(self, offset, &staging, 0, piece.len() as u64);
+                // Not for the hazard check, which knows nothing of the host.
+                rec.pipeline_barrier(TRANSFER_TO_HOST);
+            })?;
+            piece.copy_from_slice(&staging.allocated.mapped()[..piece.len()]);
+            offset += piece.len() as u64;
+        }
+        Ok(data)
+    }
+
+    fn staging(&self, bytes: u64, location: MemoryLocation) -> Result<Self> {
+        let usage = match location {
+            MemoryLocation::CpuToGpu => vk::BufferUsageFlags::TRANSFER_SRC,
+            _ => vk::BufferUsageFlags::TRANSFER_DST,
+        };
+        let bytes = bytes.min(STAGING_BYTES);
+        let allocated = Allocated::new(&self.allocated.context, "staging", bytes, usage, location)?;
+        Ok(Self { allocated: Arc::new(allocated) })
+    }
+}
+
+impl Allocated {
+    fn new(
+        context: &Arc<Context>,
+        name: &str,
+        bytes: u64,
+        usage: vk::BufferUsageFlags,
+        location: MemoryLocation,
+    ) -> Result<Self> {
+        // Fills work in words.
+        let size = bytes.max(LEAST_BYTES).next_multiple_of(4);
+        let info = vk::BufferCreateInfo::default().size(size).usage(usage);
+        let handle = unsafe { context.device.create_buffer(&info, None) }.vk("vkCreateBuffer")?;
+        let mut allocated =
+            Self { context: context.clone(), handle, name: name.into(), bytes, location, allocation: None };
+        context.set_name(handle, name);
+        let requirements = unsafe { context.device.get_buffer_memory_requirements(handle) };
+        let allocation = context
+            .with_allocator(|allocator| {
+                allocator.allocate(&AllocationCreateDesc {
+                    name,
+                    requirements,
+                    location,
+                    linear: true,
+                    allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+                })
+            })
+            .map_err(|error| {
+                let in_use = mebibytes(context.memory().current_bytes);
+                let most = mebibytes(context.limits().device_memory_bytes);
+                out_of_memory(name, bytes, format!("{in_use} are in use, the device has {most} ({error})"))
+            })?;
+        // SAFETY: the memory is the allocator's, fits the requirements, and outlives the buffer (see `drop`).
+        unsafe { context.device.bind_buffer_memory(handle, allocation.memory(), allocation.offset()) }
+            .vk("vkBindBufferMemory")?;
+        allocated.allocation = Some(allocation);
+        allocated.count();
+        Ok(allocated)
+    }
+
+    fn count(&self) {
+        let mut memory = self.context.memory.lock().expect("no holder panics");
+        if self.location == MemoryLocation::GpuOnly {
+            memory.current_bytes += self.bytes;
+            memory.peak_bytes = memory.peak_bytes.max(memory.current_bytes);
+            memory.largest_binding_bytes = memory.largest_binding_bytes.max(self.bytes);
+        } else {
+            memory.staging_bytes += self.bytes;
+            memory.peak_staging_bytes = memory.peak_staging_bytes.max(memory.staging_bytes);
+        }
+    }
+
+    /// The memory of a staging buffer.
+    fn mapped(&self) -> &[u8] {
+        self.allocation.as_ref().and_then(Allocation::mapped_slice).expect("staging memory is mapped")
+    }
+
+    /// Writes to the start of a staging buffer.
+    fn store(&self, data: &[u8]) {
+        let mapped = self.mapped();
+        assert!(data.len() <= mapped.len(), "pieces fit the staging buffer");
+        // SAFETY: the memory is mapped for writing, at least as long as the data (asserted), and nobody else uses it:
+        // the staging buffer is local to one transfer whose submissions are done.
+        unsafe { std::ptr::copy_nonoverlapping(data.as_ptr(), mapped.as_ptr().cast_mut(), data.len()) };
+    }
+}
+
+impl Drop for Allocated {
+    fn drop(&mut self) {
+        unsafe { self.context.device.destroy_buffer(self.handle, None) };
+        let Some(allocation) = self.allocation.take() else { return };
+        self.context
+            .with_allocator(|allocator| allocator.free(allocation))
+            .expect("the allocation came from this allocator");
+        let mut memory = self.context.memory.lock().expect("no holder panics");
+        if self.location == MemoryLocation::GpuOnly {
+            memory.current_bytes -= self.bytes;
+        } else {
+            memory.staging_bytes -= self.bytes;
+        }
+    }
+}
+
+fn out_of_memory(name: &str, bytes: u64, limit: String) -> Error {
+    Error::OutOfMemory(format!(
+        "buffer `{name}` needs {}, {limit}; a smaller preset or image needs less",
+        mebibytes(bytes)
+    ))
+}
+
+fn mebibytes(bytes: u64) -> String {
+    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+}

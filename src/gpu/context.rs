@@ -1,0 +1,230 @@
+//! The device as everything else sees it.
+
+use std::ffi::CString;
+use std::sync::{Arc, Mutex};
+
+use ash::vk;
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
+
+use super::VkResultExt;
+use super::device::{self, CPU, DeviceSummary, Limits};
+use super::instance::Instance;
+use super::recorder::Recorder;
+use super::submission::Submission;
+use super::timing::PassTiming;
+use crate::error::{Error, Result};
+
+/// Memory is taken from the device in blocks that grow from the first size to the second, in bytes.
+const BLOCK_BYTES: [u64; 2] = [16 << 20, 128 << 20];
+
+/// How to open a device.
+#[derive(Clone, Debug)]
+pub struct ContextOptions {
+    /// An index as `lightpaths info` lists them, or part of a name in any case. None: the best device.
+    pub device: Option<String>,
+    /// Turn on the validation layer with its synchronisation checks; it must be installed.
+    pub validation: bool,
+    /// Panic where two passes use a buffer with no barrier between them that orders it.
+    pub hazard_check: bool,
+}
+
+#[allow(clippy::derivable_impls, reason = "derivable only where debug assertions are off")]
+impl Default for ContextOptions {
+    fn default() -> Self {
+        Self { device: None, validation: false, hazard_check: cfg!(debug_assertions) }
+    }
+}
+
+/// Bytes of all live [`Buffer`](super::Buffer)s of a context, as asked for: what the allocator rounds up is not counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MemoryUse {
+    /// Storage on the device, now.
+    pub current_bytes: u64,
+    /// Storage on the device, at most.
+    pub peak_bytes: u64,
+    /// Host memory that transfers pass through, at most.
+    pub peak_staging_bytes: u64,
+    /// The largest buffer ever made on the device, which is the largest binding.
+    pub largest_binding_bytes: u64,
+    pub(super) staging_bytes: u64,
+}
+
+/// An open device with its queue and memory.
+pub struct Context {
+    pub(super) device: ash::Device,
+    pub(super) sync2: ash::khr::synchronization2::Device,
+    pub(super) push_descriptor: ash::khr::push_descriptor::Device,
+    pub(super) debug_utils: Option<ash::ext::debug_utils::Device>,
+    pub(super) memory: Mutex<MemoryUse>,
+    pub(super) has_hazard_check: bool,
+    pub(super) queue_family: u32,
+    queue: Mutex<vk::Queue>,
+    /// None only while the context goes.
+    allocator: Mutex<Option<Allocator>>,
+    /// Finished submissions, to be used again.
+    submissions: Mutex<Vec<Submission>>,
+    redundant_barriers: Mutex<Vec<String>>,
+    summary: DeviceSummary,
+    instance: Instance,
+}
+
+impl Context {
+    /// Opens a device: the one asked for, or the best: discrete before integrated before virtual before CPU.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] says what was found, why it was refused, and what to install.
+    pub fn new(options: &ContextOptions) -> Result<Arc<Self>> {
+        let instance = Instance::new(options.validation)?;
+        let mut candidates = device::candidates(&instance)?;
+        let summaries: Vec<_> = candidates.iter().map(|candidate| &candidate.summary).collect();
+        let chosen = device::choose(&summaries, options.device.as_deref())?;
+        let device::Candidate { handle, summary, queue_family } = candidates.swap_remove(chosen);
+
+        let device = create_device(&instance.raw, handle, queue_family)?;
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.raw.clone(),
+            device: device.clone(),
+            physical_device: handle,
+            debug_settings: AllocatorDebugSettings::default(),
+            buffer_device_address: false,
+            allocation_sizes: AllocationSizes::new(BLOCK_BYTES[0], BLOCK_BYTES[0])
+                .with_max_device_memblock_size(BLOCK_BYTES[1]),
+        })
+        .map_err(|error| Error::NoDevice(format!("{}: {error}", summary.name)))?;
+        Ok(Arc::new(Self {
+            sync2: ash::khr::synchronization2::Device::new(&instance.raw, &device),
+            push_descriptor: ash::khr::push_descriptor::Device::new(&instance.raw, &device),
+            debug_utils: instance
+                .has_debug_utils
+                .then(|| ash::ext::debug_utils::Device::new(&instance.raw, &device)),
+            memory: Mutex::default(),
+            has_hazard_check: options.hazard_check,
+            queue: Mutex::new(unsafe { device.get_device_queue(queue_family, 0) }),
+            queue_family,
+            allocator: Mutex::new(Some(allocator)),
+            submissions: Mutex::default(),
+            redundant_barriers: Mutex::default(),
+            summary,
+            device,
+            instance,
+        }))
+    }
+
+    /// Every device of this machine, with the reason where one cannot be used.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] where not even the loader or a driver is there.
+    pub fn devices() -> Result<Vec<DeviceSummary>> {
+        let instance = Instance::new(false)?;
+        Ok(device::candidates(&instance)?.into_iter().map(|candidate| candidate.summary).collect())
+    }
+
+    /// The driver's name for the device.
+    pub fn name(&self) -> &str {
+        &self.summary.name
+    }
+
+    /// Name and version of the driver.
+    pub fn driver(&self) -> &str {
+        &self.summary.driver
+    }
+
+    /// Whether the device is the processor: its timings say nothing about a GPU.
+    pub fn is_cpu(&self) -> bool {
+        self.summary.kind == CPU
+    }
+
+    /// The device's limits that matter here.
+    pub fn limits(&self) -> &Limits {
+        &self.summary.limits
+    }
+
+    /// Memory in use by buffers, and its peak.
+    pub fn memory(&self) -> MemoryUse {
+        *self.memory.lock().expect("no holder panics")
+    }
+
+    /// Warnings and errors of the validation layer since the last call. Empty when validation is off.
+    pub fn take_validation_messages(&self) -> Vec<String> {
+        self.instance.take_messages()
+    }
+
+    /// Barriers that ordered no two conflicting uses, in the recordings since the last call, in words. Empty when the
+    /// hazard check is off.
+    pub fn take_redundant_barriers(&self) -> Vec<String> {
+        std::mem::take(&mut self.redundant_barriers.lock().expect("no holder panics"))
+    }
+
+    /// Records commands, submits them, waits, and returns what `record` returned with the time of each pass in order.
+    ///
+    /// # Errors
+    /// A Vulkan call failed; after the loss of the device the error names the last pass recorded.
+    pub fn run<T>(self: &Arc<Self>, record: impl FnOnce(&mut Recorder) -> T) -> Result<(T, Vec<PassTiming>)> {
+        let mut recorder = Recorder::begin(self)?;
+        let value = record(&mut recorder);
+        let (timings, redundant) = recorder.submit_and_wait()?;
+        self.redundant_barriers.lock().expect("no holder panics").extend(redundant);
+        Ok((value, timings))
+    }
+
+    pub(super) fn take_submission(&self) -> Result<Submission> {
+        let idle = self.submissions.lock().expect("no holder panics").pop();
+        idle.map_or_else(|| Submission::new(self), Ok)
+    }
+
+    pub(super) fn give_back_submission(&self, submission: Submission) {
+        self.submissions.lock().expect("no holder panics").push(submission);
+    }
+
+    /// Calls `submit` with the queue, which takes one caller at a time.
+    pub(super) fn with_queue<T>(&self, submit: impl FnOnce(vk::Queue) -> T) -> T {
+        submit(*self.queue.lock().expect("no holder panics"))
+    }
+
+    /// Calls `work` with the allocator, which takes one caller at a time.
+    pub(super) fn with_allocator<T>(&self, work: impl FnOnce(&mut Allocator) -> T) -> T {
+        let mut allocator = self.allocator.lock().expect("no holder panics");
+        work(allocator.as_mut().expect("the allocator lives as long as the context"))
+    }
+
+    /// Names an object for validation messages and debuggers.
+    pub(super) fn set_name<H: vk::Handle>(&self, handle: H, name: &str) {
+        let Some(debug_utils) = &self.debug_utils else { return };
+        let name = CString::new(name).expect("names hold no NUL");
+        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
+        // A debug name that cannot be set is no reason to stop.
+        let _ = unsafe { debug_utils.set_debug_utils_object_name(&info) };
+    }
+}
+
+impl Drop for Context {
+    fn drop(&mut self) {
+        // After a lost device this fails, and everything is to be destroyed all the same.
+        let _ = unsafe { self.device.device_wait_idle() };
+        for submission in self.submissions.get_mut().expect("no holder panics").drain(..) {
+            submission.destroy(&self.device);
+        }
+        drop(self.allocator.get_mut().expect("no holder panics").take());
+        unsafe { self.device.destroy_device(None) };
+    }
+}
+
+fn create_device(
+    instance: &ash::Instance,
+    handle: vk::PhysicalDevice,
+    queue_family: u32,
+) -> Result<ash::Device> {
+    let queues =
+        [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
+    let extensions = device::EXTENSIONS.map(std::ffi::CStr::as_ptr);
+    let mut vulkan12 =
+        vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true).host_query_reset(true);
+    let mut sync2 = vk::PhysicalDeviceSynchronization2Features::default().synchronization2(true);
+    let info = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .enabled_extension_names(&extensions)
+        .push_next(&mut vulkan12)
+        .push_next(&mut sync2);
+    unsafe { instance.create_device(handle, &info, None) }.vk("vkCreateDevice")
+}

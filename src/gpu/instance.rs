@@ -1,0 +1,128 @@
+//! The Vulkan instance: loader, validation layer, debug messages.
+
+use std::ffi::{CStr, c_void};
+use std::sync::Mutex;
+
+use ash::vk;
+
+use super::VkResultExt;
+use crate::error::{Error, Result};
+
+const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+type Messages = Mutex<Vec<String>>;
+
+/// An instance, and the messages of the validation layer when that is on.
+pub(super) struct Instance {
+    pub(super) raw: ash::Instance,
+    pub(super) has_debug_utils: bool,
+    messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    /// Boxed: the messenger holds its address.
+    messages: Box<Messages>,
+    _entry: ash::Entry,
+}
+
+impl Instance {
+    /// Loads Vulkan. With `validation`, the validation layer with its synchronisation checks must be installed.
+    pub(super) fn new(validation: bool) -> Result<Self> {
+        // SAFETY: the loader is the system's Vulkan loader, whose initialisers may run.
+        let entry = unsafe { ash::Entry::load() }.map_err(|error| {
+            Error::NoDevice(format!("the Vulkan loader is missing ({error}): install the package libvulkan1"))
+        })?;
+        if validation && !has_layer(&entry)? {
+            return Err(Error::NoDevice(
+                "validation was asked for and its layer is missing: install the package vulkan-validationlayers".into(),
+            ));
+        }
+        let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }
+            .vk("vkEnumerateInstanceExtensionProperties")?;
+        let has_debug_utils = validation
+            || extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ash::ext::debug_utils::NAME));
+        let raw = create(&entry, validation, has_debug_utils)?;
+
+        let messages = Box::<Messages>::default();
+        let mut instance = Self { raw, has_debug_utils, messenger: None, messages, _entry: entry };
+        if validation {
+            let debug_utils = ash::ext::debug_utils::Instance::new(&instance._entry, &instance.raw);
+            let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
+                .message_severity(
+                    vk::DebugUtilsMessageSeverityFlagsEXT::WARNING
+                        | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+                )
+                .message_type(
+                    vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
+                        | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
+                )
+                .pfn_user_callback(Some(on_message))
+                .user_data((&raw const *instance.messages).cast_mut().cast());
+            let messenger = unsafe { debug_utils.create_debug_utils_messenger(&info, None) }
+                .vk("vkCreateDebugUtilsMessengerEXT")?;
+            instance.messenger = Some((debug_utils, messenger));
+        }
+        Ok(instance)
+    }
+
+    /// The validation messages since the last call.
+    pub(super) fn take_messages(&self) -> Vec<String> {
+        std::mem::take(&mut self.messages.lock().expect("no holder panics"))
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        if let Some((debug_utils, messenger)) = self.messenger.take() {
+            unsafe { debug_utils.destroy_debug_utils_messenger(messenger, None) };
+        }
+        unsafe { self.raw.destroy_instance(None) };
+        // Nobody is left to ask for these: leaks show up when the device goes.
+        for message in self.take_messages() {
+            eprintln!("validation: {message}");
+        }
+    }
+}
+
+fn has_layer(entry: &ash::Entry) -> Result<bool> {
+    let layers =
+        unsafe { entry.enumerate_instance_layer_properties() }.vk("vkEnumerateInstanceLayerProperties")?;
+    Ok(layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER)))
+}
+
+fn create(entry: &ash::Entry, validation: bool, has_debug_utils: bool) -> Result<ash::Instance> {
+    let application =
+        vk::ApplicationInfo::default().application_name(c"lightpaths").api_version(vk::API_VERSION_1_2);
+    let layers: &[_] = if validation { &[VALIDATION_LAYER.as_ptr()] } else { &[] };
+    let extensions: &[_] = if has_debug_utils { &[ash::ext::debug_utils::NAME.as_ptr()] } else { &[] };
+    let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+    let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
+    let mut info = vk::InstanceCreateInfo::default()
+        .application_info(&application)
+        .enabled_layer_names(layers)
+        .enabled_extension_names(extensions);
+    if validation {
+        info = info.push_next(&mut features);
+    }
+    unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
+        vk::Result::ERROR_INCOMPATIBLE_DRIVER => Error::NoDevice(
+            "no Vulkan driver is installed: install your GPU's driver, or the package mesa-vulkan-drivers \
+             to render on the processor"
+                .into(),
+        ),
+        _ => Error::NoDevice(format!("vkCreateInstance failed: {result}")),
+    })
+}
+
+/// Collects one message of the validation layer.
+///
+/// SAFETY: Vulkan passes valid data for the time of the call, and `user` is the [`Messages`] that the instance owns.
+unsafe extern "system" fn on_message(
+    _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _types: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    user: *mut c_void,
+) -> vk::Bool32 {
+    let (messages, message) = unsafe { (&*user.cast::<Messages>(), (*data).message_as_c_str()) };
+    if let (Ok(mut messages), Some(message)) = (messages.lock(), message) {
+        messages.push(message.to_string_lossy().into_owned());
+    }
+    vk::FALSE
+}

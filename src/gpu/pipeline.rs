@@ -1,0 +1,215 @@
+//! A compute shader made ready, with everything about it that its SPIR-V says.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::device::Limits;
+use super::shaders::Shader;
+use super::spirv::{self, Module};
+use super::{Context, VkResultExt};
+use crate::error::{Error, Result};
+
+/// A compute pipeline.
+pub struct Pipeline {
+    pub(super) stem: &'static str,
+    pub(super) module: Module,
+    pub(super) handles: Arc<Handles>,
+}
+
+/// The Vulkan objects of a pipeline. Recordings hold on to them until they are done.
+pub(super) struct Handles {
+    context: Arc<Context>,
+    pub(super) pipeline: vk::Pipeline,
+    pub(super) layout: vk::PipelineLayout,
+    set_layout: vk::DescriptorSetLayout,
+}
+
+impl Pipeline {
+    /// Makes the embedded shader `stem` ready, with a value for each of its specialisation constants, by name; a float
+    /// passes its bits. Panics where constants are missing or unknown.
+    ///
+    /// # Errors
+    /// The shader is beyond the device's limits, or a Vulkan call failed.
+    pub fn new(context: &Arc<Context>, stem: &'static str, constants: &[(&str, u32)]) -> Result<Self> {
+        let words = Shader::named(stem).words();
+        let module = spirv::reflect(&words);
+        check_limits(stem, &module, context.limits())?;
+        let (entries, values) = specialisation(stem, &module, constants);
+
+        let mut handles = Handles {
+            context: context.clone(),
+            pipeline: vk::Pipeline::null(),
+            layout: vk::PipelineLayout::null(),
+            set_layout: vk::DescriptorSetLayout::null(),
+        };
+        handles.create_layout(&module)?;
+        handles.create_pipeline(&words, &entries, &values)?;
+        context.set_name(handles.pipeline, stem);
+        Ok(Self { stem, module, handles: Arc::new(handles) })
+    }
+
+    /// Invocations of a workgroup along each axis, from the shader.
+    pub fn local_size(&self) -> [u32; 3] {
+        self.module.local_size
+    }
+
+    /// Workgroups that cover `threads`. One-dimensional work with more of them than fit x is spread over y.
+    pub(super) fn workgroups(&self, threads: [u32; 3], limits: &Limits) -> [u32; 3] {
+        let local = self.module.local_size;
+        let mut groups: [u32; 3] = std::array::from_fn(|axis| threads[axis].div_ceil(local[axis]));
+        let most = limits.workgroup_count;
+        if groups[0] > most[0] && threads[1..] == [1, 1] && local[1..] == [1, 1] {
+            assert!(
+                self.module.has_workgroup_count,
+                "`{}` must use flat_invocation() to cover {} threads",
+                self.stem, threads[0]
+            );
+            groups[1] = groups[0].div_ceil(most[0]);
+            // As even as can be, so that few workgroups have nothing to do.
+            groups[0] = groups[0].div_ceil(groups[1]);
+        }
+        let fits = groups.iter().zip(&most).all(|(groups, most)| groups <= most);
+        assert!(fits, "`{}`: {groups:?} workgroups, the device takes {most:?}", self.stem);
+        groups
+    }
+}
+
+impl Handles {
+    fn create_layout(&mut self, module: &Module) -> Result<()> {
+        let device = &self.context.device;
+        let stages = vk::ShaderStageFlags::COMPUTE;
+        let bindings: Vec<_> = module
+            .bindings
+            .iter()
+            .map(|binding| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(binding.binding)
+                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                    .descriptor_count(1)
+                    .stage_flags(stages)
+            })
+            .collect();
+        let info = vk::DescriptorSetLayoutCreateInfo::default()
+            .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
+            .bindings(&bindings);
+        self.set_layout =
+            unsafe { device.create_descriptor_set_layout(&info, None) }.vk("vkCreateDescriptorSetLayout")?;
+
+        let push_ranges: Vec<_> = module
+            .push
+            .iter()
+            .map(|push| vk::PushConstantRange::default().stage_flags(stages).size(push.size))
+            .collect();
+        let info = vk::PipelineLayoutCreateInfo::default()
+            .set_layouts(std::slice::from_ref(&self.set_layout))
+            .push_constant_ranges(&push_ranges);
+        self.layout = unsafe { device.create_pipeline_layout(&info, None) }.vk("vkCreatePipelineLayout")?;
+        Ok(())
+    }
+
+    fn create_pipeline(
+        &mut self,
+        words: &[u32],
+        entries: &[vk::SpecializationMapEntry],
+        values: &[u32],
+    ) -> Result<()> {
+        let device = &self.context.device;
+        let info = vk::ShaderModuleCreateInfo::default().code(words);
+        let shader = unsafe { device.create_shader_module(&info, None) }.vk("vkCreateShaderModule")?;
+        let specialisation =
+            vk::SpecializationInfo::default().map_entries(entries).data(bytemuck::cast_slice(values));
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(shader)
+            .name(c"main")
+            .specialization_info(&specialisation);
+        let info = vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout);
+        let created = unsafe { device.create_compute_pipelines(vk::PipelineCache::null(), &[info], None) };
+        unsafe { device.destroy_shader_module(shader, None) };
+        let pipelines = created.map_err(|(_, result)| result).vk("vkCreateComputePipelines")?;
+        self.pipeline = pipelines[0];
+        Ok(())
+    }
+}
+
+impl Drop for Handles {
+    fn drop(&mut self) {
+        // Null handles, where creation stopped half-way, are ignored by Vulkan.
+        unsafe {
+            self.context.device.destroy_pipeline(self.pipeline, None);
+            self.context.device.destroy_pipeline_layout(self.layout, None);
+            self.context.device.destroy_descriptor_set_layout(self.set_layout, None);
+        }
+    }
+}
+
+/// The specialisation constants' places and values. Each must be given, and nothing else.
+fn specialisation(
+    stem: &str,
+    module: &Module,
+    given: &[(&str, u32)],
+) -> (Vec<vk::SpecializationMapEntry>, Vec<u32>) {
+    for (name, _) in given {
+        let is_known = module.constants.iter().any(|constant| constant.name == *name);
+        assert!(is_known, "`{stem}` has no specialisation constant `{name}`");
+    }
+    (0_u32..)
+        .zip(&module.constants)
+        .map(|(index, constant)| {
+            let value = given.iter().find(|(name, _)| *name == constant.name);
+            let (_, value) = value
+                .unwrap_or_else(|| panic!("`{stem}` needs its specialisation constant `{}`", constant.name));
+            let entry = vk::SpecializationMapEntry { constant_id: constant.id, offset: 4 * index, size: 4 };
+            (entry, value)
+        })
+        .unzip()
+}
+
+fn check_limits(stem: &str, module: &Module, limits: &Limits) -> Result<()> {
+    let [x, y, z] = module.local_size;
+    let [most_x, most_y, most_z] = limits.workgroup_size;
+    let needs = [
+        ("invocations in a workgroup", x * y * z, limits.workgroup_invocations),
+        ("invocations along x", x, most_x),
+        ("invocations along y", y, most_y),
+        ("invocations along z", z, most_z),
+        ("storage buffers", module.bindings.len() as u32, limits.storage_buffers),
+        ("bytes of push constants", module.push.as_ref().map_or(0, |push| push.size), limits.push_bytes),
+    ];
+    match needs.iter().find(|(_, need, limit)| need > limit) {
+        Some((what, need, limit)) => {
+            Err(Error::OutOfMemory(format!("`{stem}` needs {need} {what}, the device has {limit}")))
+        }
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shader_beyond_the_limits_is_refused_with_need_and_limit() {
+        let module = Module { local_size: [512, 1, 1], ..Module::default() };
+        let limits = Limits { workgroup_invocations: 256, workgroup_size: [1024; 3], ..Limits::default() };
+        let message = check_limits("scan", &module, &limits).unwrap_err().to_string();
+        assert!(
+            message.contains("`scan` needs 512 invocations in a workgroup, the device has 256"),
+            "{message}"
+        );
+    }
+
+    #[test]
+    #[should_panic(expected = "`scan` needs its specialisation constant `ITEMS`")]
+    fn a_forgotten_constant_is_named() {
+        let constant = spirv::Constant { id: 0, name: "ITEMS".into(), default: 0 };
+        specialisation("scan", &Module { constants: vec![constant], ..Module::default() }, &[]);
+    }
+
+    #[test]
+    #[should_panic(expected = "`scan` has no specialisation constant `ITEM`")]
+    fn an_unknown_constant_is_named() {
+        specialisation("scan", &Module::default(), &[("ITEM", 1)]);
+    }
+}

@@ -1,0 +1,336 @@
+//! Recording: passes, dispatches, barriers, transfers.
+
+use std::any::Any;
+use std::ffi::CString;
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::Pod;
+
+use super::barrier::{Barrier, Places, SUBMISSION};
+use super::hazard::{Hazards, Use};
+use super::spirv::Access;
+use super::submission::Submission;
+use super::timing::PassTiming;
+use super::{Buffer, Context, Pipeline};
+use crate::error::{Error, Result};
+
+/// What a transfer outside of every pass is called.
+const NO_PASS: &str = "transfer";
+
+/// Records the commands of one [`Context::run`].
+pub struct Recorder {
+    context: Arc<Context>,
+    /// None only while it goes.
+    submission: Option<Submission>,
+    commands: vk::CommandBuffer,
+    passes: Vec<PassTiming>,
+    /// The open pass, or the last.
+    pass_name: &'static str,
+    /// The last pass with a dispatch that no barrier followed.
+    unfenced: Option<usize>,
+    hazards: Option<Hazards>,
+    /// What the commands use must live until they are done, whatever the caller drops before.
+    in_use: Vec<Arc<dyn Any>>,
+    /// The first failure of a call that returns nothing; reported when the recording ends.
+    failure: Option<Error>,
+}
+
+/// An open pass. Everything recorded through it is timed; it ends when dropped.
+pub struct PassScope<'a> {
+    recorder: &'a mut Recorder,
+    index: usize,
+}
+
+impl Recorder {
+    pub(super) fn begin(context: &Arc<Context>) -> Result<Self> {
+        let mut submission = context.take_submission()?;
+        let begun = submission.begin(&context.device);
+        let recorder = Self {
+            context: context.clone(),
+            commands: submission.commands,
+            submission: Some(submission),
+            passes: Vec::new(),
+            pass_name: NO_PASS,
+            unfenced: None,
+            hazards: context.has_hazard_check.then(Hazards::default),
+            in_use: Vec::new(),
+            failure: None,
+        };
+        begun?;
+        recorder.pipeline_barrier(SUBMISSION);
+        Ok(recorder)
+    }
+
+    /// Opens a pass: a debug label, a timestamp before and one after, a row in the timings. The name is the pass's stem.
+    pub fn pass(&mut self, name: &'static str) -> PassScope<'_> {
+        self.pass_name = name;
+        if let Some(debug_utils) = &self.context.debug_utils {
+            let label = CString::new(name).expect("names hold no NUL");
+            let info = vk::DebugUtilsLabelEXT::default().label_name(&label);
+            unsafe { debug_utils.cmd_begin_debug_utils_label(self.commands, &info) };
+        }
+        self.timestamp();
+        let index = self.passes.len();
+        self.passes.push(PassTiming { name, ms: 0.0, overlapped: false, dispatches: 0 });
+        PassScope { recorder: self, index }
+    }
+
+    /// Orders what was recorded before with what is recorded after.
+    pub fn barrier(&mut self, barrier: Barrier) {
+        self.unfenced = None;
+        if let Some(hazards) = &mut self.hazards {
+            hazards.barrier(barrier, self.pass_name);
+        }
+        self.pipeline_barrier(barrier);
+    }
+
+    /// Sets every byte of the buffer to zero. A transfer.
+    pub fn fill_zero(&mut self, buffer: &Buffer) {
+        self.use_buffers(|_| vec![transfer(buffer, true)]);
+        self.in_use.push(buffer.allocated.clone());
+        let handle = buffer.allocated.handle;
+        unsafe { self.context.device.cmd_fill_buffer(self.commands, handle, 0, vk::WHOLE_SIZE, 0) };
+    }
+
+    /// Copies the whole of `from` to the start of `to`. A transfer. Panics if `to` is smaller.
+    pub fn copy(&mut self, from: &Buffer, to: &Buffer) {
+        self.copy_bytes(from, 0, to, 0, from.bytes());
+    }
+
+    pub(super) fn copy_bytes(&mut self, from: &Buffer, first: u64, to: &Buffer, to_first: u64, bytes: u64) {
+        assert!(
+            first + bytes <= from.bytes() && to_first + bytes <= to.bytes(),
+            "cannot copy {bytes} bytes from `{}` to `{}`",
+            from.allocated.name,
+            to.allocated.name
+        );
+        if bytes == 0 {
+            return;
+        }
+        self.use_buffers(|_| vec![transfer(from, false), transfer(to, true)]);
+        self.in_use.extend([from, to].map(|buffer| buffer.allocated.clone() as Arc<dyn Any>));
+        let region = [vk::BufferCopy { src_offset: first, dst_offset: to_first, size: bytes }];
+        let (from, to) = (from.allocated.handle, to.allocated.handle);
+        unsafe { self.context.device.cmd_copy_buffer(self.commands, from, to, &region) };
+    }
+
+    /// Ends the recording and runs it. Returns the timings, and the barriers that ordered nothing.
+    pub(super) fn submit_and_wait(mut self) -> Result<(Vec<PassTiming>, Vec<String>)> {
+        if let Some(failure) = self.failure.take() {
+            return Err(failure);
+        }
+        let submission = self.submission.as_ref().expect("taken only in drop");
+        let done = submission
+            .submit_and_wait(&self.context)
+            .and_then(|()| submission.timestamps.read_ms(&self.context.device, self.context.limits()));
+        let spans = done.map_err(|error| match error {
+            Error::Vulkan { call, result: result @ vk::Result::ERROR_DEVICE_LOST, .. } => {
+                Error::Vulkan { call, result, pass: Some(self.pass_name.into()) }
+            }
+            other => other,
+        })?;
+        let mut timings = std::mem::take(&mut self.passes);
+        for (timing, ms) in timings.iter_mut().zip(spans) {
+            timing.ms = ms;
+        }
+        Ok((timings, self.hazards.as_ref().map_or_else(Vec::new, Hazards::redundant)))
+    }
+
+    pub(super) fn pipeline_barrier(&self, barrier: Barrier) {
+        let memory = [barrier.memory_barrier()];
+        let info = vk::DependencyInfo::default().memory_barriers(&memory);
+        unsafe { self.context.sync2.cmd_pipeline_barrier2(self.commands, &info) };
+    }
+
+    fn timestamp(&mut self) {
+        let submission = self.submission.as_mut().expect("taken only in drop");
+        if let Err(error) = submission.timestamps.write(&self.context, self.commands) {
+            self.failure.get_or_insert(error);
+        }
+    }
+
+    /// Shows the hazard check one command's uses, if it is on.
+    fn use_buffers(&mut self, uses: impl FnOnce(&Context) -> Vec<Use>) {
+        if let Some(hazards) = &mut self.hazards {
+            hazards.command(self.pass_name, &uses(&self.context));
+        }
+    }
+
+    /// Binds pipeline, push constants and buffers. Panics where they are not what the shader declares.
+    fn bind(
+        &mut self,
+        pipeline: &Pipeline,
+        push: &[u8],
+        bindings: &[(&str, &Buffer)],
+        counts: Option<&Buffer>,
+    ) {
+        check_bindings(self.pass_name, pipeline, push, bindings);
+        self.use_buffers(|_| {
+            let declared = pipeline.module.bindings.iter().zip(bindings);
+            let mut uses: Vec<Use> = declared
+                .map(|(declared, (name, buffer))| dispatch_use(name, buffer, declared.access))
+                .collect();
+            uses.extend(counts.map(|buffer| Use { place: Places::INDIRECT, ..transfer(buffer, false) }));
+            uses
+        });
+        self.in_use.push(pipeline.handles.clone());
+        let buffers = bindings.iter().map(|(_, buffer)| *buffer).chain(counts);
+        self.in_use.extend(buffers.map(|buffer| buffer.allocated.clone() as Arc<dyn Any>));
+
+        let infos: Vec<_> = bindings
+            .iter()
+            .map(|(_, buffer)| {
+                [vk::DescriptorBufferInfo::default().buffer(buffer.allocated.handle).range(vk::WHOLE_SIZE)]
+            })
+            .collect();
+        let writes: Vec<_> = pipeline
+            .module
+            .bindings
+            .iter()
+            .zip(&infos)
+            .map(|(declared, info)| {
+                vk::WriteDescriptorSet::default()
+                    .dst_binding(declared.binding)
+                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                    .buffer_info(info)
+            })
+            .collect();
+        let (device, handles, point) =
+            (&self.context.device, &pipeline.handles, vk::PipelineBindPoint::COMPUTE);
+        unsafe {
+            device.cmd_bind_pipeline(self.commands, point, handles.pipeline);
+            if !writes.is_empty() {
+                let push_descriptor = &self.context.push_descriptor;
+                push_descriptor.cmd_push_descriptor_set(self.commands, point, handles.layout, 0, &writes);
+            }
+            if !push.is_empty() {
+                let stages = vk::ShaderStageFlags::COMPUTE;
+                device.cmd_push_constants(self.commands, handles.layout, stages, 0, push);
+            }
+        }
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        if let Some(submission) = self.submission.take() {
+            self.context.give_back_submission(submission);
+        }
+    }
+}
+
+impl PassScope<'_> {
+    /// Dispatches the pipeline over that many threads along each axis; with none along an axis, nothing is recorded.
+    /// Bindings are listed in the shader's order and by the shader's names. Panics where push constants, bindings or
+    /// the number of workgroups are not what shader and device take, and on a hazard.
+    pub fn dispatch<P: Pod>(
+        &mut self,
+        pipeline: &Pipeline,
+        threads: [u32; 3],
+        push: &P,
+        bindings: &[(&str, &Buffer)],
+    ) -> &mut Self {
+        if threads.contains(&0) {
+            check_bindings(self.recorder.pass_name, pipeline, bytemuck::bytes_of(push), bindings);
+            return self;
+        }
+        let [x, y, z] = pipeline.workgroups(threads, self.recorder.context.limits());
+        self.recorder.bind(pipeline, bytemuck::bytes_of(push), bindings, None);
+        unsafe { self.recorder.context.device.cmd_dispatch(self.recorder.commands, x, y, z) };
+        self.count_dispatch();
+        self
+    }
+
+    /// As [`Self::dispatch`], with the number of *workgroups* along each axis read on the device: three words at a
+    /// byte offset of a buffer.
+    pub fn dispatch_indirect<P: Pod>(
+        &mut self,
+        pipeline: &Pipeline,
+        (counts, offset): (&Buffer, u64),
+        push: &P,
+        bindings: &[(&str, &Buffer)],
+    ) -> &mut Self {
+        let is_inside = offset.is_multiple_of(4) && offset + 12 <= counts.bytes();
+        assert!(
+            is_inside,
+            "`{}`: no workgroup counts at byte {offset} of `{}`",
+            pipeline.stem, counts.allocated.name
+        );
+        self.recorder.bind(pipeline, bytemuck::bytes_of(push), bindings, Some(counts));
+        let handle = counts.allocated.handle;
+        unsafe { self.recorder.context.device.cmd_dispatch_indirect(self.recorder.commands, handle, offset) };
+        self.count_dispatch();
+        self
+    }
+
+    /// Orders this pass's dispatches before with those after.
+    pub fn barrier(&mut self, barrier: Barrier) -> &mut Self {
+        self.recorder.barrier(barrier);
+        self
+    }
+
+    /// As [`Recorder::fill_zero`], within this pass.
+    pub fn fill_zero(&mut self, buffer: &Buffer) -> &mut Self {
+        self.recorder.fill_zero(buffer);
+        self
+    }
+
+    /// As [`Recorder::copy`], within this pass.
+    pub fn copy(&mut self, from: &Buffer, to: &Buffer) -> &mut Self {
+        self.recorder.copy(from, to);
+        self
+    }
+
+    fn count_dispatch(&mut self) {
+        let recorder = &mut *self.recorder;
+        recorder.passes[self.index].dispatches += 1;
+        if let Some(neighbour) = recorder.unfenced.replace(self.index).filter(|&other| other != self.index) {
+            recorder.passes[neighbour].overlapped = true;
+            recorder.passes[self.index].overlapped = true;
+        }
+    }
+}
+
+impl Drop for PassScope<'_> {
+    fn drop(&mut self) {
+        self.recorder.timestamp();
+        if let Some(debug_utils) = &self.recorder.context.debug_utils {
+            unsafe { debug_utils.cmd_end_debug_utils_label(self.recorder.commands) };
+        }
+    }
+}
+
+fn check_bindings(pass: &str, pipeline: &Pipeline, push: &[u8], bindings: &[(&str, &Buffer)]) {
+    let (stem, module) = (pipeline.stem, &pipeline.module);
+    let push_size = module.push.as_ref().map_or(0, |push| push.size as usize);
+    assert_eq!(push.len(), push_size, "`{pass}`: bytes of push constants given, and declared by `{stem}`");
+    let declared: Vec<&str> = module.bindings.iter().map(|binding| binding.name.as_str()).collect();
+    let is_same = declared.len() == bindings.len()
+        && declared.iter().zip(bindings).all(|(declared, (given, _))| declared == given);
+    assert!(
+        is_same,
+        "`{pass}`: `{stem}` binds {declared:?}, given {:?}",
+        bindings.iter().map(|(name, _)| *name).collect::<Vec<_>>()
+    );
+}
+
+fn dispatch_use(name: &str, buffer: &Buffer, access: Access) -> Use {
+    Use {
+        buffer: vk::Handle::as_raw(buffer.allocated.handle),
+        name: name.into(),
+        place: Places::COMPUTE,
+        reads: access != Access::Write,
+        writes: access != Access::Read,
+    }
+}
+
+fn transfer(buffer: &Buffer, writes: bool) -> Use {
+    Use {
+        buffer: vk::Handle::as_raw(buffer.allocated.handle),
+        name: buffer.allocated.name.clone(),
+        place: Places::TRANSFER,
+        reads: !writes,
+        writes,
+    }
+}

@@ -1,0 +1,32 @@
+//! The shaders that are part of the program. See `build.rs` for where the binaries come from.
+
+/// One embedded compute shader.
+#[derive(Clone, Copy, Debug)]
+pub struct Shader {
+    /// The name that file, binary, pass and timing share.
+    pub stem: &'static str,
+    /// Hash of the GLSL source with its includes in place; `spirv/MANIFEST` holds the one that was compiled.
+    pub source_hash: &'static str,
+    /// The SPIR-V module, little endian.
+    pub bytes: &'static [u8],
+}
+
+/// Every embedded shader, by stem in alphabetical order.
+pub const SHADERS: &[Shader] = include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
+
+impl Shader {
+    /// The embedded shader of that stem. Panics where there is none.
+    pub fn named(stem: &str) -> &'static Self {
+        SHADERS
+            .iter()
+            .find(|shader| shader.stem == stem)
+            .unwrap_or_else(|| panic!("there is no glsl/{stem}.comp"))
+    }
+
+    /// The module as SPIR-V words.
+    pub fn words(&self) -> Vec<u32> {
+        let (words, rest) = self.bytes.as_chunks::<4>();
+        assert!(rest.is_empty(), "`{}`: SPIR-V is made of whole words", self.stem);
+        words.iter().map(|&word| u32::from_le_bytes(word)).collect()
+    }
+}

@@ -1,0 +1,377 @@
+//! A reader of SPIR-V for what compute shaders declare: bindings with access, push block, constants, shared structures.
+//!
+//! Names must have been kept (no stripping, no optimiser). Panics on a module that is not valid SPIR-V: modules are part
+//! of the program.
+
+use std::collections::HashMap;
+
+/// How a shader uses a buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// `readonly`
+    Read,
+    /// `writeonly`
+    Write,
+    /// Neither.
+    ReadWrite,
+}
+
+/// A storage buffer of the shader.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Binding {
+    /// Descriptor set.
+    pub set: u32,
+    /// Binding number in the set.
+    pub binding: u32,
+    /// The block's name.
+    pub name: String,
+    /// What the shader does with it.
+    pub access: Access,
+    /// Type of the block's only member, without array brackets. None if it has several.
+    pub element: Option<String>,
+    /// Bytes from one element to the next, where the block is an array of unknown length.
+    pub stride: Option<u32>,
+}
+
+/// The push constant block.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Push {
+    /// Type of the block's only member. None if it has several.
+    pub element: Option<String>,
+    /// Size in bytes.
+    pub size: u32,
+}
+
+/// A structure with a memory layout, that is, one used within a block.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Structure {
+    /// The structure's name.
+    pub name: String,
+    /// Members in order.
+    pub members: Vec<Member>,
+}
+
+/// A member of a [`Structure`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Member {
+    /// The member's name.
+    pub name: String,
+    /// Bytes from the start of the structure.
+    pub offset: u32,
+    /// Size in bytes.
+    pub size: u32,
+    /// Scalar type or structure at the bottom of vectors, matrices and arrays: `float`, `uint`, `int`, or a name.
+    pub scalar: String,
+}
+
+/// A specialisation constant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Constant {
+    /// Its `constant_id`.
+    pub id: u32,
+    /// Its name.
+    pub name: String,
+    /// The value that the shader gives it.
+    pub default: u32,
+}
+
+/// What a compute shader declares.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Module {
+    /// Invocations of a workgroup along each axis.
+    pub local_size: [u32; 3],
+    /// Storage buffers by set and binding.
+    pub bindings: Vec<Binding>,
+    /// The push constant block, if any.
+    pub push: Option<Push>,
+    /// Specialisation constants by id.
+    pub constants: Vec<Constant>,
+    /// Structures with a memory layout, the blocks themselves excepted.
+    pub structures: Vec<Structure>,
+    /// SPIR-V capabilities by number.
+    pub capabilities: Vec<u32>,
+    /// Names of extended instruction sets: `GLSL.std.450`, and one for printing where a shader prints.
+    pub instruction_sets: Vec<String>,
+    /// Whether the shader asks how many workgroups there are, as it must to be spread over y.
+    pub has_workgroup_count: bool,
+}
+
+/// Opcodes, decorations, storage classes and modes of the SPIR-V specification.
+mod code {
+    pub(super) const MAGIC: u32 = 0x0723_0203;
+    pub(super) const NAME: u16 = 5;
+    pub(super) const MEMBER_NAME: u16 = 6;
+    pub(super) const EXT_INST_IMPORT: u16 = 11;
+    pub(super) const EXECUTION_MODE: u16 = 16;
+    pub(super) const CAPABILITY: u16 = 17;
+    pub(super) const TYPE_BOOL: u16 = 20;
+    pub(super) const TYPE_INT: u16 = 21;
+    pub(super) const TYPE_FLOAT: u16 = 22;
+    pub(super) const TYPE_VECTOR: u16 = 23;
+    pub(super) const TYPE_MATRIX: u16 = 24;
+    pub(super) const TYPE_ARRAY: u16 = 28;
+    pub(super) const TYPE_RUNTIME_ARRAY: u16 = 29;
+    pub(super) const TYPE_STRUCT: u16 = 30;
+    pub(super) const TYPE_POINTER: u16 = 32;
+    pub(super) const CONSTANT: u16 = 43;
+    pub(super) const SPEC_CONSTANT_TRUE: u16 = 48;
+    pub(super) const SPEC_CONSTANT_FALSE: u16 = 49;
+    pub(super) const SPEC_CONSTANT: u16 = 50;
+    pub(super) const VARIABLE: u16 = 59;
+    pub(super) const DECORATE: u16 = 71;
+    pub(super) const MEMBER_DECORATE: u16 = 72;
+
+    pub(super) const LOCAL_SIZE: u32 = 17;
+
+    pub(super) const SPEC_ID: u32 = 1;
+    pub(super) const BLOCK: u32 = 2;
+    pub(super) const ARRAY_STRIDE: u32 = 6;
+    pub(super) const MATRIX_STRIDE: u32 = 7;
+    pub(super) const BUILT_IN: u32 = 11;
+    pub(super) const NON_WRITABLE: u32 = 24;
+    pub(super) const NON_READABLE: u32 = 25;
+    pub(super) const BINDING: u32 = 33;
+    pub(super) const DESCRIPTOR_SET: u32 = 34;
+    pub(super) const OFFSET: u32 = 35;
+
+    pub(super) const NUM_WORKGROUPS: u32 = 24;
+    pub(super) const PUSH_CONSTANT: u32 = 9;
+    pub(super) const STORAGE_BUFFER: u32 = 12;
+}
+
+/// Reads a module.
+pub fn reflect(words: &[u32]) -> Module {
+    Reader::parse(words).module()
+}
+
+enum Type {
+    Scalar { bytes: u32, name: &'static str },
+    Vector { of: u32, count: u32 },
+    Matrix { of: u32, columns: u32 },
+    Array { of: u32, length: u32 },
+    RuntimeArray { of: u32 },
+    Struct { members: Vec<u32> },
+    Pointer { to: u32 },
+}
+
+/// The declarations of a module by id; members of structures are keyed by id and index.
+#[derive(Default)]
+struct Reader {
+    found: Module,
+    names: HashMap<u32, String>,
+    member_names: HashMap<(u32, u32), String>,
+    decorations: HashMap<(u32, u32), u32>,
+    member_decorations: HashMap<(u32, u32, u32), u32>,
+    types: HashMap<u32, Type>,
+    constants: HashMap<u32, u32>,
+    /// Id, type and storage class.
+    variables: Vec<(u32, u32, u32)>,
+}
+
+impl Reader {
+    fn parse(words: &[u32]) -> Self {
+        assert!(words.len() > 5 && words[0] == code::MAGIC, "not a SPIR-V module");
+        let mut reader = Self::default();
+        let mut rest = &words[5..];
+        while let [first, ..] = rest {
+            let (opcode, length) = (*first as u16, (first >> 16) as usize);
+            assert!((1..=rest.len()).contains(&length), "a SPIR-V instruction has a wrong length");
+            reader.instruction(opcode, &rest[1..length]);
+            rest = &rest[length..];
+        }
+        reader
+    }
+
+    fn instruction(&mut self, opcode: u16, operands: &[u32]) {
+        match (opcode, operands) {
+            (code::CAPABILITY, &[capability]) => self.found.capabilities.push(capability),
+            (code::EXT_INST_IMPORT, [_, name @ ..]) => self.found.instruction_sets.push(string(name)),
+            (code::EXECUTION_MODE, &[_, code::LOCAL_SIZE, x, y, z]) => self.found.local_size = [x, y, z],
+            (code::NAME, [id, name @ ..]) => {
+                self.names.insert(*id, string(name));
+            }
+            (code::MEMBER_NAME, [id, member, name @ ..]) => {
+                self.member_names.insert((*id, *member), string(name));
+            }
+            (code::DECORATE, &[id, decoration, ref value @ ..]) => {
+                let value = value.first().copied().unwrap_or(0);
+                self.decorations.insert((id, decoration), value);
+                self.found.has_workgroup_count |=
+                    decoration == code::BUILT_IN && value == code::NUM_WORKGROUPS;
+            }
+            (code::MEMBER_DECORATE, &[id, member, decoration, ref value @ ..]) => {
+                let value = value.first().copied().unwrap_or(0);
+                self.member_decorations.insert((id, member, decoration), value);
+            }
+            (code::CONSTANT | code::SPEC_CONSTANT, &[_, id, value, ..]) => self.constant(opcode, id, value),
+            (code::SPEC_CONSTANT_TRUE, &[_, id]) => self.constant(opcode, id, 1),
+            (code::SPEC_CONSTANT_FALSE, &[_, id]) => self.constant(opcode, id, 0),
+            (code::VARIABLE, &[type_id, id, class, ..]) => self.variables.push((id, type_id, class)),
+            (_, &[id, ref rest @ ..]) => {
+                if let Some(declared) = declared_type(opcode, rest) {
+                    self.types.insert(id, declared);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Decorations come before constants in a module, so that a specialisation constant's id is known here.
+    fn constant(&mut self, opcode: u16, id: u32, value: u32) {
+        self.constants.insert(id, value);
+        if let (true, Some(&spec_id)) = (opcode != code::CONSTANT, self.decorations.get(&(id, code::SPEC_ID)))
+        {
+            self.found.constants.push(Constant { id: spec_id, name: self.name(id), default: value });
+        }
+    }
+
+    fn module(mut self) -> Module {
+        let mut found = std::mem::take(&mut self.found);
+        for &(variable, pointer, class) in &self.variables {
+            let block = match self.types.get(&pointer) {
+                Some(&Type::Pointer { to }) => to,
+                _ => continue,
+            };
+            match class {
+                code::STORAGE_BUFFER => found.bindings.push(self.binding(variable, block)),
+                code::PUSH_CONSTANT => {
+                    found.push = Some(Push {
+                        element: self.element(block).map(|(name, _)| name),
+                        size: self.size(block),
+                    });
+                }
+                _ => {}
+            }
+        }
+        found.bindings.sort_by_key(|binding| (binding.set, binding.binding));
+        found.constants.sort_by_key(|constant| constant.id);
+        let mut structures: Vec<u32> = self.types.keys().copied().filter(|&id| self.is_shared(id)).collect();
+        structures.sort_unstable();
+        found.structures = structures.into_iter().map(|id| self.structure(id)).collect();
+        found
+    }
+
+    fn binding(&self, variable: u32, block: u32) -> Binding {
+        let decoration = |which| {
+            *self.decorations.get(&(variable, which)).expect("a buffer has a descriptor set and a binding")
+        };
+        // Compilers differ in whether the variable or each of its members carries the qualifier.
+        let members = self.members(block).len() as u32;
+        let has = |which| {
+            self.decorations.contains_key(&(variable, which))
+                || (0..members).all(|member| self.member_decorations.contains_key(&(block, member, which)))
+        };
+        let access = match (has(code::NON_WRITABLE), has(code::NON_READABLE)) {
+            (true, _) => Access::Read,
+            (false, true) => Access::Write,
+            (false, false) => Access::ReadWrite,
+        };
+        let (element, stride) = self.element(block).unzip();
+        Binding {
+            set: decoration(code::DESCRIPTOR_SET),
+            binding: decoration(code::BINDING),
+            name: self.name(block),
+            access,
+            element,
+            stride: stride.flatten(),
+        }
+    }
+
+    /// Type of a block's only member, and its stride if that is an array of unknown length.
+    fn element(&self, block: u32) -> Option<(String, Option<u32>)> {
+        let &[member] = self.members(block) else { return None };
+        match self.types[&member] {
+            Type::RuntimeArray { of } => Some((self.scalar(of), Some(self.stride(member)))),
+            _ => Some((self.scalar(member), None)),
+        }
+    }
+
+    fn structure(&self, id: u32) -> Structure {
+        let member = |(index, &type_id): (usize, &u32)| {
+            let key = (id, index as u32);
+            Member {
+                name: self.member_names.get(&key).cloned().unwrap_or_default(),
+                offset: self.member_decorations[&(id, index as u32, code::OFFSET)],
+                size: self.member_size(id, index as u32, type_id),
+                scalar: self.scalar(type_id),
+            }
+        };
+        Structure { name: self.name(id), members: self.members(id).iter().enumerate().map(member).collect() }
+    }
+
+    fn is_shared(&self, id: u32) -> bool {
+        !self.members(id).is_empty()
+            && self.member_decorations.contains_key(&(id, 0, code::OFFSET))
+            && !self.decorations.contains_key(&(id, code::BLOCK))
+    }
+
+    fn name(&self, id: u32) -> String {
+        self.names.get(&id).cloned().unwrap_or_default()
+    }
+
+    fn members(&self, id: u32) -> &[u32] {
+        match self.types.get(&id) {
+            Some(Type::Struct { members }) => members,
+            _ => &[],
+        }
+    }
+
+    fn stride(&self, array: u32) -> u32 {
+        self.decorations.get(&(array, code::ARRAY_STRIDE)).copied().unwrap_or(0)
+    }
+
+    fn scalar(&self, id: u32) -> String {
+        match self.types[&id] {
+            Type::Scalar { name, .. } => name.into(),
+            Type::Vector { of, .. } | Type::Matrix { of, .. } => self.scalar(of),
+            Type::Array { of, .. } | Type::RuntimeArray { of } => self.scalar(of),
+            Type::Struct { .. } | Type::Pointer { .. } => self.name(id),
+        }
+    }
+
+    /// Bytes from the first to behind the last member.
+    fn size(&self, id: u32) -> u32 {
+        match self.types[&id] {
+            Type::Scalar { bytes, .. } => bytes,
+            Type::Vector { of, count } => count * self.size(of),
+            Type::Array { length, .. } => self.constants[&length] * self.stride(id),
+            Type::Struct { ref members } => (0..).zip(members).last().map_or(0, |(index, &type_id)| {
+                self.member_decorations[&(id, index, code::OFFSET)] + self.member_size(id, index, type_id)
+            }),
+            Type::Matrix { .. } | Type::RuntimeArray { .. } | Type::Pointer { .. } => 0,
+        }
+    }
+
+    /// As [`Self::size`]; the stride of a matrix is a decoration of the member that is one.
+    fn member_size(&self, id: u32, index: u32, type_id: u32) -> u32 {
+        match self.types[&type_id] {
+            Type::Matrix { columns, .. } => {
+                columns * self.member_decorations[&(id, index, code::MATRIX_STRIDE)]
+            }
+            _ => self.size(type_id),
+        }
+    }
+}
+
+fn declared_type(opcode: u16, operands: &[u32]) -> Option<Type> {
+    Some(match (opcode, operands) {
+        (code::TYPE_BOOL, _) => Type::Scalar { bytes: 4, name: "bool" },
+        (code::TYPE_INT, &[bits, 0]) => Type::Scalar { bytes: bits / 8, name: "uint" },
+        (code::TYPE_INT, &[bits, _]) => Type::Scalar { bytes: bits / 8, name: "int" },
+        (code::TYPE_FLOAT, &[bits, ..]) => Type::Scalar { bytes: bits / 8, name: "float" },
+        (code::TYPE_VECTOR, &[of, count]) => Type::Vector { of, count },
+        (code::TYPE_MATRIX, &[of, columns]) => Type::Matrix { of, columns },
+        (code::TYPE_ARRAY, &[of, length]) => Type::Array { of, length },
+        (code::TYPE_RUNTIME_ARRAY, &[of]) => Type::RuntimeArray { of },
+        (code::TYPE_STRUCT, members) => Type::Struct { members: members.to_vec() },
+        (code::TYPE_POINTER, &[_, to]) => Type::Pointer { to },
+        _ => return None,
+    })
+}
+
+/// A SPIR-V string: UTF-8 in little-endian words, ended by a zero byte.
+fn string(words: &[u32]) -> String {
+    let bytes: Vec<u8> =
+        words.iter().flat_map(|word| word.to_le_bytes()).take_while(|&byte| byte != 0).collect();
+    String::from_utf8_lossy(&bytes).into_owned()
+}

@@ -1,0 +1,69 @@
+//! One command buffer with what it takes to submit it and wait for it.
+
+use ash::vk;
+
+use super::timing::Timestamps;
+use super::{Context, VkResultExt};
+use crate::error::Result;
+
+/// Used by one recording at a time, then again by a later one.
+pub(super) struct Submission {
+    pool: vk::CommandPool,
+    pub(super) commands: vk::CommandBuffer,
+    fence: vk::Fence,
+    pub(super) timestamps: Timestamps,
+}
+
+impl Submission {
+    pub(super) fn new(context: &Context) -> Result<Self> {
+        let info = vk::CommandPoolCreateInfo::default()
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT)
+            .queue_family_index(context.queue_family);
+        let pool = unsafe { context.device.create_command_pool(&info, None) }.vk("vkCreateCommandPool")?;
+        let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
+        let commands =
+            unsafe { context.device.allocate_command_buffers(&info) }.vk("vkAllocateCommandBuffers")?[0];
+        let fence = unsafe { context.device.create_fence(&vk::FenceCreateInfo::default(), None) }
+            .vk("vkCreateFence")?;
+        Ok(Self { pool, commands, fence, timestamps: Timestamps::default() })
+    }
+
+    /// Begins anew. The submission before must be done.
+    pub(super) fn begin(&mut self, device: &ash::Device) -> Result<()> {
+        self.timestamps.reset(device);
+        unsafe {
+            device
+                .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
+                .vk("vkResetCommandPool")?;
+            device.reset_fences(&[self.fence]).vk("vkResetFences")?;
+        }
+        let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        unsafe { device.begin_command_buffer(self.commands, &info) }.vk("vkBeginCommandBuffer")
+    }
+
+    /// Ends the recording, submits it, and waits until the device is done with it.
+    pub(super) fn submit_and_wait(&self, context: &Context) -> Result<()> {
+        let device = &context.device;
+        unsafe { device.end_command_buffer(self.commands) }.vk("vkEndCommandBuffer")?;
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
+        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        context
+            .with_queue(|queue| unsafe { context.sync2.queue_submit2(queue, &submit, self.fence) })
+            .vk("vkQueueSubmit2")?;
+        let waited = unsafe { device.wait_for_fences(&[self.fence], true, u64::MAX) };
+        if waited.is_err() {
+            // Nothing may be used again or destroyed before the device is done with it, or lost.
+            let _ = unsafe { device.device_wait_idle() };
+        }
+        waited.vk("vkWaitForFences")
+    }
+
+    /// Destroys it. The device must be done with it.
+    pub(super) fn destroy(mut self, device: &ash::Device) {
+        self.timestamps.destroy(device);
+        unsafe {
+            device.destroy_fence(self.fence, None);
+            device.destroy_command_pool(self.pool, None);
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! GPU timestamps: two a pass, read once the submission is done.
+
+use ash::vk;
+
+use super::device::Limits;
+use super::{Context, VkResultExt};
+use crate::error::Result;
+
+/// Device time of one pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PassTiming {
+    /// The pass's stem.
+    pub name: &'static str,
+    /// Milliseconds from the first command's start to the last command's end.
+    pub ms: f64,
+    /// No barrier lay between this pass and a neighbour: the device may have run both at once, and `ms` divides their
+    /// common time arbitrarily.
+    pub overlapped: bool,
+    /// Dispatches recorded, fills and copies not counted.
+    pub dispatches: u32,
+}
+
+/// Queries per pool. A recording that needs more gets another pool.
+const POOL_QUERIES: u32 = 256;
+
+/// The timestamps of one recording, kept for reuse by later ones.
+#[derive(Default)]
+pub(super) struct Timestamps {
+    pools: Vec<vk::QueryPool>,
+    used: u32,
+}
+
+impl Timestamps {
+    /// Forgets all timestamps. None may be pending on the device.
+    pub(super) fn reset(&mut self, device: &ash::Device) {
+        for &pool in &self.pools {
+            unsafe { device.reset_query_pool(pool, 0, POOL_QUERIES) };
+        }
+        self.used = 0;
+    }
+
+    /// Writes a timestamp once every earlier command is done.
+    pub(super) fn write(&mut self, context: &Context, commands: vk::CommandBuffer) -> Result<()> {
+        let pool_index = (self.used / POOL_QUERIES) as usize;
+        if pool_index == self.pools.len() {
+            let info = vk::QueryPoolCreateInfo::default()
+                .query_type(vk::QueryType::TIMESTAMP)
+                .query_count(POOL_QUERIES);
+            let pool = unsafe { context.device.create_query_pool(&info, None) }.vk("vkCreateQueryPool")?;
+            unsafe { context.device.reset_query_pool(pool, 0, POOL_QUERIES) };
+            self.pools.push(pool);
+        }
+        let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
+        unsafe {
+            context.sync2.cmd_write_timestamp2(
+                commands,
+                stage,
+                self.pools[pool_index],
+                self.used % POOL_QUERIES,
+            );
+        }
+        self.used += 1;
+        Ok(())
+    }
+
+    /// Milliseconds between the timestamps 2i and 2i + 1, for each i. The submission must be done.
+    pub(super) fn read_ms(&self, device: &ash::Device, limits: &Limits) -> Result<Vec<f64>> {
+        let mut ticks = vec![0_u64; self.used as usize];
+        for (&pool, chunk) in self.pools.iter().zip(ticks.chunks_mut(POOL_QUERIES as usize)) {
+            unsafe { device.get_query_pool_results(pool, 0, chunk, vk::QueryResultFlags::TYPE_64) }
+                .vk("vkGetQueryPoolResults")?;
+        }
+        let (spans, _) = ticks.as_chunks::<2>();
+        Ok(spans.iter().map(|&[begin, end]| milliseconds(begin, end, limits)).collect())
+    }
+
+    pub(super) fn destroy(&mut self, device: &ash::Device) {
+        for pool in self.pools.drain(..) {
+            unsafe { device.destroy_query_pool(pool, None) };
+        }
+    }
+}
+
+/// The counter wraps at its number of valid bits, and its period is not a whole number of nanoseconds on every device.
+fn milliseconds(begin: u64, end: u64, limits: &Limits) -> f64 {
+    let mask = u64::MAX >> (64 - limits.timestamp_bits);
+    let ticks = end.wrapping_sub(begin) & mask;
+    ticks as f64 * f64::from(limits.timestamp_period_ns) * 1e-6
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_wrap_at_the_valid_bits_and_keep_the_period_whole() {
+        let limits = Limits { timestamp_bits: 36, timestamp_period_ns: 52.08, ..Limits::default() };
+        assert_eq!(milliseconds((1 << 36) - 500, 500, &limits), 1000.0 * f64::from(52.08_f32) * 1e-6);
+        let limits = Limits { timestamp_bits: 64, timestamp_period_ns: 1.0, ..Limits::default() };
+        assert_eq!(milliseconds(u64::MAX, 999_999, &limits), 1.0);
+    }
+}

@@ -1,0 +1,3 @@
+//! Passes of a frame.
+
+pub mod prefix_sum;

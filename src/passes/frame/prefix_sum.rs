@@ -1,0 +1,98 @@
+//! Exclusive prefix sum of `u32` values in place, with the total behind the last: counts become the offsets of a
+//! compressed sparse row. [Merrill and Grimshaw 2009, reduce-then-scan]  Wrapping; deterministic.
+
+use std::sync::Arc;
+
+use crate::error::Result;
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::gpu::{Buffer, Context, PassScope, Pipeline};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+
+gpu_struct! {
+    /// Push constants of both shaders.
+    pub struct PrefixSumPush {
+        /// Values to sum.
+        pub count: u32,
+    }
+}
+
+/// What this pass shares with its shaders.
+pub const LAYOUTS: &[Layout] = &[PrefixSumPush::LAYOUT];
+
+/// Values that one invocation adds up on its own before its workgroup shares sums.
+const ITEMS: u32 = 8;
+
+/// The pipelines, and room for the sums of blocks.
+pub struct PrefixSum {
+    reduce: Pipeline,
+    scan: Pipeline,
+    /// Values that one workgroup sums.
+    block_length: u32,
+    capacity: u32,
+    /// Sums of the blocks of the values, then of the blocks of these, and so on until one block is left.
+    block_sums: Vec<Buffer>,
+    /// The offset of a block that is alone.
+    zero: Buffer,
+}
+
+impl PrefixSum {
+    /// The name that shader, twin and timing share.
+    pub const STEM: &str = "prefix_sum";
+
+    /// Prepares sums of up to `capacity` values.
+    ///
+    /// # Errors
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn new(context: &Arc<Context>, capacity: u32) -> Result<Self> {
+        let scan = Pipeline::new(context, Self::STEM, &[("ITEMS", ITEMS)])?;
+        let block_length = scan.local_size()[0] * ITEMS;
+        let mut block_sums = Vec::new();
+        let mut count = capacity;
+        while count > block_length {
+            count = count.div_ceil(block_length);
+            // The scan of the sums puts their total behind them.
+            block_sums.push(Buffer::storage(context, "block sums", 4 * (u64::from(count) + 1))?);
+        }
+        Ok(Self {
+            reduce: Pipeline::new(context, "prefix_sum_reduce", &[("ITEMS", ITEMS)])?,
+            scan,
+            block_length,
+            capacity,
+            block_sums,
+            zero: Buffer::from_slice(context, "zero", &[0_u32])?,
+        })
+    }
+
+    /// Replaces each of the first `count` words of `values` by the sum of those before it, and word `count` by the sum
+    /// of all. Records into an open pass, with barriers between its own dispatches only.
+    ///
+    /// Panics if `count` is above the capacity, or `values` shorter than `count + 1` words.
+    pub fn record(&self, pass: &mut PassScope<'_>, values: &Buffer, count: u32) {
+        assert!(count <= self.capacity, "{count} values, prepared for {}", self.capacity);
+        assert!(values.bytes() >= 4 * (u64::from(count) + 1), "the total has no place behind {count} values");
+
+        // Level 0 are the values, level l + 1 the sums of the blocks of level l, the last level is one block.
+        let mut counts = vec![count];
+        while let Some(&last) = counts.last().filter(|&&last| last > self.block_length) {
+            counts.push(last.div_ceil(self.block_length));
+        }
+        let level = |index: usize| if index == 0 { values } else { &self.block_sums[index - 1] };
+        let top = counts.len() - 1;
+
+        for (index, &count) in counts.iter().enumerate().take(top) {
+            let bindings = [("Values", level(index)), ("BlockSums", level(index + 1))];
+            pass.dispatch(&self.reduce, [count.div_ceil(ITEMS), 1, 1], &PrefixSumPush { count }, &bindings);
+            pass.barrier(COMPUTE_TO_COMPUTE);
+        }
+        for (index, &count) in counts.iter().enumerate().rev() {
+            let offsets = if index == top { &self.zero } else { level(index + 1) };
+            let bindings = [("Values", level(index)), ("BlockOffsets", offsets)];
+            // Of no values the total is written all the same.
+            let threads = count.div_ceil(ITEMS).max(1);
+            pass.dispatch(&self.scan, [threads, 1, 1], &PrefixSumPush { count }, &bindings);
+            if index > 0 {
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! What the tests on a device share.
+
+use std::sync::{Arc, OnceLock};
+
+use lightpaths::gpu::{Context, ContextOptions};
+
+/// The device of this test binary, with validation and the hazard check on. A missing device is a failure, not a skip.
+pub fn context() -> Arc<Context> {
+    static CONTEXT: OnceLock<Arc<Context>> = OnceLock::new();
+    CONTEXT
+        .get_or_init(|| {
+            let options = ContextOptions { device: None, validation: true, hazard_check: true };
+            let context =
+                Context::new(&options).expect("the tests need a Vulkan device and the validation layers");
+            eprintln!("{} ({}), {:?}", context.name(), context.driver(), context.limits());
+            context
+        })
+        .clone()
+}
+
+/// Fails if the validation layer has said anything since the last call.
+pub fn assert_silent(context: &Context) {
+    assert_eq!(context.take_validation_messages(), [""; 0], "the validation layer is silent");
+}
+
+/// Reproducible words: a linear congruential generator (Knuth's MMIX constants), its upper bits.
+pub fn random_words(seed: u64, count: usize) -> Vec<u32> {
+    let mut state = seed;
+    (0..count)
+        .map(|_| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 32) as u32
+        })
+        .collect()
+}

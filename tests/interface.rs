@@ -1,0 +1,261 @@
+//! What no compiler checks: that Rust, GLSL and the committed SPIR-V agree, and that layers import in one direction.
+//!
+//! With the feature `shaderc` and `LIGHTPATHS_BLESS=1` in the environment, `spirv/` is written instead of compared.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use lightpaths::gpu::hash::fnv1a;
+use lightpaths::gpu::shaders::{SHADERS, Shader};
+use lightpaths::gpu::spirv::{self, Module};
+use lightpaths::layout::Layout;
+use lightpaths::passes;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn manifest_line(shader: &Shader, binary: &[u8]) -> String {
+    format!("{} {} {}\n", shader.stem, shader.source_hash, fnv1a(binary))
+}
+
+/// `spirv/MANIFEST` without its first line, which names the compiler.
+fn manifest_entries() -> String {
+    let manifest = fs::read_to_string(root().join("spirv/MANIFEST")).expect("spirv/MANIFEST is committed");
+    manifest.split_once('\n').expect("the first line names the compiler").1.to_owned()
+}
+
+#[test]
+fn manifest_matches_glsl() {
+    if is_blessing() {
+        return;
+    }
+    let entries: String = SHADERS
+        .iter()
+        .map(|shader| {
+            let binary = fs::read(root().join(format!("spirv/{}.spv", shader.stem)));
+            manifest_line(
+                shader,
+                &binary.unwrap_or_else(|error| panic!("spirv/{}.spv: {error}", shader.stem)),
+            )
+        })
+        .collect();
+    assert_eq!(entries, manifest_entries(), "sources or binaries changed: run `make spirv`");
+}
+
+#[test]
+fn every_binary_has_a_source() {
+    let stems: BTreeSet<String> = SHADERS.iter().map(|shader| format!("{}.spv", shader.stem)).collect();
+    let files = fs::read_dir(root().join("spirv")).expect("spirv/ is committed");
+    let files: BTreeSet<String> = files
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| name != "MANIFEST")
+        .collect();
+    assert_eq!(
+        files.difference(&stems).collect::<Vec<_>>(),
+        Vec::<&String>::new(),
+        "in spirv/ without a source"
+    );
+}
+
+fn is_blessing() -> bool {
+    let is_asked = std::env::var_os("LIGHTPATHS_BLESS").is_some();
+    assert!(!is_asked || cfg!(feature = "shaderc"), "blessing needs the compiler: add --features shaderc");
+    is_asked
+}
+
+#[cfg(feature = "shaderc")]
+#[test]
+fn spirv_matches_compiler() {
+    if is_blessing() {
+        return bless();
+    }
+    for shader in SHADERS {
+        let committed = fs::read(root().join(format!("spirv/{}.spv", shader.stem))).unwrap();
+        assert!(shader.bytes == committed, "spirv/{}.spv is not what the compiler makes", shader.stem);
+    }
+    let manifest = fs::read_to_string(root().join("spirv/MANIFEST")).unwrap();
+    assert_eq!(manifest.lines().next().unwrap(), compiler(), "the compiler changed: run `make spirv`");
+}
+
+#[cfg(feature = "shaderc")]
+fn bless() {
+    let spirv = root().join("spirv");
+    let mut manifest = compiler() + "\n";
+    let _ = fs::remove_dir_all(&spirv);
+    fs::create_dir(&spirv).unwrap();
+    for shader in SHADERS {
+        fs::write(spirv.join(format!("{}.spv", shader.stem)), shader.bytes).unwrap();
+        manifest += &manifest_line(shader, shader.bytes);
+    }
+    fs::write(spirv.join("MANIFEST"), manifest).unwrap();
+}
+
+/// The first line of the manifest. Bytes are defined only for one version of the compiler, the locked one.
+#[cfg(feature = "shaderc")]
+fn compiler() -> String {
+    let lock = fs::read_to_string(root().join("Cargo.lock")).unwrap();
+    let (_, package) = lock.split_once("name = \"shaderc\"\nversion = \"").expect("shaderc is locked");
+    format!("compiler shaderc {} vulkan1.2 level zero", package.split_once('"').unwrap().0)
+}
+
+fn modules() -> impl Iterator<Item = (&'static str, Module)> {
+    SHADERS.iter().map(|shader| (shader.stem, spirv::reflect(&shader.words())))
+}
+
+#[test]
+fn structures_agree_member_by_member() {
+    let layouts = passes::layouts();
+    let mut used = BTreeSet::new();
+    for (stem, module) in modules() {
+        for structure in &module.structures {
+            let name = &structure.name;
+            let layout = layouts.iter().find(|layout| layout.name == name);
+            let layout =
+                layout.unwrap_or_else(|| panic!("`{stem}`: `{name}` has no twin in passes::layouts()"));
+            assert_eq!(shader_members(structure), host_members(layout), "`{stem}`: members of `{name}`");
+            used.insert(layout.name);
+        }
+    }
+    let registered: BTreeSet<_> = layouts.iter().map(|layout| layout.name).collect();
+    assert_eq!(registered.len(), layouts.len(), "a structure is registered once");
+    assert_eq!(registered, used, "registered structures are used by a shader");
+}
+
+type Members = Vec<(String, usize, usize, String)>;
+
+fn shader_members(structure: &spirv::Structure) -> Members {
+    let members = structure.members.iter();
+    members.map(|m| (m.name.clone(), m.offset as usize, m.size as usize, m.scalar.clone())).collect()
+}
+
+fn host_members(layout: &Layout) -> Members {
+    let members = layout.members.iter();
+    members.map(|m| (m.name.into(), m.offset, m.size, scalar(m.rust_type))).collect()
+}
+
+/// The GLSL scalar type at the bottom of a Rust type as written: `[glam::UVec2; 4]` is made of `uint`.
+fn scalar(rust_type: &str) -> String {
+    let element = rust_type.trim_start_matches('[').split(';').next().unwrap().trim();
+    match element.rsplit("::").next().unwrap() {
+        "u32" | "UVec2" | "UVec3" | "UVec4" => "uint",
+        "i32" | "IVec2" | "IVec3" | "IVec4" => "int",
+        "f32" | "Vec2" | "Vec3" | "Vec4" | "Mat4" => "float",
+        name => name,
+    }
+    .into()
+}
+
+#[test]
+fn blocks_wrap_one_array_or_structure() {
+    let layouts = passes::layouts();
+    let size =
+        |name: &str| layouts.iter().find(|layout| layout.name == name).map(|layout| layout.size as u32);
+    for (stem, module) in modules() {
+        for (number, binding) in module.bindings.iter().enumerate() {
+            let name = &binding.name;
+            assert!(!name.is_empty(), "`{stem}`: names are kept");
+            assert_eq!(
+                (binding.set, binding.binding),
+                (0, number as u32),
+                "`{stem}`: `{name}` is numbered in order"
+            );
+            let element =
+                binding.element.as_deref().unwrap_or_else(|| panic!("`{stem}`: `{name}` has one member"));
+            // Arrays of a shared structure step by its size, as slices in Rust do.
+            if let (Some(stride), Some(size)) = (binding.stride, size(element)) {
+                assert_eq!(stride, size, "`{stem}`: `{name}` steps from one `{element}` to the next");
+            }
+        }
+        let names: BTreeSet<_> = module.bindings.iter().map(|binding| &binding.name).collect();
+        assert_eq!(names.len(), module.bindings.len(), "`{stem}`: block names are told apart");
+        if let Some(push) = module.push {
+            let element = push.element.unwrap_or_else(|| panic!("`{stem}`: the push block has one member"));
+            assert_eq!(Some(push.size), size(&element), "`{stem}`: the push block is a registered structure");
+        }
+    }
+}
+
+#[test]
+fn shaders_keep_to_the_rules() {
+    const SHADER: u32 = 1;
+    for (stem, module) in modules() {
+        assert_eq!(module.capabilities, [SHADER], "`{stem}` asks for no optional feature");
+        assert_eq!(module.instruction_sets, ["GLSL.std.450"], "`{stem}` does not print");
+        for constant in &module.constants {
+            assert!(!constant.name.is_empty(), "`{stem}`: names are kept");
+            assert_eq!(constant.default, 0, "`{stem}`: `{}` defaults to an invalid value", constant.name);
+        }
+    }
+}
+
+/// Every name in a shader's interface is used by the host file of its pass.
+#[test]
+fn host_files_name_what_shaders_declare() {
+    let host: String = rust_files(&root().join("src/passes")).iter().map(|path| read(path)).collect();
+    for (stem, module) in modules() {
+        let bindings = module.bindings.iter().map(|binding| &binding.name);
+        let constants = module.constants.iter().map(|constant| &constant.name);
+        for name in bindings.chain(constants) {
+            assert!(host.contains(&format!("\"{name}\"")), "`{stem}`: no pass names `{name}`");
+        }
+        assert!(host.contains(&format!("\"{stem}\"")), "no pass uses `{stem}`");
+    }
+}
+
+/// Modules of the library in layers. Modules of a layer may import each other only where listed.
+const LAYERS: [&[&str]; 6] = [
+    &["error", "layout", "types"],
+    &["gpu", "scene"],
+    &["cpu", "metrics"],
+    &["passes"],
+    &["renderer", "stored"],
+    &["app"],
+];
+
+#[test]
+fn layers_import_in_one_direction() {
+    let layer = |module: &str| LAYERS.iter().position(|layer| layer.contains(&module));
+    let src = root().join("src");
+    for path in rust_files(&src) {
+        let relative = path.strip_prefix(&src).unwrap();
+        let first = relative.components().next().unwrap().as_os_str().to_str().unwrap();
+        let module = first.trim_end_matches(".rs");
+        let Some(own) = layer(module) else {
+            assert!(["lib", "main"].contains(&module), "src/{first} is in no layer");
+            continue;
+        };
+        for line in read(&path).lines() {
+            let Some(import) = line.trim().split_once("use crate::").map(|(_, rest)| rest) else { continue };
+            let imported = import.split([':', ';', ' ']).next().unwrap();
+            let Some(other) = layer(imported) else {
+                panic!("{}: `{import}`: name the module that is imported from", relative.display());
+            };
+            let is_below = other < own || imported == module || (other == 0 && own == 0);
+            let sees_no_device = module != "cpu" || imported != "gpu";
+            assert!(
+                is_below && sees_no_device,
+                "{}: {module} must not import {imported}",
+                relative.display()
+            );
+        }
+    }
+}
+
+fn rust_files(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files.extend(rust_files(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
+        }
+    }
+    files
+}
+
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}

@@ -11,6 +11,8 @@ pub mod layout;
 #[forbid(unsafe_code)]
 pub mod passes;
 #[forbid(unsafe_code)]
+pub mod renderer;
+#[forbid(unsafe_code)]
 pub mod scene;
 #[forbid(unsafe_code)]
 pub mod types;

@@ -1,10 +1,34 @@
 //! The passes: each a host file, a shader and a CPU twin of one stem.
 
+mod cluster_buffers;
 pub mod frame;
+pub mod precompute;
+mod scene_buffers;
+
+pub use cluster_buffers::ClusterBuffers;
+pub use scene_buffers::{SceneBuffers, reflectances};
 
 use crate::layout::Layout;
 
 /// The layout of every structure that a pass shares with its shaders: one line a pass.
 pub fn layouts() -> Vec<Layout> {
-    [frame::prefix_sum::LAYOUTS].concat()
+    [
+        crate::types::LAYOUTS,
+        precompute::rays::LAYOUTS,
+        precompute::entry_points::LAYOUTS,
+        precompute::light_paths::LAYOUTS,
+        precompute::cache_points::LAYOUTS,
+        precompute::gather_rays::LAYOUTS,
+        frame::primary::LAYOUTS,
+        frame::direct::LAYOUTS,
+        frame::form_factors::LAYOUTS,
+        frame::path_scan::LAYOUTS,
+        frame::hvds::LAYOUTS,
+        frame::gather::LAYOUTS,
+        frame::prefix_sum::LAYOUTS,
+        frame::tile_sort::LAYOUTS,
+        frame::splat::LAYOUTS,
+        frame::compose::LAYOUTS,
+    ]
+    .concat()
 }

@@ -5,7 +5,7 @@
 //! within a level by normal code and then along a Morton curve, so that the children of a cluster stand together, in
 //! order, one level down, and so do neighbours on a surface.
 
-use crate::scene::{Triangle, clip, grid};
+use crate::scene::{Triangle, clip};
 use crate::types;
 use glam::{UVec3, Vec3};
 use std::ops::Range;
@@ -178,7 +178,7 @@ fn merge(parts: &[(u64, f64)]) -> Vec<(u64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::surfaces;
+    use crate::scene::{grid, surfaces};
 
     fn tetrahedron() -> Vec<Triangle> {
         let p = [[0.0, 0.0, 0.0], [1.3, 0.1, 0.0], [0.2, 1.1, 0.3], [0.4, 0.2, 1.9]].map(Vec3::from);

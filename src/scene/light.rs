@@ -57,6 +57,15 @@ pub enum LightKind {
 }
 
 impl LightKind {
+    /// Where it is; none for a light at infinity. An area light is at its middle.
+    pub fn position(&self) -> Option<Vec3> {
+        match *self {
+            Self::Point { position, .. } | Self::Spot { position, .. } => Some(position),
+            Self::Area { corner, edge_u, edge_v, .. } => Some(corner + 0.5 * (edge_u + edge_v)),
+            Self::Directional { .. } => None,
+        }
+    }
+
     /// The word for it in a scene file.
     pub fn word(&self) -> &'static str {
         match self {

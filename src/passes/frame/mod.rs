@@ -1,3 +1,12 @@
 //! Passes of a frame.
 
+pub mod compose;
+pub mod direct;
+pub mod form_factors;
+pub mod gather;
+pub mod hvds;
+pub mod path_scan;
 pub mod prefix_sum;
+pub mod primary;
+pub mod splat;
+pub mod tile_sort;

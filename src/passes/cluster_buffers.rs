@@ -1,0 +1,41 @@
+//! The clusters on the device, as the precomputation asks for them: by position, and by their place in the hierarchy.
+
+use crate::error::Result;
+use crate::gpu::{Buffer, Context};
+use crate::passes::precompute::gather_rays::ClusterLink;
+use crate::scene::hvds::Hvds;
+use crate::types::Grid;
+use std::sync::Arc;
+
+/// Needed until the gather rays are traced.
+pub struct ClusterBuffers {
+    /// The base grid.
+    pub grid: Grid,
+    /// First place in `cell_clusters` of each base cell, and the end.
+    pub cell_first: Buffer,
+    /// `code << 27 | cluster` of the base cells.
+    pub cell_clusters: Buffer,
+    /// `ClusterLink` of each cluster.
+    pub links: Buffer,
+}
+
+impl ClusterBuffers {
+    /// Uploads the tables.
+    ///
+    /// # Errors
+    /// The device lacks memory.
+    pub fn new(context: &Arc<Context>, hvds: &Hvds) -> Result<Self> {
+        let links: Vec<ClusterLink> = hvds
+            .parents
+            .iter()
+            .zip(&hvds.areas_m2)
+            .map(|(&parent, &area_m2)| ClusterLink { parent, area_m2 })
+            .collect();
+        Ok(Self {
+            grid: hvds.grid,
+            cell_first: Buffer::from_slice(context, "cell first", &hvds.cell_first)?,
+            cell_clusters: Buffer::from_slice(context, "cell clusters", &hvds.cell_clusters)?,
+            links: Buffer::from_slice(context, "cluster links", &links)?,
+        })
+    }
+}

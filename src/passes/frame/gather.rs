@@ -1,0 +1,94 @@
+//! Final gathering at the cache points. [Yue §3, Tfg; Krivanek]
+//! In: gather rays, cluster irradiance (W/m²), reflectances. Out: records: irradiance and its gradients.
+
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::precompute::gather_rays::{GatherCode, Hemisphere};
+use crate::types::Record;
+use std::sync::Arc;
+
+gpu_struct! {
+    /// Push constants.
+    pub struct GatherPush {
+        /// Cache points.
+        pub point_count: u32,
+        /// Width of the cluster field in `GatherRay::target`.
+        pub cluster_bits: u32,
+        /// Unit of `GatherRay::gradient`, metres.
+        pub least_distance: f32,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[GatherPush::LAYOUT];
+
+/// The pipeline, the cache points with their rays, and the result.
+pub struct Gather {
+    pipeline: Pipeline,
+    point_count: u32,
+    code: GatherCode,
+    /// `CachePoint`s.
+    pub cache_points: Buffer,
+    /// `GatherRay`s, a row a cache point.
+    pub rays: Buffer,
+    /// `Record` of each cache point.
+    pub records: Buffer,
+}
+
+impl Gather {
+    /// The name that shader, twin and timing share.
+    pub const STEM: &str = "gather";
+
+    /// Takes over what the precomputation found.
+    ///
+    /// # Errors
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn new(
+        context: &Arc<Context>,
+        cache_points: Buffer,
+        point_count: u32,
+        rays: Buffer,
+        hemisphere: Hemisphere,
+        code: GatherCode,
+    ) -> Result<Self> {
+        Ok(Self {
+            pipeline: Pipeline::new(context, Self::STEM, &hemisphere.constants())?,
+            point_count,
+            code,
+            cache_points,
+            rays,
+            records: Buffer::storage(
+                context,
+                "records",
+                u64::from(point_count) * size_of::<Record>() as u64,
+            )?,
+        })
+    }
+
+    /// Cache points.
+    pub fn point_count(&self) -> u32 {
+        self.point_count
+    }
+
+    /// Gathers at every cache point.
+    pub fn record(&self, rec: &mut Recorder, materials: &Buffer, irradiance: &Buffer) {
+        let push = GatherPush {
+            point_count: self.point_count,
+            cluster_bits: self.code.cluster_bits,
+            least_distance: self.code.least_distance,
+        };
+        rec.pass(Self::STEM).dispatch(
+            &self.pipeline,
+            [self.point_count * self.pipeline.local_size()[0], 1, 1],
+            &push,
+            &[
+                ("CachePoints", &self.cache_points),
+                ("GatherRays", &self.rays),
+                ("Materials", materials),
+                ("Irradiance", irradiance),
+                ("Records", &self.records),
+            ],
+        );
+    }
+}

@@ -1,0 +1,320 @@
+//! (Ir)radiance splatting: which records serve which pixel, and the indirect irradiance that follows. [Yue §4, Tsplat]
+//! In: pixels, cache points, records. Out: weights of each pixel's records (a view's), irradiance (W/m²).
+//!
+//! The two halves are timed apart: weights change with the view, values with the light.
+
+use crate::error::Result;
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, TRANSFER_TO_COMPUTE};
+use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::frame::prefix_sum::PrefixSum;
+use crate::passes::frame::tile_sort::TileSort;
+use crate::types::View;
+use std::sync::Arc;
+
+gpu_struct! {
+    /// Tiles that a record may touch.
+    pub struct TileRectangle {
+        /// First tile column | first tile row << 16.
+        pub low: u32,
+        /// One past the last column and row, packed alike.
+        pub high: u32,
+    }
+}
+
+gpu_struct! {
+    /// A record that serves a pixel; a pixel's weights sum to 1.
+    pub struct SplatWeight {
+        /// Record.
+        pub record: u32,
+        /// Its share.
+        pub weight: f32,
+    }
+}
+
+gpu_struct! {
+    /// What the splat could not do as it should.
+    pub struct SplatTally {
+        /// Pixels that no record covers and that take the nearest one.
+        pub relaxed: u32,
+        /// Pixels without even that.
+        pub uncovered: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of the first step.
+    pub struct SplatBoundsPush {
+        /// The camera.
+        pub view: View,
+        /// Records.
+        pub record_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of the second step.
+    pub struct SplatEmitPush {
+        /// Records.
+        pub record_count: u32,
+        /// Tiles in a row.
+        pub tile_columns: u32,
+        /// Pairs that fit.
+        pub capacity: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of the third step.
+    pub struct SplatTilesPush {
+        /// Pixels.
+        pub width: u32,
+        /// Pixels.
+        pub height: u32,
+        /// Tiles in a row.
+        pub tile_columns: u32,
+        /// Records.
+        pub record_count: u32,
+        /// Pairs that fit.
+        pub pair_capacity: u32,
+        /// Weights that fit.
+        pub weight_capacity: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of the last step.
+    pub struct SplatApplyPush {
+        /// Pixels.
+        pub pixel_count: u32,
+        /// Weights that fit.
+        pub weight_capacity: u32,
+    }
+}
+
+/// What this pass shares with its shaders.
+pub const LAYOUTS: &[Layout] = &[
+    TileRectangle::LAYOUT,
+    SplatWeight::LAYOUT,
+    SplatTally::LAYOUT,
+    SplatBoundsPush::LAYOUT,
+    SplatEmitPush::LAYOUT,
+    SplatTilesPush::LAYOUT,
+    SplatApplyPush::LAYOUT,
+];
+
+/// Edge of a tile in pixels: the workgroup of `splat_tiles`.
+const TILE: u32 = 16;
+
+/// The pipelines and all lists between records and pixels.
+pub struct Splat {
+    context: Arc<Context>,
+    bounds: Pipeline,
+    emit: Pipeline,
+    count: Pipeline,
+    write: Pipeline,
+    apply: Pipeline,
+    record_sums: PrefixSum,
+    pixel_sums: PrefixSum,
+    sort: TileSort,
+    record_count: u32,
+    size: [u32; 2],
+    rectangles: Buffer,
+    first_pairs: Buffer,
+    first_weights: Buffer,
+    weights: Buffer,
+    weight_capacity: u32,
+    tally: Buffer,
+    /// Indirect irradiance of each pixel, W/m²; three floats.
+    pub irradiance: Buffer,
+}
+
+impl Splat {
+    /// The name that shaders, twin and timing of the weights share.
+    pub const STEM: &str = "splat";
+    /// The name that shader, twin and timing of the values share.
+    pub const APPLY_STEM: &str = "splat_apply";
+
+    /// Makes room for so many records on an image of that size.
+    ///
+    /// # Errors
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn new(context: &Arc<Context>, record_count: u32, size: [u32; 2]) -> Result<Self> {
+        let pixel_count = size[0] * size[1];
+        let weight_capacity = 6 * pixel_count;
+        let tiles = |writes: u32| Pipeline::new(context, "splat_tiles", &[("WRITES", writes)]);
+        Ok(Self {
+            context: context.clone(),
+            bounds: Pipeline::new(context, "splat_bounds", &[])?,
+            emit: Pipeline::new(context, "splat_emit", &[])?,
+            count: tiles(0)?,
+            write: tiles(1)?,
+            apply: Pipeline::new(context, Self::APPLY_STEM, &[])?,
+            record_sums: PrefixSum::new(context, record_count)?,
+            pixel_sums: PrefixSum::new(context, pixel_count)?,
+            sort: TileSort::new(context, 4 * record_count)?,
+            record_count,
+            size,
+            rectangles: Buffer::storage(context, "tile rectangles", 8 * u64::from(record_count))?,
+            first_pairs: Buffer::storage(context, "first pairs", 4 * (u64::from(record_count) + 1))?,
+            first_weights: Buffer::storage(context, "first weights", 4 * (u64::from(pixel_count) + 1))?,
+            weights: Buffer::storage(context, "splat weights", 8 * u64::from(weight_capacity))?,
+            weight_capacity,
+            tally: Buffer::storage(context, "splat tally", 8)?,
+            irradiance: Buffer::storage(context, "indirect irradiance", 12 * u64::from(pixel_count))?,
+        })
+    }
+
+    /// Finds the records of every pixel of a view.
+    pub fn record(
+        &self,
+        rec: &mut Recorder,
+        surfaces: &Buffer,
+        cache_points: &Buffer,
+        pixels: &Buffer,
+        view: &View,
+    ) {
+        let tiles = self.size.map(|pixels| pixels.div_ceil(TILE));
+        let records = [self.record_count, 1, 1];
+        let mut pass = rec.pass(Self::STEM);
+        pass.fill_zero(&self.tally);
+        pass.dispatch(
+            &self.bounds,
+            records,
+            &SplatBoundsPush { view: *view, record_count: self.record_count },
+            &[
+                ("CachePoints", cache_points),
+                ("Rectangles", &self.rectangles),
+                ("TileCounts", &self.first_pairs),
+            ],
+        );
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        self.record_sums.record(&mut pass, &self.first_pairs, self.record_count);
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.dispatch(
+            &self.emit,
+            records,
+            &SplatEmitPush {
+                record_count: self.record_count,
+                tile_columns: tiles[0],
+                capacity: self.sort.capacity(),
+            },
+            &[
+                ("Rectangles", &self.rectangles),
+                ("FirstPairs", &self.first_pairs),
+                ("Pairs", self.sort.input()),
+            ],
+        );
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        let sorted = self.sort.record(&mut pass, &self.first_pairs, self.record_count, tiles[0] * tiles[1]);
+        pass.barrier(TRANSFER_TO_COMPUTE);
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        self.tiles(&mut pass, &self.count, surfaces, cache_points, pixels, sorted);
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        self.pixel_sums.record(&mut pass, &self.first_weights, self.size[0] * self.size[1]);
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        self.tiles(&mut pass, &self.write, surfaces, cache_points, pixels, sorted);
+    }
+
+    fn tiles(
+        &self,
+        pass: &mut PassScope<'_>,
+        pipeline: &Pipeline,
+        surfaces: &Buffer,
+        cache_points: &Buffer,
+        pixels: &Buffer,
+        sorted: &Buffer,
+    ) {
+        let [width, height] = self.size;
+        let push = SplatTilesPush {
+            width,
+            height,
+            tile_columns: width.div_ceil(TILE),
+            record_count: self.record_count,
+            pair_capacity: self.sort.capacity(),
+            weight_capacity: self.weight_capacity,
+        };
+        pass.dispatch(
+            pipeline,
+            [width, height, 1],
+            &push,
+            &[
+                ("Surfaces", surfaces),
+                ("Pixels", pixels),
+                ("CachePoints", cache_points),
+                ("FirstPairs", &self.first_pairs),
+                ("SortedPairs", sorted),
+                ("PixelCounts", &self.first_weights),
+                ("Weights", &self.weights),
+                ("Tally", &self.tally),
+            ],
+        );
+    }
+
+    /// Extrapolates the records to the pixels.
+    pub fn record_apply(&self, rec: &mut Recorder, pixels: &Buffer, records: &Buffer) {
+        let pixel_count = self.size[0] * self.size[1];
+        rec.pass(Self::APPLY_STEM).dispatch(
+            &self.apply,
+            [pixel_count, 1, 1],
+            &SplatApplyPush { pixel_count, weight_capacity: self.weight_capacity },
+            &[
+                ("Pixels", pixels),
+                ("FirstWeights", &self.first_weights),
+                ("Weights", &self.weights),
+                ("Records", records),
+                ("IndirectIrradiance", &self.irradiance),
+            ],
+        );
+    }
+
+    /// After a frame: makes room where a list was too short for the view. True if it was, and the frame has to be repeated.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn grow(&mut self) -> Result<bool> {
+        let (pairs, weights) = self.list_lengths()?;
+        let with_reserve = |needed: u32| needed.saturating_add(needed / 4);
+        let lacks_pairs = pairs > self.sort.capacity();
+        if lacks_pairs {
+            self.sort = TileSort::new(&self.context, with_reserve(pairs))?;
+        }
+        // Without all pairs the number of weights is not the final one: the repeated frame is asked again.
+        let lacks_weights = weights > self.weight_capacity;
+        if lacks_weights {
+            self.weight_capacity = with_reserve(weights);
+            self.weights =
+                Buffer::storage(&self.context, "splat weights", 8 * u64::from(self.weight_capacity))?;
+        }
+        Ok(lacks_pairs || lacks_weights)
+    }
+
+    /// (tile, record) pairs and (pixel, record) weights that the last view asked for.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn list_lengths(&self) -> Result<(u32, u32)> {
+        let pixel_count = (self.size[0] * self.size[1]) as usize;
+        let pairs = self.first_pairs.read_range::<u32>(self.record_count as usize, 1)?[0];
+        let weights = self.first_weights.read_range::<u32>(pixel_count, 1)?[0];
+        Ok((pairs, weights))
+    }
+
+    /// Bytes of the weight list's room.
+    pub fn weight_bytes(&self) -> u64 {
+        self.weights.bytes()
+    }
+
+    /// Bytes of the pair list's room.
+    pub fn pair_bytes(&self) -> u64 {
+        self.sort.input().bytes()
+    }
+
+    /// What the last view could not be given.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn tally(&self) -> Result<SplatTally> {
+        Ok(self.tally.read::<SplatTally>()?[0])
+    }
+}

@@ -1,0 +1,452 @@
+//! Cache points: dense candidates on the surfaces, rejected wherever an accepted record already speaks for them.
+//! [Yue §1, Tabellion]
+//!
+//! Deterministic: candidates have a fixed order, and a candidate's fate depends on earlier ones only. Covering: candidates
+//! are drawn as densely as the radii ask, and random probes of the whole surface become candidates themselves where
+//! no record serves them. Radii are clamped in world space, because the camera moves, and by the neighbourhood's
+//! clearance, so that no record reaches over what its own rays missed. [Krivanek]
+
+use super::{Chunks, Progress};
+use crate::cpu::records::record_weight;
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, Pipeline};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::SceneBuffers;
+use crate::passes::precompute::gather_rays::Hemisphere;
+use crate::scene::{Triangle, hvds::Hvds, hvds::Piece};
+use crate::types::{CachePoint, Surface};
+use glam::{DVec3, UVec3, Vec3};
+use std::sync::Arc;
+
+gpu_struct! {
+    /// Push constants.
+    pub struct ClearancePush {
+        /// Candidates in the dispatch.
+        pub candidate_count: u32,
+        /// Seed of all decisions.
+        pub seed: u32,
+        /// Clearance where no ray hits, metres.
+        pub scene_size: f32,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[ClearancePush::LAYOUT];
+
+/// A point counts as covered from this record weight on; records then overlap enough to blend.
+const COVERED: f32 = 0.3;
+/// Radii are clamped between these multiples of one length, which the budget decides. [Tabellion: 1.5 and 10 pixels]
+const RADIUS_RANGE: [f64; 2] = [1.5, 10.0];
+/// Normals further apart than this do not share a record, radians.
+const NORMAL_RANGE: f64 = 0.174_53;
+/// Records that random sequential packing fits into one squared spacing.
+const PACKING: f64 = 0.7;
+/// Candidates for each record that is expected.
+const CANDIDATES_PER_RECORD: f64 = 24.0;
+/// Share of the budget that placement aims at; its estimate is good to a few per cent.
+const BUDGET_SHARE: f64 = 0.9;
+/// Probes for coverage, a round; and the share of them that may stay uncovered.
+const PROBES: u32 = 200_000;
+const UNCOVERED_SHARE: f64 = 5e-5;
+/// Rays that measure a clearance.
+const CLEARANCE_RAYS: u32 = 64;
+
+/// The accepted cache points.
+pub struct Placement {
+    /// In order of acceptance.
+    pub points: Vec<CachePoint>,
+    /// Lower clamp of their radii, metres.
+    pub least_radius: f32,
+    /// Candidates looked at.
+    pub candidates: u64,
+    /// Share of the last probes that no record serves.
+    pub uncovered_share: f64,
+}
+
+/// Places at most `budget` cache points on the pieces of the active sides.
+///
+/// # Errors
+/// The device lacks memory or failed.
+pub fn place(
+    context: &Arc<Context>,
+    buffers: &SceneBuffers,
+    geometry: &Geometry<'_>,
+    budget: u32,
+    seed: u32,
+    progress: &mut dyn Progress,
+) -> Result<Placement> {
+    let clearance = Clearance::new(context, geometry.scene_size, seed)?;
+    let pieces = &geometry.hvds.pieces;
+    progress.stage("clearances", pieces.len() as u64);
+    let samples: Vec<CachePoint> = (0..pieces.len()).map(|piece| geometry.draw(piece, 0, seed)).collect();
+    let clearances = clearance.measure(buffers, &samples, Some(progress))?;
+    let mut unit = spread(geometry, &clearances, budget);
+    loop {
+        let neighbourhood = Neighbourhood::new(geometry, &samples, &clearances);
+        let mut records = Records::new(geometry, unit);
+        let attempt = Attempt { buffers, geometry, clearance: &clearance, neighbourhood, unit, budget, seed };
+        if let Some(placement) = attempt.run(&mut records, &clearances, progress)? {
+            return Ok(placement);
+        }
+        unit *= 1.1;
+    }
+}
+
+/// What placement knows of the scene.
+pub struct Geometry<'a> {
+    /// In BVH order.
+    pub triangles: &'a [Triangle],
+    /// In BVH order.
+    pub surfaces: &'a [Surface],
+    /// Its pieces are where candidates are drawn.
+    pub hvds: &'a Hvds,
+    /// Diagonal of the scene, metres.
+    pub scene_size: f32,
+}
+
+impl Geometry<'_> {
+    /// Candidate number `index` of a piece: uniform over it, low-discrepancy in `index`. The radius is left at zero.
+    fn draw(&self, piece: usize, index: u32, seed: u32) -> CachePoint {
+        let Piece { side, corners, .. } = &self.hvds.pieces[piece];
+        let u = plane_sequence(index, hash(piece as u32 ^ hash(seed)));
+        self.point(*side, point_in_polygon(corners, u))
+    }
+
+    fn point(&self, side: u32, position: Vec3) -> CachePoint {
+        let triangle = &self.triangles[side as usize / 2];
+        let [p0, p1, p2] = triangle.positions.map(Vec3::as_dvec3);
+        let normal = triangle.cross();
+        let inside = position.as_dvec3();
+        let weight =
+            |a: DVec3, b: DVec3| (a - inside).cross(b - inside).dot(normal) / normal.length_squared();
+        let (w0, w1) = (weight(p1, p2), weight(p2, p0));
+        let [n0, n1, n2] = triangle.normals.map(Vec3::as_dvec3);
+        let shading = (w0 * n0 + w1 * n1 + (1.0 - w0 - w1) * n2).normalize().as_vec3();
+        CachePoint { position, radius: 0.0, normal: if side % 2 == 1 { -shading } else { shading }, side }
+    }
+
+    /// Distance along a piece over which its shading normal turns by [`NORMAL_RANGE`], metres.
+    fn normal_reach(&self, piece: usize) -> f64 {
+        let triangle = &self.triangles[self.hvds.pieces[piece].side as usize / 2];
+        let turn = |a: usize, b: usize| {
+            let angle = f64::from(triangle.normals[a].dot(triangle.normals[b]).clamp(-1.0, 1.0)).acos();
+            angle / f64::from((triangle.positions[a] - triangle.positions[b]).length())
+        };
+        NORMAL_RANGE / turn(0, 1).max(turn(1, 2)).max(turn(2, 0)).max(1e-12)
+    }
+}
+
+/// Distance that records around a piece keep from each other, metres.
+fn spacing(geometry: &Geometry<'_>, piece: usize, clearance: f32, unit: f64) -> f64 {
+    let radius = (0.5 * f64::from(clearance)).clamp(RADIUS_RANGE[0] * unit, RADIUS_RANGE[1] * unit);
+    f64::from(1.0 - COVERED) * radius.min(geometry.normal_reach(piece))
+}
+
+/// The length that scales all radii: such that the expected number of records meets the budget.
+fn spread(geometry: &Geometry<'_>, clearances: &[f32], budget: u32) -> f64 {
+    let expected = |unit: f64| -> f64 {
+        let pieces = geometry.hvds.pieces.iter().enumerate();
+        pieces
+            .map(|(i, piece)| {
+                let spacing = spacing(geometry, i, clearances[i], unit);
+                // A piece smaller than a spacing shares its records with its neighbours.
+                PACKING * piece.area_m2 / (spacing * spacing)
+            })
+            .sum()
+    };
+    let (mut low, mut high) = (1e-7 * f64::from(geometry.scene_size), f64::from(geometry.scene_size));
+    for _ in 0..60 {
+        let middle = (low * high).sqrt();
+        if expected(middle) > BUDGET_SHARE * f64::from(budget) { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// One try at a given unit of length.
+struct Attempt<'a> {
+    buffers: &'a SceneBuffers,
+    geometry: &'a Geometry<'a>,
+    clearance: &'a Clearance,
+    neighbourhood: Neighbourhood<'a>,
+    unit: f64,
+    budget: u32,
+    seed: u32,
+}
+
+impl Attempt<'_> {
+    /// None if the budget did not suffice.
+    fn run(
+        &self,
+        records: &mut Records,
+        clearances: &[f32],
+        progress: &mut dyn Progress,
+    ) -> Result<Option<Placement>> {
+        let mut candidates = self.candidates(clearances);
+        let mut looked_at = candidates.len() as u64;
+        progress.stage("cache points", looked_at);
+        let mut first = 0;
+        let mut batch = 4096;
+        while first < candidates.len() {
+            let end = candidates.len().min(first + batch);
+            if !self.accept(records, &candidates[first..end])? {
+                return Ok(None);
+            }
+            progress.advance(end as u64);
+            first = end;
+            batch *= 2;
+        }
+        let mut uncovered_share = 1.0;
+        for round in 0..6 {
+            candidates = self.probes(round);
+            looked_at += candidates.len() as u64;
+            let bare: Vec<CachePoint> =
+                candidates.iter().filter(|probe| !records.cover(probe, 0.0)).copied().collect();
+            uncovered_share = bare.len() as f64 / candidates.len() as f64;
+            if uncovered_share <= UNCOVERED_SHARE {
+                break;
+            }
+            if !self.accept(records, &bare)? {
+                return Ok(None);
+            }
+        }
+        let points = std::mem::take(&mut records.points);
+        let least_radius = (RADIUS_RANGE[0] * self.unit) as f32;
+        Ok(Some(Placement { points, least_radius, candidates: looked_at, uncovered_share }))
+    }
+
+    /// All candidates in a fixed shuffled order, each piece as densely as its records will stand.
+    fn candidates(&self, clearances: &[f32]) -> Vec<CachePoint> {
+        let mut drawn: Vec<(u32, CachePoint)> = Vec::new();
+        for (index, piece) in self.geometry.hvds.pieces.iter().enumerate() {
+            let spacing = spacing(self.geometry, index, clearances[index], self.unit);
+            let count = CANDIDATES_PER_RECORD * PACKING * piece.area_m2 / (spacing * spacing);
+            for i in 0..count.ceil() as u32 {
+                let key = hash(hash(index as u32) ^ i);
+                drawn.push((key, self.geometry.draw(index, 1 + i, self.seed)));
+            }
+        }
+        drawn.sort_by_key(|candidate| candidate.0);
+        drawn.into_iter().map(|candidate| candidate.1).collect()
+    }
+
+    /// Random points over the whole active surface, in proportion to area, at least one a piece.
+    fn probes(&self, round: u32) -> Vec<CachePoint> {
+        let area: f64 = self.geometry.hvds.pieces.iter().map(|piece| piece.area_m2).sum();
+        let mut probes = Vec::new();
+        for (index, piece) in self.geometry.hvds.pieces.iter().enumerate() {
+            let count = (f64::from(PROBES) * piece.area_m2 / area).ceil() as u32;
+            probes.extend((0..count).map(|i| self.geometry.draw(index, i, hash(self.seed ^ 0x5eed ^ round))));
+        }
+        probes
+    }
+
+    /// Accepts, in order, candidates that nothing covers yet. False once the budget is spent.
+    fn accept(&self, records: &mut Records, candidates: &[CachePoint]) -> Result<bool> {
+        let open: Vec<CachePoint> =
+            candidates.iter().filter(|candidate| !records.cover(candidate, COVERED)).copied().collect();
+        let clearances = self.clearance.measure(self.buffers, &open, None)?;
+        for (mut candidate, clearance) in open.into_iter().zip(clearances) {
+            if records.cover(&candidate, COVERED) {
+                continue;
+            }
+            if records.points.len() as u32 >= self.budget {
+                return Ok(false);
+            }
+            let clearance = self.neighbourhood.clamp(&candidate, clearance);
+            let [low, high] = RADIUS_RANGE.map(|bound| (bound * self.unit) as f32);
+            candidate.radius = (0.5 * clearance).clamp(low, high);
+            records.insert(candidate);
+        }
+        Ok(true)
+    }
+}
+
+/// Device side: clearances of candidates.
+struct Clearance {
+    context: Arc<Context>,
+    pipeline: Pipeline,
+    candidates: Buffer,
+    clearances: Buffer,
+    scene_size: f32,
+    seed: u32,
+}
+
+impl Clearance {
+    /// Candidates of one dispatch at most.
+    const LIMIT: u32 = 1 << 15;
+
+    fn new(context: &Arc<Context>, scene_size: f32, seed: u32) -> Result<Self> {
+        let constants = Hemisphere::new(CLEARANCE_RAYS).constants();
+        Ok(Self {
+            context: context.clone(),
+            pipeline: Pipeline::new(context, "clearance", &constants)?,
+            candidates: Buffer::storage(context, "candidates", u64::from(Self::LIMIT) * 32)?,
+            clearances: Buffer::storage(context, "clearances", u64::from(Self::LIMIT) * 4)?,
+            scene_size,
+            seed,
+        })
+    }
+
+    fn measure(
+        &self,
+        scene: &SceneBuffers,
+        candidates: &[CachePoint],
+        mut progress: Option<&mut dyn Progress>,
+    ) -> Result<Vec<f32>> {
+        let mut measured = Vec::with_capacity(candidates.len());
+        Chunks::new(512, Self::LIMIT).run(candidates.len() as u32, |first, count| {
+            self.candidates.write(&candidates[first as usize..(first + count) as usize])?;
+            let push = ClearancePush { candidate_count: count, seed: self.seed, scene_size: self.scene_size };
+            let ((), timings) = self.context.run(|rec| {
+                rec.pass("clearance").dispatch(
+                    &self.pipeline,
+                    [count * self.pipeline.local_size()[0], 1, 1],
+                    &push,
+                    &[
+                        ("Nodes", &scene.nodes),
+                        ("Triangles", &scene.triangles),
+                        ("Surfaces", &scene.surfaces),
+                        ("Candidates", &self.candidates),
+                        ("Clearances", &self.clearances),
+                    ],
+                );
+            })?;
+            measured.extend(self.clearances.read_range::<f32>(0, count as usize)?);
+            if let Some(progress) = &mut progress {
+                progress.advance(u64::from(first + count));
+            }
+            Ok(timings[0].ms)
+        })?;
+        Ok(measured)
+    }
+}
+
+/// Clearances measured all over the surface: no record may claim more than its surroundings, growing with distance.
+struct Neighbourhood<'a> {
+    hvds: &'a Hvds,
+    samples: &'a [CachePoint],
+    clearances: &'a [f32],
+    cells: Vec<Vec<u32>>,
+}
+
+impl<'a> Neighbourhood<'a> {
+    fn new(geometry: &Geometry<'a>, samples: &'a [CachePoint], clearances: &'a [f32]) -> Self {
+        let grid = &geometry.hvds.grid;
+        let mut cells = vec![Vec::new(); grid.cell_count()];
+        for (index, sample) in samples.iter().enumerate() {
+            cells[grid.index_of(grid.cell_of(sample.position, sample.normal))].push(index as u32);
+        }
+        Self { hvds: geometry.hvds, samples, clearances, cells }
+    }
+
+    /// Lowers a clearance to what nearby samples that face alike allow. [Krivanek]
+    fn clamp(&self, candidate: &CachePoint, clearance: f32) -> f32 {
+        let grid = &self.hvds.grid;
+        let centre = grid.cell_of(candidate.position, candidate.normal);
+        let (low, high) = (centre.saturating_sub(UVec3::ONE), (centre + 1).min(grid.cells - 1));
+        let mut clamped = clearance;
+        for z in low.z..=high.z {
+            for y in low.y..=high.y {
+                for x in low.x..=high.x {
+                    for &i in &self.cells[grid.index_of(UVec3::new(x, y, z))] {
+                        let sample = &self.samples[i as usize];
+                        if sample.normal.dot(candidate.normal) > 0.5 {
+                            let distance = sample.position.distance(candidate.position);
+                            clamped = clamped.min(self.clearances[i as usize] + distance);
+                        }
+                    }
+                }
+            }
+        }
+        clamped
+    }
+}
+
+/// Accepted records, found by position.
+struct Records {
+    points: Vec<CachePoint>,
+    low: Vec3,
+    inverse_cell: f32,
+    cells: UVec3,
+    lists: Vec<Vec<u32>>,
+}
+
+impl Records {
+    /// Cells as wide as the largest radius, so that a point's records stand in the cells around it.
+    fn new(geometry: &Geometry<'_>, unit: f64) -> Self {
+        let grid = &geometry.hvds.grid;
+        let extent = grid.cells.as_vec3() / grid.inverse_cell;
+        let cell = ((RADIUS_RANGE[1] * unit) as f32).max(extent.max_element() / 128.0);
+        let cells = (extent / cell).ceil().as_uvec3().max(UVec3::ONE);
+        let count = cells.as_usizevec3().element_product();
+        Self {
+            points: Vec::new(),
+            low: grid.low,
+            inverse_cell: 1.0 / cell,
+            cells,
+            lists: vec![Vec::new(); count],
+        }
+    }
+
+    fn cell(&self, position: Vec3) -> UVec3 {
+        ((position - self.low) * self.inverse_cell).max(Vec3::ZERO).as_uvec3().min(self.cells - 1)
+    }
+
+    fn index(&self, cell: UVec3) -> usize {
+        let [x, y, z] = cell.as_usizevec3().to_array();
+        (z * self.cells.y as usize + y) * self.cells.x as usize + x
+    }
+
+    fn insert(&mut self, point: CachePoint) {
+        let cell = self.index(self.cell(point.position));
+        self.lists[cell].push(self.points.len() as u32);
+        self.points.push(point);
+    }
+
+    /// Whether some record has more than this weight at the point.
+    fn cover(&self, point: &CachePoint, weight: f32) -> bool {
+        let centre = self.cell(point.position);
+        let (low, high) = (centre.saturating_sub(UVec3::ONE), (centre + 1).min(self.cells - 1));
+        (low.z..=high.z).any(|z| {
+            (low.y..=high.y).any(|y| {
+                (low.x..=high.x).any(|x| {
+                    self.lists[self.index(UVec3::new(x, y, z))].iter().any(|&record| {
+                        record_weight(point.position, point.normal, &self.points[record as usize]) > weight
+                    })
+                })
+            })
+        })
+    }
+}
+
+/// Uniform point in a convex polygon.
+fn point_in_polygon(corners: &[Vec3], u: [f32; 2]) -> Vec3 {
+    let area = |i: usize| (corners[i] - corners[0]).cross(corners[i + 1] - corners[0]).length();
+    let total: f32 = (1..corners.len() - 1).map(area).sum();
+    let mut rest = u[0] * total;
+    let mut fan = 1;
+    while fan + 2 < corners.len() && rest > area(fan) {
+        rest -= area(fan);
+        fan += 1;
+    }
+    let along = (rest / area(fan).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0).sqrt();
+    let side = corners[fan].lerp(corners[fan + 1], u[1]);
+    corners[0].lerp(side, along)
+}
+
+/// Point of the two-dimensional additive recurrence on the plastic number, shifted by a seed.
+fn plane_sequence(index: u32, seed: u32) -> [f32; 2] {
+    let g: f64 = 1.324_717_957_244_746;
+    let shift = [f64::from(seed), f64::from(hash(seed))].map(|bits| bits / 4_294_967_296.0);
+    [1.0, 2.0]
+        .map(|power: f64| ((shift[power as usize - 1] + f64::from(index) * g.powf(-power)).fract()) as f32)
+}
+
+/// Integer hash with low bias; twin of `hash` in `glsl/include/sampling.glsl`.
+fn hash(mut x: u32) -> u32 {
+    x ^= x >> 16;
+    x = x.wrapping_mul(0x21f0_aaad);
+    x ^= x >> 15;
+    x = x.wrapping_mul(0xd35a_2d97);
+    x ^ x >> 15
+}

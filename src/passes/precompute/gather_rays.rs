@@ -1,0 +1,157 @@
+//! Gather rays of all cache points: what each will read, and its share in the gradient. [Yue §3, Figure 2]
+//! In: cache points, clusters. Out: gather rays, a row a cache point.
+
+use super::{Chunks, Progress};
+use crate::error::{Error, Result};
+use crate::gpu::{Buffer, Context, Pipeline};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::{ClusterBuffers, SceneBuffers};
+use crate::types::{GatherRay, Grid};
+use std::sync::Arc;
+
+gpu_struct! {
+    /// Where a cluster stands in the hierarchy.
+    pub struct ClusterLink {
+        /// Cluster one level up; `NO_CLUSTER` at the root.
+        pub parent: u32,
+        /// Exact surface area, m².
+        pub area_m2: f32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants.
+    pub struct GatherRaysPush {
+        /// Base grid.
+        pub grid: Grid,
+        /// First cache point of the dispatch.
+        pub first_point: u32,
+        /// Cache points in the dispatch.
+        pub point_count: u32,
+        /// Seed of all decisions.
+        pub seed: u32,
+        /// Width of the cluster field in `GatherRay::target`.
+        pub cluster_bits: u32,
+        /// Clusters smaller than this hold too few entry points to trust, m².
+        pub least_area_m2: f32,
+        /// Bound of distances in gradients, and their unit, metres.
+        pub least_distance: f32,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[ClusterLink::LAYOUT, GatherRaysPush::LAYOUT];
+
+/// The name that shader, twin and timing share.
+pub const STEM: &str = "gather_rays";
+
+/// Entry points that a cluster's area must be worth before a gather ray reads it: fewer make fireflies.
+pub const LEAST_ENTRY_POINTS: f64 = 8.0;
+
+/// The stratification of a gather hemisphere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hemisphere {
+    /// Rings of equal cosine-weighted solid angle.
+    pub rings: u32,
+    /// Sectors of each ring.
+    pub sectors: u32,
+}
+
+impl Hemisphere {
+    /// The strata of `rays` = 4·k² rays: k rings of 4k sectors, about as long as they are wide.
+    pub fn new(rays: u32) -> Self {
+        let rings = (rays / 4).isqrt();
+        Self { rings, sectors: 4 * rings }
+    }
+
+    /// Rays in all.
+    pub fn rays(&self) -> u32 {
+        self.rings * self.sectors
+    }
+
+    /// The specialisation constants of every shader that knows the strata.
+    pub fn constants(&self) -> [(&'static str, u32); 2] {
+        [("RINGS", self.rings), ("SECTORS", self.sectors)]
+    }
+}
+
+/// How a gather ray's target is packed, and what its gradient counts in.
+#[derive(Clone, Copy, Debug)]
+pub struct GatherCode {
+    /// Bits of the cluster index; the material index takes the rest.
+    pub cluster_bits: u32,
+    /// Unit of the gradient, metres.
+    pub least_distance: f32,
+}
+
+impl GatherCode {
+    /// Room for so many clusters and materials.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] if both do not fit one word.
+    pub fn new(clusters: u32, materials: usize, least_distance: f32) -> Result<Self> {
+        let cluster_bits = (clusters + 1).next_power_of_two().ilog2().max(1);
+        // One code is `NO_TARGET`: the topmost material index stays unused.
+        let room = 1_u64 << (32 - cluster_bits);
+        if materials as u64 >= room {
+            return Err(Error::OutOfMemory(format!(
+                "{clusters} clusters and {materials} materials do not fit the 32 bits of a gather ray; lower quality.cells"
+            )));
+        }
+        Ok(Self { cluster_bits, least_distance })
+    }
+}
+
+/// Traces the hemispheres of all cache points into a buffer of `GatherRay`s.
+///
+/// # Errors
+/// The device lacks memory or failed.
+#[expect(clippy::too_many_arguments, reason = "one call, at one place")]
+pub fn trace(
+    context: &Arc<Context>,
+    scene: &SceneBuffers,
+    clusters: &ClusterBuffers,
+    cache_points: &Buffer,
+    point_count: u32,
+    hemisphere: Hemisphere,
+    code: GatherCode,
+    least_area_m2: f32,
+    seed: u32,
+    progress: &mut dyn Progress,
+) -> Result<Buffer> {
+    let pipeline = Pipeline::new(context, STEM, &hemisphere.constants())?;
+    let bytes = u64::from(point_count) * u64::from(hemisphere.rays()) * size_of::<GatherRay>() as u64;
+    let rays = Buffer::storage(context, "gather rays", bytes)?;
+    progress.stage("gather rays", u64::from(point_count));
+    Chunks::new(64, point_count.max(1)).run(point_count, |first, count| {
+        let push = GatherRaysPush {
+            grid: clusters.grid,
+            first_point: first,
+            point_count: count,
+            seed,
+            cluster_bits: code.cluster_bits,
+            least_area_m2,
+            least_distance: code.least_distance,
+        };
+        let ((), timings) = context.run(|rec| {
+            rec.pass(STEM).dispatch(
+                &pipeline,
+                [count * pipeline.local_size()[0], 1, 1],
+                &push,
+                &[
+                    ("Nodes", &scene.nodes),
+                    ("Triangles", &scene.triangles),
+                    ("Surfaces", &scene.surfaces),
+                    ("CellFirst", &clusters.cell_first),
+                    ("CellClusters", &clusters.cell_clusters),
+                    ("ClusterLinks", &clusters.links),
+                    ("CachePoints", cache_points),
+                    ("GatherRays", &rays),
+                ],
+            );
+        })?;
+        progress.advance(u64::from(first + count));
+        Ok(timings[0].ms)
+    })?;
+    Ok(rays)
+}

@@ -1,0 +1,94 @@
+//! Closest hits of an explicit list of rays. In: origins and directions (metres). Out: distance and side.
+
+use super::Chunks;
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, Pipeline};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::SceneBuffers;
+use glam::Vec3;
+use std::sync::Arc;
+
+gpu_struct! {
+    /// A ray that is asked for.
+    pub struct RayQuery {
+        /// Where it starts; the caller keeps it off its own surface.
+        pub origin: Vec3,
+        /// Where it goes; need not be unit.
+        pub direction: Vec3,
+    }
+}
+
+gpu_struct! {
+    /// What it hit.
+    pub struct RayAnswer {
+        /// Distance in units of the direction's length; negative where the ray left the scene.
+        pub t: f32,
+        /// 2·triangle + (1 if the back side); `NO_SIDE` where the ray left the scene.
+        pub side: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants.
+    pub struct RaysPush {
+        /// Rays in the list.
+        pub ray_count: u32,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[RayQuery::LAYOUT, RayAnswer::LAYOUT, RaysPush::LAYOUT];
+
+/// The pipeline.
+pub struct Rays {
+    context: Arc<Context>,
+    pipeline: Pipeline,
+}
+
+impl Rays {
+    /// The name that shader, twin and timing share.
+    pub const STEM: &str = "rays";
+    /// Rays of one dispatch at most.
+    const LIMIT: u32 = 1 << 18;
+
+    /// Makes the pipeline.
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub fn new(context: &Arc<Context>) -> Result<Self> {
+        Ok(Self { context: context.clone(), pipeline: Pipeline::new(context, Self::STEM, &[])? })
+    }
+
+    /// Traces all rays.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn trace(&self, scene: &SceneBuffers, queries: &[RayQuery]) -> Result<Vec<RayAnswer>> {
+        let limit = (queries.len() as u32).clamp(1, Self::LIMIT);
+        let asked = Buffer::storage(&self.context, "ray queries", u64::from(limit) * 24)?;
+        let answered = Buffer::storage(&self.context, "ray answers", u64::from(limit) * 8)?;
+        let mut answers = Vec::with_capacity(queries.len());
+        Chunks::new(1 << 14, limit).run(queries.len() as u32, |first, count| {
+            let (first, count) = (first as usize, count as usize);
+            asked.write(&queries[first..first + count])?;
+            let push = RaysPush { ray_count: count as u32 };
+            let ((), timings) = self.context.run(|rec| {
+                rec.pass(Self::STEM).dispatch(
+                    &self.pipeline,
+                    [push.ray_count, 1, 1],
+                    &push,
+                    &[
+                        ("Nodes", &scene.nodes),
+                        ("Triangles", &scene.triangles),
+                        ("Surfaces", &scene.surfaces),
+                        ("Queries", &asked),
+                        ("Answers", &answered),
+                    ],
+                );
+            })?;
+            answers.extend(answered.read_range::<RayAnswer>(0, count)?);
+            Ok(timings[0].ms)
+        })?;
+        Ok(answers)
+    }
+}

@@ -1,0 +1,281 @@
+//! The renderer: owns the passes; the precomputation and the frame are recipes in the paper's order.
+
+mod accounts;
+mod precompute;
+mod report;
+
+pub use crate::passes::precompute::{Progress, Silent};
+pub use report::{Columns, Edit, FrameReport, Layer, Statistics};
+
+use crate::error::{Error, Result};
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::gpu::{Buffer, Context, Recorder};
+use crate::passes::SceneBuffers;
+use crate::passes::frame::{
+    compose::Compose, direct::Direct, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
+    path_scan::PathScan, primary::Primary, splat::Splat,
+};
+use crate::scene::{Light, LightKind, Scene};
+use crate::types::{NO_SIDE, PixelSurface, PointLight, Surface, View};
+use glam::Vec3;
+use std::f32::consts::FRAC_1_PI;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// A scene whose light paths, cache points and gather rays are traced: every frame is the converged picture.
+pub struct Renderer {
+    context: Arc<Context>,
+    scene: Scene,
+    surfaces: Vec<Surface>,
+    view: View,
+    buffers: SceneBuffers,
+    lights: Buffer,
+    primary: Primary,
+    direct: Direct,
+    form_factors: FormFactors,
+    path_scan: PathScan,
+    pyramid: Pyramid,
+    gather: Gather,
+    splat: Splat,
+    compose: Compose,
+    statistics: Statistics,
+    /// No frame has run yet.
+    is_fresh: bool,
+}
+
+impl Renderer {
+    /// Precomputes a scene for its first camera.
+    ///
+    /// # Errors
+    /// A light of a kind that is not rendered yet; the device lacks memory or failed.
+    pub fn new(context: &Arc<Context>, mut scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
+        let lights = point_lights(&scene.lights)?;
+        let made = precompute::precompute(context, &mut scene, progress)?;
+        let size = scene.cameras[0].size;
+        let pixels = size[0] * size[1];
+        let light_count = lights.len() as u32;
+        Ok(Self {
+            context: context.clone(),
+            view: View::from(&scene.cameras[0]),
+            lights: Buffer::from_slice(context, "lights", &lights)?,
+            primary: Primary::new(context, pixels)?,
+            direct: Direct::new(context, pixels)?,
+            form_factors: FormFactors::new(context, &made.entry_points, made.area_m2, light_count)?,
+            path_scan: PathScan::new(context, &made.paths.steps, &made.paths.deposits)?,
+            pyramid: Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2)?,
+            gather: Gather::new(
+                context,
+                made.cache_points,
+                made.point_count,
+                made.rays,
+                made.hemisphere,
+                made.code,
+            )?,
+            splat: Splat::new(context, made.point_count, size)?,
+            compose: Compose::new(context, pixels)?,
+            buffers: made.buffers,
+            surfaces: made.surfaces,
+            scene,
+            statistics: made.statistics,
+            is_fresh: true,
+        })
+    }
+
+    /// Renders one frame, redoing what the edit has changed. The first frame does everything.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn frame(&mut self, edit: Edit) -> Result<FrameReport> {
+        let edit = if std::mem::take(&mut self.is_fresh) { Edit::Everything } else { edit };
+        let start = Instant::now();
+        let passes = loop {
+            let ((), passes) = self.context.run(|rec| self.record(rec, edit))?;
+            if !edit.stages().view || !self.splat.grow()? {
+                break passes;
+            }
+        };
+        let frame_ms = start.elapsed().as_secs_f64() * 1e3;
+        let columns = Columns::of(&passes);
+        let (bytes, rays) = self.accounts(&passes);
+        Ok(FrameReport { passes, frame_ms, columns, bytes, rays })
+    }
+
+    /// The frame. [Yue §3] Every pass waits for the one before, so that the timings tell them apart.
+    fn record(&self, rec: &mut Recorder, edit: Edit) {
+        let stages = edit.stages();
+        let light_count = self.scene.lights.len() as u32;
+        let size = self.size();
+        if stages.view {
+            self.primary.record(rec, &self.buffers, &self.view);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+        if stages.direct {
+            self.direct.record(rec, &self.buffers, &self.lights, light_count, &self.primary.pixels, size);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+        if stages.light {
+            self.form_factors.record(rec, &self.buffers, &self.light_positions());
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            self.form_factors.record_flux(rec, &self.lights, light_count);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+        if stages.scan {
+            self.path_scan.record(rec, &self.buffers.materials);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+        if stages.energy {
+            self.pyramid.record(rec, &self.form_factors.flux, &self.path_scan.deposits);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            self.gather.record(rec, &self.buffers.materials, &self.pyramid.irradiance);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+        if stages.view {
+            let (surfaces, points) = (&self.buffers.surfaces, &self.gather.cache_points);
+            self.splat.record(rec, surfaces, points, &self.primary.pixels, &self.view);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+        if stages.picture {
+            self.splat.record_apply(rec, &self.primary.pixels, &self.gather.records);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            let (direct, indirect) = (&self.direct.irradiance, &self.splat.irradiance);
+            self.compose.record(rec, &self.buffers, &self.primary.pixels, direct, indirect);
+        }
+    }
+
+    fn light_positions(&self) -> Vec<(u32, Vec3)> {
+        let positions = self.scene.lights.iter().filter_map(|light| light.kind.position());
+        (0..).zip(positions).collect()
+    }
+
+    /// Moves the light of that index; the next frame wants [`Edit::Light`].
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn move_light(&mut self, light: usize, to: Vec3) -> Result<()> {
+        if let LightKind::Point { position, .. } = &mut self.scene.lights[light].kind {
+            *position = to;
+        }
+        self.lights.write(&point_lights(&self.scene.lights)?)
+    }
+
+    /// Changes a material's diffuse albedo; the next frame wants [`Edit::Material`].
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn set_diffuse(&mut self, material: usize, diffuse: Vec3) -> Result<()> {
+        self.scene.materials[material].diffuse = diffuse;
+        self.buffers.materials.write(&crate::passes::reflectances(&self.scene.materials))
+    }
+
+    /// Looks from elsewhere; the image keeps its size; the next frame wants [`Edit::View`].
+    pub fn move_camera(&mut self, position: Vec3, target: Vec3) {
+        let camera = &mut self.scene.cameras[0];
+        (camera.position, camera.target) = (position, target);
+        self.view = View::from(&*camera);
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        [self.view.width, self.view.height]
+    }
+
+    /// The scene, its triangles in BVH order.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// A layer of the last frame, row by row from the top, linear Rec.709.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn layer(&self, layer: Layer) -> Result<Vec<[f32; 3]>> {
+        let pixels = || self.primary.pixels.read::<PixelSurface>();
+        let albedo = |pixel: &PixelSurface| match pixel.side {
+            NO_SIDE => Vec3::ZERO,
+            side => self.scene.materials[self.surfaces[side as usize / 2].material as usize].diffuse,
+        };
+        let reflected = |irradiance: &Buffer| -> Result<Vec<[f32; 3]>> {
+            let irradiance: Vec<Vec3> = irradiance.read()?;
+            let reflect = |(pixel, e): (&PixelSurface, &Vec3)| (albedo(pixel) * *e * FRAC_1_PI).to_array();
+            Ok(pixels()?.iter().zip(&irradiance).map(reflect).collect())
+        };
+        match layer {
+            Layer::Beauty => self.compose.radiance.read(),
+            Layer::Direct => reflected(&self.direct.irradiance),
+            Layer::Indirect => reflected(&self.splat.irradiance),
+            Layer::Albedo => Ok(pixels()?.iter().map(|pixel| albedo(pixel).to_array()).collect()),
+            Layer::Normal => Ok(pixels()?.iter().map(|pixel| pixel.normal.to_array()).collect()),
+            Layer::Depth => {
+                let depth = |pixel: &PixelSurface| match pixel.side {
+                    NO_SIDE => f32::INFINITY,
+                    _ => (pixel.position - self.view.position).dot(self.view.forward),
+                };
+                Ok(pixels()?.iter().map(|pixel| [depth(pixel); 3]).collect())
+            }
+        }
+    }
+
+    /// Costs and sizes so far, the last view's shortcomings included.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn statistics(&self) -> Result<Statistics> {
+        let mut statistics = self.statistics.clone();
+        let memory = self.context.memory();
+        statistics.memory_bytes = memory.current_bytes;
+        statistics.peak_memory_bytes = memory.peak_bytes;
+        statistics.largest_binding_bytes = memory.largest_binding_bytes;
+        let tally = self.splat.tally()?;
+        let (pairs, weights) = self.splat.list_lengths()?;
+        let counts = [
+            ("pixels", self.size()[0] * self.size()[1]),
+            ("pixels served by a relaxed record", tally.relaxed),
+            ("pixels without a record", tally.uncovered),
+            ("splat tile pairs", pairs),
+            ("splat weights", weights),
+        ];
+        statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), u64::from(value))));
+        Ok(statistics)
+    }
+
+    /// What the passes can be asked about, for tests: the buffers between the stages.
+    pub fn stages(&self) -> StageBuffers<'_> {
+        StageBuffers {
+            path_flux: &self.form_factors.flux,
+            deposits: &self.path_scan.deposits,
+            cluster_flux: &self.pyramid.flux,
+            cluster_irradiance: &self.pyramid.irradiance,
+            cache_points: &self.gather.cache_points,
+            records: &self.gather.records,
+        }
+    }
+}
+
+/// The buffers between the stages of a frame.
+pub struct StageBuffers<'a> {
+    /// Flux of each path's first vertex, W; three floats.
+    pub path_flux: &'a Buffer,
+    /// `Deposit`s in cluster order.
+    pub deposits: &'a Buffer,
+    /// Flux of each cluster, W; three floats.
+    pub cluster_flux: &'a Buffer,
+    /// Irradiance of each cluster, W/m²; three floats.
+    pub cluster_irradiance: &'a Buffer,
+    /// `CachePoint`s.
+    pub cache_points: &'a Buffer,
+    /// `Record`s of the cache points.
+    pub records: &'a Buffer,
+}
+
+/// The device's table of lights.
+fn point_lights(lights: &[Light]) -> Result<Vec<PointLight>> {
+    let point = |light: &Light| match light.kind {
+        LightKind::Point { position, intensity } => Ok(PointLight { position, intensity }),
+        other => Err(Error::Usage(format!(
+            "light `{}`: this version renders point lights, not kind `{}`",
+            light.name,
+            other.word()
+        ))),
+    };
+    lights.iter().map(point).collect()
+}

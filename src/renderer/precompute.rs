@@ -1,0 +1,192 @@
+//! The precomputation, in the paper's order. [Yue §1, §2]
+
+use super::Statistics;
+use crate::error::{Error, Result};
+use crate::gpu::{Buffer, Context};
+use crate::passes::precompute::cache_points::{self, Geometry, Placement};
+use crate::passes::precompute::entry_points::{self, Strata};
+use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
+use crate::passes::precompute::light_paths::{self, LightPaths};
+use crate::passes::precompute::{Progress, rays::Rays, sides};
+use crate::passes::{ClusterBuffers, SceneBuffers};
+use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, surfaces};
+use crate::types::{PathVertex, Surface};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// All that the frames are made of.
+pub(super) struct Precomputed {
+    pub(super) buffers: SceneBuffers,
+    pub(super) surfaces: Vec<Surface>,
+    pub(super) hvds: Hvds,
+    pub(super) entry_points: Vec<PathVertex>,
+    /// Area that each entry point stands for, m².
+    pub(super) area_m2: f32,
+    pub(super) paths: LightPaths,
+    pub(super) point_count: u32,
+    pub(super) cache_points: Buffer,
+    pub(super) rays: Buffer,
+    pub(super) hemisphere: Hemisphere,
+    pub(super) code: GatherCode,
+    pub(super) statistics: Statistics,
+}
+
+/// Measures the stages as they pass.
+struct Watch {
+    start: Instant,
+    lap: Instant,
+    stages: Vec<(String, f64)>,
+}
+
+impl Watch {
+    fn start() -> Self {
+        let now = Instant::now();
+        Self { start: now, lap: now, stages: Vec::new() }
+    }
+
+    fn lap(&mut self, stage: &str) {
+        let now = Instant::now();
+        self.stages.push((stage.into(), (now - self.lap).as_secs_f64()));
+        self.lap = now;
+    }
+}
+
+/// Traces everything that no light edit will change. Reorders the scene's triangles to BVH order.
+pub(super) fn precompute(
+    context: &Arc<Context>,
+    scene: &mut Scene,
+    progress: &mut dyn Progress,
+) -> Result<Precomputed> {
+    let mut watch = Watch::start();
+    let quality = scene.quality.clone();
+
+    progress.stage("acceleration structure", 1);
+    let bvh = Bvh::build(&scene.triangles)?;
+    scene.triangles = bvh.order.iter().map(|&index| scene.triangles[index as usize]).collect();
+    watch.lap("acceleration structure");
+
+    progress.stage("surfaces", 1);
+    let (buffers, surfaces) = reachable_surfaces(context, scene, &bvh)?;
+    watch.lap("surfaces");
+
+    progress.stage("cells", 1);
+    let (low, high) = scene.bounds();
+    let hvds = Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, quality.cells), quality.cells);
+    let clusters = ClusterBuffers::new(context, &hvds)?;
+    watch.lap("cells");
+
+    progress.stage("entry points", 1);
+    let strata = Strata::new(&scene.triangles, &surfaces, quality.entry_points);
+    let area_m2 = (strata.area_m2 / f64::from(quality.entry_points)) as f32;
+    let entry_points = entry_points::place(context, &buffers, &clusters, &strata)?;
+    watch.lap("entry points");
+
+    let base = hvds.levels[0].len() as u32;
+    let seed = quality.seed;
+    let paths =
+        light_paths::trace(context, &buffers, &clusters, &surfaces, base, &entry_points, seed, progress)?;
+    watch.lap("light paths");
+
+    let geometry = Geometry {
+        triangles: &scene.triangles,
+        surfaces: &surfaces,
+        hvds: &hvds,
+        scene_size: (high - low).length(),
+    };
+    let mut placement =
+        cache_points::place(context, &buffers, &geometry, quality.cache_points, seed, progress)?;
+    entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |point| point.position);
+    let cache_points = Buffer::from_slice(context, "cache points", &placement.points)?;
+    watch.lap("cache points");
+
+    let hemisphere = Hemisphere::new(quality.gather_rays);
+    let code = GatherCode::new(hvds.cluster_count(), scene.materials.len(), placement.least_radius)?;
+    let point_count = placement.points.len() as u32;
+    let least_area = (gather_rays::LEAST_ENTRY_POINTS * f64::from(area_m2)) as f32;
+    let rays = gather_rays::trace(
+        context,
+        &buffers,
+        &clusters,
+        &cache_points,
+        point_count,
+        hemisphere,
+        code,
+        least_area,
+        seed,
+        progress,
+    )?;
+    watch.lap("gather rays");
+    progress.finish();
+
+    let mut statistics = Statistics {
+        precompute_s: watch.start.elapsed().as_secs_f64(),
+        precompute_stages: watch.stages,
+        ..Statistics::default()
+    };
+    count(&mut statistics, scene, &surfaces, &hvds, &paths, &placement, hemisphere);
+    Ok(Precomputed {
+        buffers,
+        surfaces,
+        hvds,
+        entry_points,
+        area_m2,
+        paths,
+        point_count,
+        cache_points,
+        rays,
+        hemisphere,
+        code,
+        statistics,
+    })
+}
+
+/// Uploads the scene and finds out which sides take part in transport.
+fn reachable_surfaces(
+    context: &Arc<Context>,
+    scene: &Scene,
+    bvh: &Bvh,
+) -> Result<(SceneBuffers, Vec<Surface>)> {
+    let sees = surfaces::sides_that_see_something(&scene.triangles);
+    let pairs = scene.triangles.iter().zip(sees);
+    let mut surfaces: Vec<Surface> =
+        pairs.map(|(triangle, active)| surfaces::surface(triangle, active)).collect();
+    let buffers = SceneBuffers::new(context, bvh, &scene.triangles, &surfaces, &scene.materials)?;
+    sides::deactivate_unreachable(&Rays::new(context)?, &buffers, scene, &mut surfaces)?;
+    buffers.surfaces.write(&surfaces)?;
+    if surfaces.is_empty() {
+        return Err(Error::Usage("the scene has no triangle".into()));
+    }
+    Ok((buffers, surfaces))
+}
+
+/// Notes what came out.
+fn count(
+    statistics: &mut Statistics,
+    scene: &Scene,
+    surfaces: &[Surface],
+    hvds: &Hvds,
+    paths: &LightPaths,
+    placement: &Placement,
+    hemisphere: Hemisphere,
+) {
+    let active_area = |triangle: &Triangle, surface: &Surface| {
+        let sides = [false, true].into_iter().filter(|&back| surface.side_is_active(back)).count();
+        triangle.area_m2() * sides as f64
+    };
+    let active: f64 = scene.triangles.iter().zip(surfaces).map(|(t, s)| active_area(t, s)).sum();
+    statistics
+        .skipped
+        .insert("unreachable surface sides (area)".into(), 1.0 - active / (2.0 * scene.area_m2()));
+    let counts = [
+        ("triangles", scene.triangles.len() as u64),
+        ("entry points", u64::from(scene.quality.entry_points)),
+        ("path vertices", paths.steps.len() as u64),
+        ("path vertices outside all clusters", paths.lost),
+        ("clusters", u64::from(hvds.cluster_count())),
+        ("base clusters", hvds.levels[0].len() as u64),
+        ("cache points", placement.points.len() as u64),
+        ("cache point candidates", placement.candidates),
+        ("gather rays", placement.points.len() as u64 * u64::from(hemisphere.rays())),
+    ];
+    statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), value)));
+}

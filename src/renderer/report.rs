@@ -1,0 +1,139 @@
+//! What a frame is asked for and what it reports.
+
+use crate::gpu::PassTiming;
+use crate::passes::frame::{
+    compose::Compose, direct::Direct, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
+    path_scan::PathScan, primary::Primary, splat::Splat,
+};
+use std::collections::BTreeMap;
+
+/// What has changed since the last frame, and so what the next one must redo.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Edit {
+    /// All of it.
+    Everything,
+    /// A light has moved.
+    Light,
+    /// The camera has moved.
+    View,
+    /// A material has changed.
+    Material,
+    /// Nothing: the last picture stands.
+    Nothing,
+}
+
+/// Stages of a frame that an edit makes necessary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Stages {
+    /// Primary visibility and splat weights.
+    pub(super) view: bool,
+    /// Direct light at the pixels.
+    pub(super) direct: bool,
+    /// Form factors and path flux.
+    pub(super) light: bool,
+    /// The energy scan of the light paths.
+    pub(super) scan: bool,
+    /// Hierarchy and gather.
+    pub(super) energy: bool,
+    /// Splat values and the picture.
+    pub(super) picture: bool,
+}
+
+impl Edit {
+    pub(super) fn stages(self) -> Stages {
+        let is = |edits: &[Self]| self == Self::Everything || edits.contains(&self);
+        Stages {
+            view: is(&[Self::View]),
+            direct: is(&[Self::View, Self::Light]),
+            light: is(&[Self::Light]),
+            scan: is(&[Self::Material]),
+            energy: is(&[Self::Light, Self::Material]),
+            picture: self != Self::Nothing,
+        }
+    }
+}
+
+/// A layer of the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layer {
+    /// Radiance, direct and indirect, W/m²/sr.
+    Beauty,
+    /// Radiance by direct light only.
+    Direct,
+    /// Radiance by indirect light only.
+    Indirect,
+    /// Diffuse albedo.
+    Albedo,
+    /// World-space unit shading normal.
+    Normal,
+    /// Distance along the viewing axis, metres, three times; infinite where the ray left the scene.
+    Depth,
+}
+
+/// The paper's timing columns, milliseconds of device time. [Yue, Table 2]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[expect(non_snake_case, reason = "the paper's names, which scripts rely on")]
+pub struct Columns {
+    /// Direct illumination at the pixels, primary visibility included.
+    pub Tdi: f64,
+    /// Energies of the light paths: form factors, path flux, scan.
+    pub Tlpe: f64,
+    /// Construction of the volumetric hierarchy.
+    pub Thvds: f64,
+    /// Final gathering.
+    pub Tfg: f64,
+    /// Splatting, composition included.
+    pub Tsplat: f64,
+}
+
+impl Columns {
+    /// Sums passes by the column they belong to.
+    pub fn of(passes: &[PassTiming]) -> Self {
+        let mut columns = Self::default();
+        for pass in passes {
+            *match pass.name {
+                Primary::STEM | Direct::STEM => &mut columns.Tdi,
+                FormFactors::STEM | FormFactors::FLUX_STEM | PathScan::STEM => &mut columns.Tlpe,
+                Pyramid::STEM => &mut columns.Thvds,
+                Gather::STEM => &mut columns.Tfg,
+                Splat::STEM | Splat::APPLY_STEM | Compose::STEM => &mut columns.Tsplat,
+                other => unreachable!("pass `{other}` has no column"),
+            } += pass.ms;
+        }
+        columns
+    }
+}
+
+/// One frame's cost.
+#[derive(Clone, Debug)]
+pub struct FrameReport {
+    /// Device time of each pass that ran.
+    pub passes: Vec<PassTiming>,
+    /// Wall-clock time of recording, device and wait, milliseconds.
+    pub frame_ms: f64,
+    /// The passes by the paper's columns.
+    pub columns: Columns,
+    /// Bytes that each pass has to move at the least: every input once, every output once.
+    pub bytes: BTreeMap<&'static str, u64>,
+    /// Rays of each pass that traces.
+    pub rays: BTreeMap<&'static str, u64>,
+}
+
+/// What the precomputation made, and what it cost.
+#[derive(Clone, Debug, Default, serde::Serialize)]
+pub struct Statistics {
+    /// Wall-clock seconds of the whole precomputation.
+    pub precompute_s: f64,
+    /// The same by stage, in order.
+    pub precompute_stages: Vec<(String, f64)>,
+    /// Device memory in use.
+    pub memory_bytes: u64,
+    /// Most device memory in use at any time.
+    pub peak_memory_bytes: u64,
+    /// Largest buffer.
+    pub largest_binding_bytes: u64,
+    /// Sizes of all that there is.
+    pub counts: BTreeMap<String, u64>,
+    /// Shares of work that was not needed, 0..=1.
+    pub skipped: BTreeMap<String, f64>,
+}

@@ -12,5 +12,7 @@ pub mod layout;
 pub mod passes;
 #[forbid(unsafe_code)]
 pub mod scene;
+#[forbid(unsafe_code)]
+pub mod types;
 
 pub use error::{Error, Result};

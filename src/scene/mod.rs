@@ -5,10 +5,15 @@
 
 use glam::{DVec3, Vec3};
 
+pub mod bvh;
 pub mod camera;
+pub mod clip;
+pub mod grid;
+pub mod hvds;
 pub mod light;
 pub mod material;
 pub mod quality;
+pub mod surfaces;
 
 pub use camera::Camera;
 pub use light::{Light, LightKind};

@@ -1,0 +1,59 @@
+// Clearance of candidate cache points: distance to the nearest surface that their gather hemisphere sees, the R_i of
+// the error metric. [Tabellion] Deterministic. One workgroup = one candidate; rays within 10° of the tangent plane
+// do not count. In: candidates. Out: metres, or the scene's size where no ray hits.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint RINGS = 0;
+layout(constant_id = 1) const uint SECTORS = 0;
+
+struct ClearancePush {
+    uint candidate_count;
+    uint seed;
+    float scene_size;  // metres
+};
+
+layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
+layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(scalar, binding = 3) readonly buffer Candidates { CachePoint candidates[]; };
+layout(scalar, binding = 4) writeonly buffer Clearances { float clearances[]; };
+layout(scalar, push_constant) uniform Push { ClearancePush push; };
+
+#include "include/bvh.glsl"
+#include "include/gather.glsl"
+
+shared float nearest[gl_WorkGroupSize.x];
+
+void main() {
+    uint index = flat_workgroup();
+    if (index >= push.candidate_count) return;
+    CachePoint point = candidates[index];
+    vec3 normal = surfaces[point.side >> 1].normal;
+    if ((point.side & 1u) != 0u) normal = -normal;
+    vec3 origin = offset_origin(point.position, normal);
+    mat3 frame = frame_around(point.normal);
+
+    float closest = push.scene_size;
+    for (uint ray = gl_LocalInvocationIndex; ray < RINGS * SECTORS; ray += gl_WorkGroupSize.x) {
+        vec3 local = stratum_direction(stratum_of(ray), index, push.seed);
+        Hit hit;
+        if (local.z > 0.1736 && trace(Ray(origin, frame * local, closest), false, hit)) {
+            closest = hit.t;
+        }
+    }
+    nearest[gl_LocalInvocationIndex] = closest;
+    for (uint stride = gl_WorkGroupSize.x / 2u; stride > 0u; stride /= 2u) {
+        barrier();
+        if (gl_LocalInvocationIndex < stride) {
+            nearest[gl_LocalInvocationIndex] = min(nearest[gl_LocalInvocationIndex], nearest[gl_LocalInvocationIndex + stride]);
+        }
+    }
+    if (gl_LocalInvocationIndex == 0u) clearances[index] = nearest[0];
+}

@@ -1,0 +1,74 @@
+// Final gathering: irradiance at every cache point and its gradients, from the stored rays. [Yue §3; Krivanek]
+// Deterministic. One workgroup = one cache point. In: gather rays, cluster irradiance (W/m²). Out: records.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint RINGS = 0;
+layout(constant_id = 1) const uint SECTORS = 0;
+
+struct GatherPush {
+    uint point_count;
+    uint cluster_bits;     // width of the cluster field in GatherRay.target
+    float least_distance;  // unit of GatherRay.gradient, metres
+};
+
+layout(scalar, binding = 0) readonly buffer CachePoints { CachePoint cache_points[]; };
+layout(scalar, binding = 1) readonly buffer GatherRays { GatherRay gather_rays[]; };
+layout(scalar, binding = 2) readonly buffer Materials { Reflectance materials[]; };
+layout(scalar, binding = 3) readonly buffer Irradiance { vec3 irradiance[]; };
+layout(scalar, binding = 4) writeonly buffer Records { Record records[]; };
+layout(scalar, push_constant) uniform Push { GatherPush push; };
+
+const uint SUMS = 5u;  // irradiance; translation and rotation along tangent and bitangent
+shared vec3 sums[SUMS * gl_WorkGroupSize.x];
+
+void main() {
+    uint index = flat_workgroup();
+    if (index >= push.point_count) return;
+    uint thread = gl_LocalInvocationIndex;
+    uint mask = (1u << push.cluster_bits) - 1u;
+
+    vec3 sum[SUMS] = vec3[](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+    for (uint i = thread; i < RINGS * SECTORS; i += gl_WorkGroupSize.x) {
+        GatherRay ray = gather_rays[index * RINGS * SECTORS + i];
+        if (ray.target == NO_TARGET) continue;
+        vec3 radiance = materials[ray.target >> push.cluster_bits].diffuse * irradiance[ray.target & mask] * (1.0 / PI);
+        // Turning the normal by dω changes a ray's cosine by dω·(n×ω): tanθ across its azimuth, at the stratum's middle.
+        float sin2 = (float(i / SECTORS) + 0.5) / float(RINGS);
+        float azimuth = 2.0 * PI * (float(i % SECTORS) + 0.5) / float(SECTORS);
+        float tangent = sqrt(sin2 / (1.0 - sin2));
+        vec2 movement = unpackHalf2x16(ray.gradient);
+        sum[0] += radiance;
+        sum[1] += movement.x * radiance;
+        sum[2] += movement.y * radiance;
+        sum[3] -= tangent * sin(azimuth) * radiance;
+        sum[4] += tangent * cos(azimuth) * radiance;
+    }
+    for (uint k = 0u; k < SUMS; ++k) sums[k * gl_WorkGroupSize.x + thread] = sum[k];
+    barrier();
+    if (thread < SUMS) {
+        vec3 total = vec3(0.0);
+        for (uint i = 0u; i < gl_WorkGroupSize.x; ++i) total += sums[thread * gl_WorkGroupSize.x + i];
+        sums[thread * gl_WorkGroupSize.x] = total;
+    }
+    barrier();
+    if (thread == 0u) {
+        CachePoint point = cache_points[index];
+        mat3 frame = frame_around(point.normal);
+        float stratum = PI / float(RINGS * SECTORS);
+        float unit = 1.0 / push.least_distance;
+        vec3 along_x = unit * sums[gl_WorkGroupSize.x];
+        vec3 along_y = unit * sums[2u * gl_WorkGroupSize.x];
+        vec3 turn_x = stratum * sums[3u * gl_WorkGroupSize.x];
+        vec3 turn_y = stratum * sums[4u * gl_WorkGroupSize.x];
+        // (n_i × n)·g for a rotational gradient g in the tangent plane is n·(g × n_i).
+        records[index] = Record(point.position, stratum * sums[0],
+                                outerProduct(frame[0], along_x) + outerProduct(frame[1], along_y),
+                                outerProduct(frame[0], turn_y) - outerProduct(frame[1], turn_x));
+    }
+}

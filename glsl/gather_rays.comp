@@ -1,0 +1,138 @@
+// Gather rays: traces the stratified hemisphere of every cache point and keeps, for each ray, the cluster that it will
+// read and its share in the translational gradient; everything but the light. [Yue §3, Figure 2; Krivanek]
+// Deterministic. One workgroup = one cache point.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint RINGS = 0;
+layout(constant_id = 1) const uint SECTORS = 0;
+
+struct ClusterLink {
+    uint parent;    // cluster one level up; NO_CLUSTER at the root
+    float area_m2;  // exact surface area
+};
+struct GatherRaysPush {
+    Grid grid;
+    uint first_point;     // of this chunk
+    uint point_count;
+    uint seed;
+    uint cluster_bits;    // width of the cluster field in GatherRay.target
+    float least_area_m2;  // clusters smaller than this hold too few entry points to trust
+    float least_distance; // distances in gradients are bounded from below by this, metres
+};
+
+layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
+layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(scalar, binding = 3) readonly buffer CellFirst { uint cell_first[]; };
+layout(scalar, binding = 4) readonly buffer CellClusters { uint cell_clusters[]; };
+layout(scalar, binding = 5) readonly buffer ClusterLinks { ClusterLink links[]; };
+layout(scalar, binding = 6) readonly buffer CachePoints { CachePoint cache_points[]; };
+layout(scalar, binding = 7) writeonly buffer GatherRays { GatherRay gather_rays[]; };
+layout(scalar, push_constant) uniform Push { GatherRaysPush push; };
+
+#include "include/bvh.glsl"
+#include "include/grid.glsl"
+#include "include/gather.glsl"
+
+const float FAR = 1e30;
+shared float distances[RINGS * SECTORS];
+
+// The cluster whose size fits the ray's footprint: the solid angle of one stratum, projected to the hit.
+uint cluster_for(Hit hit, vec3 direction, float cos_theta) {
+    Surface surface = surfaces[hit.triangle];
+    float facing = dot(surface.normal, direction);
+    bool back = facing > 0.0;
+    if (!side_is_active(surface.sides, back)) return NO_CLUSTER;
+    vec3 normal = back ? -surface.normal : surface.normal;
+    uint cell = grid_cell(push.grid, hit_position(hit), normal);
+    uint cluster = base_cluster(cell, side_code(surface.sides, back));
+    if (cluster == NO_CLUSTER) return NO_CLUSTER;
+
+    float solid_angle = PI / (float(RINGS * SECTORS) * cos_theta);
+    float footprint = sqrt(solid_angle / max(abs(facing), 0.1)) * hit.t;
+    float size = footprint * push.grid.inverse_cell;
+    for (; size >= 1.41421356 && links[cluster].parent != NO_CLUSTER; size *= 0.5) {
+        cluster = links[cluster].parent;
+    }
+    while (links[cluster].area_m2 < push.least_area_m2 && links[cluster].parent != NO_CLUSTER) {
+        cluster = links[cluster].parent;
+    }
+    return cluster;
+}
+
+// 1 / distance to the nearer end of an edge between two strata, in units of 1/least_distance so that a half can hold it
+// at any scale; zero where neither ray hit anything. Bounded because a record's radius is, too. [Krivanek]
+float inverse_nearer(float a, float b) {
+    float nearer = min(a, b);
+    return nearer < FAR ? push.least_distance / max(nearer, push.least_distance) : 0.0;
+}
+
+float ring_sin2(uint ring) { return float(ring) / float(RINGS); }
+
+// cos²θ sinθ on the lower edge of a ring.
+float ring_edge(uint ring) { return (1.0 - ring_sin2(ring)) * sqrt(ring_sin2(ring)); }
+
+// What the ray's radiance adds to ∂E/∂(tangent, bitangent): the change of its stratum's solid angle as the edges to
+// its four neighbours move. Gradient of stratified hemisphere sampling, its terms regrouped by ray.
+vec2 gradient_weight(Stratum s) {
+    uint here = s.ring * SECTORS + s.sector;
+    uint before = s.ring * SECTORS + (s.sector + SECTORS - 1u) % SECTORS;
+    uint after = s.ring * SECTORS + (s.sector + 1u) % SECTORS;
+    float t = distances[here];
+    float width = 2.0 * PI / float(SECTORS);
+
+    float outward = 0.0;
+    if (s.ring > 0u) outward += ring_edge(s.ring) * inverse_nearer(t, distances[here - SECTORS]);
+    if (s.ring + 1u < RINGS) outward -= ring_edge(s.ring + 1u) * inverse_nearer(t, distances[here + SECTORS]);
+
+    float sin_middle = sqrt((float(s.ring) + 0.5) / float(RINGS));
+    float cos_middle = sqrt(1.0 - (float(s.ring) + 0.5) / float(RINGS));
+    float height = sqrt(1.0 - ring_sin2(s.ring)) - sqrt(1.0 - ring_sin2(s.ring + 1u));
+    float around = cos_middle * height / sin_middle;
+
+    float middle = (float(s.sector) + 0.5) * width;
+    float low = float(s.sector) * width;
+    float high = low + width;
+    return width * outward * vec2(cos(middle), sin(middle))
+         + around * inverse_nearer(t, distances[before]) * vec2(-sin(low), cos(low))
+         - around * inverse_nearer(t, distances[after]) * vec2(-sin(high), cos(high));
+}
+
+void main() {
+    uint local_point = flat_workgroup();
+    if (local_point >= push.point_count) return;
+    uint index = push.first_point + local_point;
+    CachePoint point = cache_points[index];
+    vec3 normal = surfaces[point.side >> 1].normal;
+    if ((point.side & 1u) != 0u) normal = -normal;
+    vec3 origin = offset_origin(point.position, normal);
+    mat3 frame = frame_around(point.normal);
+    uint first = index * RINGS * SECTORS;
+
+    for (uint ray = gl_LocalInvocationIndex; ray < RINGS * SECTORS; ray += gl_WorkGroupSize.x) {
+        vec3 local = stratum_direction(stratum_of(ray), index, push.seed);
+        vec3 direction = frame * local;
+        uint target = NO_TARGET;
+        float distance = FAR;
+        Hit hit;
+        // Where the shading normal leans away from the geometric one, part of its hemisphere lies inside the surface.
+        if (dot(direction, normal) > 0.0 && trace(Ray(origin, direction, FAR), false, hit)) {
+            distance = hit.t;
+            uint cluster = cluster_for(hit, direction, local.z);
+            if (cluster != NO_CLUSTER) target = cluster | (surfaces[hit.triangle].material << push.cluster_bits);
+        }
+        distances[ray] = distance;
+        gather_rays[first + ray].target = target;
+    }
+    barrier();
+    for (uint ray = gl_LocalInvocationIndex; ray < RINGS * SECTORS; ray += gl_WorkGroupSize.x) {
+        gather_rays[first + ray].gradient = packHalf2x16(gradient_weight(stratum_of(ray)));
+    }
+}

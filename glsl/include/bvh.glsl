@@ -1,0 +1,140 @@
+// Ray traversal of the compressed wide BVH, closest hit and any hit. [Ylitie], triangle test [Woop]
+// The including shader binds `Node nodes[]` and `Triangle triangles[]`.
+
+struct Ray {
+    vec3 origin;
+    vec3 direction;  // need not be unit; t counts in its length
+    float t_max;
+};
+
+struct Hit {
+    float t;
+    uint triangle;
+    vec3 barycentric;  // weights of p0, p1, p2
+};
+
+// Deeper trees are refused at load (src/scene/bvh.rs).
+const uint STACK_SIZE = 32u;
+
+// Watertight ray–triangle test: edge functions in a space sheared along the ray. An edge function of exactly zero
+// counts as inside, so that a ray through a shared edge or corner hits at least one triangle. `precise` forbids the
+// contraction that would make the two sides of an edge disagree.
+struct Shear {
+    uint axis;   // dominant axis of the direction
+    vec3 scale;  // shear x, shear y, 1 / dominant component
+};
+
+vec3 rotate_axes(vec3 v, uint axis) { return axis == 0u ? v.yzx : axis == 1u ? v.zxy : v; }
+
+Shear shear_along(vec3 direction) {
+    vec3 size = abs(direction);
+    uint axis = size.x > size.y ? (size.x > size.z ? 0u : 2u) : (size.y > size.z ? 1u : 2u);
+    vec3 d = rotate_axes(direction, axis);
+    return Shear(axis, vec3(d.xy, 1.0) / d.z);
+}
+
+bool intersect_triangle(uint index, vec3 origin, Shear shear, inout Hit hit) {
+    Triangle triangle = triangles[index];
+    precise vec3 a = rotate_axes(triangle.p0 - origin, shear.axis);
+    precise vec3 b = rotate_axes(triangle.p1 - origin, shear.axis);
+    precise vec3 c = rotate_axes(triangle.p2 - origin, shear.axis);
+    precise vec2 as = a.xy - shear.scale.xy * a.z;
+    precise vec2 bs = b.xy - shear.scale.xy * b.z;
+    precise vec2 cs = c.xy - shear.scale.xy * c.z;
+    precise vec3 edge = vec3(cs.x * bs.y - cs.y * bs.x, as.x * cs.y - as.y * cs.x, bs.x * as.y - bs.y * as.x);
+    if (any(lessThan(edge, vec3(0.0))) && any(greaterThan(edge, vec3(0.0)))) return false;
+    precise float determinant = edge.x + edge.y + edge.z;
+    if (determinant == 0.0) return false;
+    float inverse = 1.0 / determinant;
+    float t = dot(edge, shear.scale.z * vec3(a.z, b.z, c.z)) * inverse;
+    if (!(t > 0.0 && t < hit.t)) return false;
+    hit = Hit(t, index, edge * inverse);
+    return true;
+}
+
+// Which children of a node the ray may enter: bits 24-31 inner children in visiting order, 0-23 leaf triangles.
+// The slabs are widened by their rounding error, so that a box never misses what its triangles hit.
+uint intersect_children(Node node, vec3 origin, vec3 inverse_direction, uint octant_inverse4, float t_max) {
+    vec3 cell = uintBitsToFloat(uvec3(node.exponents << 23, (node.exponents << 15) & 0x7f800000u,
+                                      (node.exponents << 7) & 0x7f800000u)) * inverse_direction;
+    vec3 base = (node.origin - origin) * inverse_direction;
+    vec3 slack = 4e-7 * (abs(base) + 255.0 * abs(cell));
+    vec3 base_near = base - slack;
+    vec3 base_far = base + slack;
+    bvec3 flip = lessThan(inverse_direction, vec3(0.0));
+    uint hits = 0u;
+    for (uint half_index = 0u; half_index < 2u; ++half_index) {
+        uint meta = node.meta[half_index];
+        uint inner = (((meta & (meta << 1)) & 0x10101010u) >> 4) * 0xffu;
+        uint bit_index = (meta ^ (octant_inverse4 & inner)) & 0x1f1f1f1fu;
+        uint child_bits = (meta >> 5) & 0x07070707u;
+        uvec3 low = uvec3(node.min_x[half_index], node.min_y[half_index], node.min_z[half_index]);
+        uvec3 high = uvec3(node.max_x[half_index], node.max_y[half_index], node.max_z[half_index]);
+        uvec3 near = mix(low, high, flip);
+        uvec3 far = mix(high, low, flip);
+        for (uint shift = 0u; shift < 32u; shift += 8u) {
+            vec3 t_near = vec3((near >> shift) & 0xffu) * cell + base_near;
+            vec3 t_far = vec3((far >> shift) & 0xffu) * cell + base_far;
+            float enter = max(max(t_near.x, t_near.y), max(t_near.z, 0.0));
+            float leave = min(min(t_far.x, t_far.y), min(t_far.z, t_max));
+            if (enter <= leave) {
+                hits |= ((child_bits >> shift) & 0xffu) << ((bit_index >> shift) & 0xffu);
+            }
+        }
+    }
+    return hits;
+}
+
+// Closest hit in (0, t_max), or with `any_hit` the first one found. Returns whether there is one.
+bool trace(Ray ray, const bool any_hit, out Hit hit) {
+    hit = Hit(ray.t_max, 0u, vec3(0.0));
+    bool found = false;
+    // A component of zero would turn a slab test into 0·∞; 1e-20 of a metre moves nothing.
+    vec3 direction = mix(ray.direction, mix(vec3(1e-20), vec3(-1e-20), lessThan(ray.direction, vec3(0.0))),
+                         lessThan(abs(ray.direction), vec3(1e-20)));
+    vec3 inverse_direction = 1.0 / direction;
+    Shear shear = shear_along(direction);
+    uint octant = (direction.x < 0.0 ? 0u : 4u) | (direction.y < 0.0 ? 0u : 2u) | (direction.z < 0.0 ? 0u : 1u);
+    uint octant_inverse4 = octant * 0x01010101u;
+
+    uvec2 stack[STACK_SIZE];
+    uint depth = 0u;
+    uvec2 group = uvec2(0u, 0x80000000u);  // first node of a group of siblings, and which of them are left
+    while (true) {
+        uint bit = uint(findMSB(group.y));
+        uint inner_mask = group.y;
+        group.y &= ~(1u << bit);
+        if ((group.y & 0xff000000u) != 0u) {
+            stack[depth++] = group;
+        }
+        uint slot = (bit - 24u) ^ (octant_inverse4 & 0xffu);
+        Node node = nodes[group.x + bitCount(inner_mask & ~(0xffffffffu << slot))];
+        uint hits = intersect_children(node, ray.origin, inverse_direction, octant_inverse4, hit.t);
+        for (uint leaf = hits & 0x00ffffffu; leaf != 0u; leaf &= leaf - 1u) {
+            if (intersect_triangle(node.first_primitive + uint(findLSB(leaf)), ray.origin, shear, hit)) {
+                found = true;
+                if (any_hit) return true;
+            }
+        }
+        group = uvec2(node.first_child, (hits & 0xff000000u) | (node.exponents >> 24));
+        if ((group.y & 0xff000000u) == 0u) {
+            if (depth == 0u) break;
+            group = stack[--depth];
+        }
+    }
+    return found;
+}
+
+// Point on the triangle: interpolated from its corners, so that it lies on the surface whatever the ray's length.
+vec3 hit_position(Hit hit) {
+    Triangle triangle = triangles[hit.triangle];
+    return hit.barycentric.x * triangle.p0 + hit.barycentric.y * triangle.p1 + hit.barycentric.z * triangle.p2;
+}
+
+// Whether nothing stands between a surface point (on the side that `normal` faces) and `target`. Both ends are kept
+// clear of the surfaces they lie on.
+bool is_visible(vec3 position, vec3 normal, vec3 target) {
+    vec3 origin = offset_origin(position, normal);
+    Hit hit;
+    return !trace(Ray(origin, target - origin, 0.99999), true, hit);
+}

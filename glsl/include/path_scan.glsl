@@ -1,0 +1,24 @@
+// Segmented product: what the three kernels of the light-path energy scan share.
+
+const uint BLOCK_THREADS = 256u;
+const uint BLOCK_ITEMS = 4u;                            // per thread
+const uint BLOCK_STEPS = BLOCK_THREADS * BLOCK_ITEMS;   // per workgroup
+
+// One step of a light path: how the energy of the vertex before turns into that of this one.
+struct PathStep {
+    uint material;  // that reflected the path towards this vertex; HEAD where the path starts here
+    float weight;   // 1 / survival probability
+    uint slot;      // where the vertex stands in its cluster's list
+};
+const uint HEAD = 0xffffffffu;
+
+// Product of steps since the last path start among them.
+struct Segment {
+    vec3 product;
+    uint has_head;
+};
+
+// `first` followed by `second`: a start in `second` cuts off what went before. Associative.
+Segment join(Segment first, Segment second) {
+    return second.has_head != 0u ? second : Segment(first.product * second.product, first.has_head);
+}

@@ -1,0 +1,116 @@
+// Structs that cross passes; twins of src/types.rs, held in lockstep by tests/interface.rs. Scalar layout.
+
+// One triangle for traversal, in BVH leaf order. World space, metres.
+struct Triangle {
+    vec3 p0;
+    vec3 p1;
+    vec3 p2;
+};
+
+// What a hit on that triangle needs besides its corners.
+struct Surface {
+    vec3 normal;    // unit geometric normal of the front side
+    uint material;  // index into the material table
+    uint sides;     // see SIDE_* below
+    vec3 n0;        // unit shading normals at the corners
+    vec3 n1;
+    vec3 n2;
+};
+
+// Surface.sides: bits 0-4 normal code of the front, 5-9 of the back, 10 front takes part in transport, 11 back does.
+uint side_code(uint sides, bool back) { return (sides >> (back ? 5u : 0u)) & 31u; }
+bool side_is_active(uint sides, bool back) { return (sides & (back ? 0x800u : 0x400u)) != 0u; }
+
+// Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3]; the planes of one axis are stored min then max.
+struct Node {
+    vec3 origin;          // low corner of the node's box
+    uint exponents;       // bytes 0-2: exponent of the cell size along x, y, z; byte 3: mask of inner children
+    uint first_child;     // index of the first inner child
+    uint first_primitive; // index of the first triangle of the leaf children
+    uvec2 meta;           // a byte a child
+    uvec2 min_x; uvec2 max_x;
+    uvec2 min_y; uvec2 max_y;
+    uvec2 min_z; uvec2 max_z;
+};
+
+// Base grid of the volumetric hierarchy.
+struct Grid {
+    vec3 low;            // corner of cell (0,0,0), metres
+    float inverse_cell;  // 1 / base cell size, 1/m
+    uvec3 cells;         // base cells along each axis
+    float pull;          // how far a point is pulled inside its surface before it is binned, metres
+};
+
+// A point of a precomputed light path.
+struct PathVertex {
+    vec3 position;
+    uint side;      // 2·triangle + (1 if the back side)
+    vec3 incoming;  // unit direction of travel when it arrived; zero at an entry point
+    float weight;   // 1 / survival probability of the step that led here
+    uint cluster;   // base cluster that it deposits into
+};
+
+// What a path vertex adds to its cluster; listed cluster by cluster.
+struct Deposit {
+    vec3 throughput;  // share of the path's flux that arrives at this vertex, per channel
+    uint path;
+};
+
+// A point where indirect irradiance is gathered; its record is splatted to pixels.
+struct CachePoint {
+    vec3 position;
+    float radius;   // validity radius, metres
+    vec3 normal;    // unit shading normal
+    uint side;      // 2·triangle + (1 if the back side)
+};
+
+// One final gather ray: all that a frame needs of it.
+struct GatherRay {
+    uint target;    // cluster | material << cluster_bits; NO_TARGET where the ray left the scene
+    uint gradient;  // two halves: its share in the translational gradient along tangent and bitangent, 1/least distance
+};
+
+// Irradiance at a cache point and its first-order change, a row for each channel of RGB: world axes, W/m² and W/m³.
+struct Record {
+    vec3 position;     // of the cache point: where the extrapolation starts
+    vec3 irradiance;
+    mat3 translation;  // column c: gradient of channel c under movement
+    mat3 rotation;     // column c: its dot product with a shading normal is the change of channel c under rotation
+};
+
+// What a primary ray found.
+struct PixelSurface {
+    vec3 position;
+    uint side;       // 2·triangle + (1 if the back side); NO_SIDE where the ray left the scene
+    vec3 normal;     // unit shading normal on the visible side
+    float footprint; // area that the pixel covers on the surface, m²
+};
+
+// A pinhole camera: the ray of image point (x, y) in [-1, 1]² has direction forward + x·right - y·up.
+struct View {
+    vec3 position;     // metres
+    float pixel_area;  // area of a pixel on the image plane at distance 1
+    vec3 right;        // half the image plane's width
+    uint width;        // pixels
+    vec3 up;           // half the image plane's height
+    uint height;
+    vec3 forward;      // unit
+};
+
+// Reflectance of a material. Linear Rec.709.
+struct Reflectance {
+    vec3 diffuse;
+    float exponent;
+    vec3 specular;
+    uint flags;      // bit 0: editable
+};
+
+// A light for the device. Point lights only use position and intensity.
+struct PointLight {
+    vec3 position;
+    vec3 intensity;  // W/sr
+};
+
+const uint NO_TARGET = 0xffffffffu;
+const uint NO_SIDE = 0xffffffffu;
+const uint NO_CLUSTER = 0xffffffffu;

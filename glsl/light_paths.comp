@@ -1,0 +1,81 @@
+// Light paths: extends every live path by up to STEPS vertices, by cosine sampling and Russian roulette. [Yue §1]
+// Deterministic. One invocation = one live path. In and out: path states; out: vertices and how many there are.
+// Directions and roulette come from one scrambled Sobol sequence over the path index, a fresh scramble a bounce.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint STEPS = 0;                 // vertices per path and dispatch
+layout(constant_id = 1) const uint ROULETTE_THRESHOLD = 0;    // float bits: roulette starts below this throughput
+
+struct PathState {
+    vec3 position;
+    uint side;
+    vec3 throughput;  // product of f·cosθ/pdf so far, roulette included
+    uint path;        // path index: names its random numbers
+    uint depth;       // vertices so far
+    uint is_alive;
+};
+struct LightPathsPush {
+    Grid grid;
+    uint path_count;
+    uint seed;
+};
+
+layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
+layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
+layout(scalar, binding = 4) readonly buffer CellFirst { uint cell_first[]; };
+layout(scalar, binding = 5) readonly buffer CellClusters { uint cell_clusters[]; };
+layout(scalar, binding = 6) buffer Paths { PathState paths[]; };
+layout(scalar, binding = 7) writeonly buffer Vertices { PathVertex vertices[]; };      // STEPS a path
+layout(scalar, binding = 8) writeonly buffer VertexCounts { uint vertex_counts[]; };
+layout(scalar, push_constant) uniform Push { LightPathsPush push; };
+
+#include "include/bvh.glsl"
+#include "include/grid.glsl"
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= push.path_count) return;
+    PathState state = paths[index];
+    const float threshold = uintBitsToFloat(ROULETTE_THRESHOLD);
+    uint count = 0u;
+    bool alive = true;
+    while (count < STEPS) {
+        vec3 u = sample_3d(state.path, hash(push.seed, state.depth));
+        Surface surface = surfaces[state.side >> 1];
+        vec3 normal = (state.side & 1u) != 0u ? -surface.normal : surface.normal;
+
+        // Lambert with a cosine-sampled direction: f·cosθ/pdf is the albedo. The walk goes on with a probability
+        // that falls with its throughput; dividing by it keeps the estimate right.
+        state.throughput *= materials[surface.material].diffuse;
+        float carried = max(state.throughput.x, max(state.throughput.y, state.throughput.z));
+        float survival = min(1.0, carried / threshold);
+        if (!(u.z < survival)) { alive = false; break; }
+        state.throughput /= survival;
+
+        vec3 direction = frame_around(normal) * sample_cosine(u.xy);
+        Hit hit;
+        if (!trace(Ray(offset_origin(state.position, normal), direction, 1e30), false, hit)) { alive = false; break; }
+
+        Surface found = surfaces[hit.triangle];
+        bool back = dot(found.normal, direction) > 0.0;
+        state.position = hit_position(hit);
+        state.side = 2u * hit.triangle + uint(back);
+        vec3 found_normal = back ? -found.normal : found.normal;
+        uint cluster = base_cluster(grid_cell(push.grid, state.position, found_normal), side_code(found.sides, back));
+        vertices[index * STEPS + count] = PathVertex(state.position, state.side, direction, 1.0 / survival, cluster);
+        ++count;
+        ++state.depth;
+    }
+    state.is_alive = uint(alive);
+    paths[index] = state;
+    vertex_counts[index] = count;
+}

@@ -1,0 +1,29 @@
+// Light-path energy scan, last of three: vertices ahead of the first path start in a block take what enters it from the left.
+// Deterministic. One invocation = one block. In: entering products. Out: throughput of every vertex.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/path_scan.glsl"
+
+layout(local_size_x = 64) in;
+
+struct PathScanApplyPush {
+    uint step_count;
+    uint block_count;
+};
+
+layout(scalar, binding = 0) readonly buffer Steps { PathStep steps[]; };
+layout(scalar, binding = 1) readonly buffer Blocks { Segment blocks[]; };
+layout(scalar, binding = 2) buffer Deposits { Deposit deposits[]; };
+layout(scalar, push_constant) uniform Push { PathScanApplyPush push; };
+
+void main() {
+    uint block = flat_invocation();
+    if (block >= push.block_count) return;
+    uint end = min((block + 1u) * BLOCK_STEPS, push.step_count);
+    for (uint i = block * BLOCK_STEPS; i < end && steps[i].material != HEAD; ++i) {
+        deposits[steps[i].slot].throughput *= blocks[block].product;
+    }
+}

@@ -1,0 +1,36 @@
+// Closest hits of an explicit list of rays. Deterministic. One invocation = one ray.
+// In: origins and directions, metres. Out: distance in units of the direction's length (negative: left the scene) and side.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+
+layout(local_size_x = 64) in;
+
+struct RayQuery { vec3 origin; vec3 direction; };
+struct RayAnswer { float t; uint side; };
+struct RaysPush { uint ray_count; };
+
+layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
+layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(scalar, binding = 3) readonly buffer Queries { RayQuery queries[]; };
+layout(scalar, binding = 4) writeonly buffer Answers { RayAnswer answers[]; };
+layout(scalar, push_constant) uniform Push { RaysPush push; };
+
+#include "include/bvh.glsl"
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= push.ray_count) return;
+    RayQuery query = queries[index];
+    Hit hit;
+    if (!trace(Ray(query.origin, query.direction, 1e30), false, hit)) {
+        answers[index] = RayAnswer(-1.0, NO_SIDE);
+        return;
+    }
+    bool back = dot(surfaces[hit.triangle].normal, query.direction) > 0.0;
+    answers[index] = RayAnswer(hit.t, 2u * hit.triangle + uint(back));
+}

@@ -1,0 +1,38 @@
+// Splatting, step 4: indirect irradiance at every pixel, each record extrapolated to it by its gradients. [Yue §4; Krivanek]
+// A sparse matrix–vector product: all that a light edit under a still camera has to do. Deterministic.
+// One invocation = one pixel. In: weights, records. Out: irradiance, W/m².
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/splat.glsl"
+
+layout(local_size_x = 64) in;
+
+struct SplatApplyPush {
+    uint pixel_count;
+    uint weight_capacity;
+};
+
+layout(scalar, binding = 0) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(scalar, binding = 1) readonly buffer FirstWeights { uint first_weights[]; };  // of each pixel, and the end
+layout(scalar, binding = 2) readonly buffer Weights { SplatWeight weights[]; };
+layout(scalar, binding = 3) readonly buffer Records { Record records[]; };
+layout(scalar, binding = 4) writeonly buffer IndirectIrradiance { vec3 indirect_irradiance[]; };
+layout(scalar, push_constant) uniform Push { SplatApplyPush push; };
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= push.pixel_count) return;
+    PixelSurface pixel = pixels[index];
+    vec3 irradiance = vec3(0.0);
+    uint end = min(first_weights[index + 1u], push.weight_capacity);
+    for (uint i = first_weights[index]; i < end; ++i) {
+        Record record = records[weights[i].record];
+        vec3 change = (pixel.position - record.position) * record.translation + pixel.normal * record.rotation;
+        // Irradiance is never negative; a linear extrapolation can be.
+        irradiance += weights[i].weight * max(record.irradiance + change, vec3(0.0));
+    }
+    indirect_irradiance[index] = irradiance;
+}

@@ -1,0 +1,53 @@
+// Splatting, step 1: which 16×16-pixel tiles a record's sphere of validity can touch. [Yue §4] Deterministic.
+// One invocation = one record. In: cache points, camera. Out: tile rectangle and its tile count.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/splat.glsl"
+
+layout(local_size_x = 64) in;
+
+struct SplatBoundsPush {
+    View view;
+    uint record_count;
+};
+
+layout(scalar, binding = 0) readonly buffer CachePoints { CachePoint cache_points[]; };
+layout(scalar, binding = 1) writeonly buffer Rectangles { TileRectangle rectangles[]; };
+layout(scalar, binding = 2) writeonly buffer TileCounts { uint tile_counts[]; };
+layout(scalar, push_constant) uniform Push { SplatBoundsPush push; };
+
+// Range of x/z over a circle of radius r around (x, z): the slopes of its two tangents through the origin.
+vec2 tangent_slopes(float x, float z, float r) {
+    if (z <= r * 1.001) return vec2(-1e30, 1e30);
+    float root = r * sqrt(x * x + z * z - r * r);
+    return (x * z + vec2(-root, root)) / (z * z - r * r);
+}
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= push.record_count) return;
+    View view = push.view;
+    CachePoint point = cache_points[index];
+    vec3 d = point.position - view.position;
+    float half_width = length(view.right);
+    float half_height = length(view.up);
+    float depth = dot(d, view.forward);
+
+    // A record whose plane, tilted by the tolerated ten degrees, still faces away serves no visible pixel: visible shading
+    // normals lean at most a few degrees beyond the silhouette.
+    bool faces_away = dot(d, point.normal) > 0.35 * length(d) + point.radius;
+    vec2 x = tangent_slopes(dot(d, view.right) / half_width, depth, point.radius) / half_width;
+    vec2 y = tangent_slopes(-dot(d, view.up) / half_height, depth, point.radius) / half_height;
+    vec2 size = vec2(view.width, view.height);
+    vec2 low = clamp((vec2(x.x, y.x) * 0.5 + 0.5) * size - 1.0, vec2(0.0), size);
+    vec2 high = clamp((vec2(x.y, y.y) * 0.5 + 0.5) * size + 1.0, vec2(0.0), size);
+    bool visible = !faces_away && depth > -point.radius && all(lessThan(low, high));
+
+    uvec2 first = uvec2(low) / 16u;
+    uvec2 end = visible ? (uvec2(ceil(high)) + 15u) / 16u : first;
+    rectangles[index] = TileRectangle(first.x | (first.y << 16), end.x | (end.y << 16));
+    tile_counts[index] = (end.x - first.x) * (end.y - first.y);
+}

@@ -1,0 +1,80 @@
+//! Which sides of which triangles take part in light transport.
+
+use crate::scene::{Triangle, grid::normal_code};
+use crate::types;
+use glam::{DVec3, Vec3};
+
+impl types::Surface {
+    /// Normal code of a side; twin of `side_code` in `glsl/include/types.glsl`.
+    pub fn side_code(&self, back: bool) -> u32 {
+        self.sides >> (if back { 5 } else { 0 }) & 31
+    }
+
+    /// Whether a side takes part in transport; twin of `side_is_active`.
+    pub fn side_is_active(&self, back: bool) -> bool {
+        self.sides & (if back { 0x800 } else { 0x400 }) != 0
+    }
+}
+
+/// The device's view of a triangle's surface; `active` says which of front and back take part in transport.
+pub fn surface(triangle: &Triangle, active: [bool; 2]) -> types::Surface {
+    let normal = triangle.geometric_normal();
+    types::Surface {
+        normal,
+        material: triangle.material,
+        sides: normal_code(normal)
+            | normal_code(-normal) << 5
+            | u32::from(active[0]) << 10
+            | u32::from(active[1]) << 11,
+        n0: triangle.normals[0],
+        n1: triangle.normals[1],
+        n2: triangle.normals[2],
+    }
+}
+
+/// Sides that have some part of the scene in front of them, as [front, back] of each triangle. The others, such as the
+/// outside of a room's walls, receive no indirect light and pass none on, wherever the lights stand.
+pub fn sides_that_see_something(triangles: &[Triangle]) -> Vec<[bool; 2]> {
+    let size = triangles.iter().flat_map(|t| t.positions).fold(0.0f32, |s, p| s.max(p.abs().max_element()));
+    let slack = 1e-6 * f64::from(size);
+    let extremes = extreme_points(triangles);
+    let in_front = |point: DVec3, normal: DVec3| {
+        let sees = |p: &Vec3| normal.dot(p.as_dvec3() - point) > slack;
+        // A few extreme points settle nearly every side; the full search is for those that look away from everything.
+        extremes.iter().any(sees) || triangles.iter().any(|t| t.positions.iter().any(sees))
+    };
+    triangles
+        .iter()
+        .map(|t| {
+            let (point, normal) = (t.positions[0].as_dvec3(), t.geometric_normal().as_dvec3());
+            [in_front(point, normal), in_front(point, -normal)]
+        })
+        .collect()
+}
+
+/// The scene's furthest vertices along the 26 code directions.
+fn extreme_points(triangles: &[Triangle]) -> Vec<Vec3> {
+    (0..crate::scene::grid::CODE_COUNT)
+        .filter_map(|code| {
+            let direction = crate::scene::grid::code_direction(code).as_vec3();
+            let vertices = triangles.iter().flat_map(|t| t.positions);
+            vertices.max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction)))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_inside_of_a_corner_sees_something() {
+        let triangle =
+            |a: Vec3, b: Vec3, c: Vec3| Triangle { positions: [a, b, c], normals: [Vec3::Y; 3], material: 0 };
+        let floor = triangle(Vec3::ZERO, Vec3::Z, Vec3::X);
+        let wall = triangle(Vec3::ZERO, Vec3::Y, Vec3::Z);
+        assert_eq!(floor.geometric_normal(), Vec3::Y);
+        assert_eq!(wall.geometric_normal(), Vec3::X);
+        assert_eq!(sides_that_see_something(&[floor, wall]), [[true, false], [true, false]]);
+    }
+}

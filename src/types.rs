@@ -1,0 +1,222 @@
+//! Structures that cross passes; twins of `glsl/include/types.glsl`. World space in metres, linear Rec.709.
+
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use glam::{Mat3, UVec2, UVec3, Vec3};
+
+/// Marks a gather ray that left the scene.
+pub const NO_TARGET: u32 = u32::MAX;
+/// Marks a ray that hit nothing.
+pub const NO_SIDE: u32 = u32::MAX;
+/// Marks a point that no cluster holds, and the parent of a root cluster.
+pub const NO_CLUSTER: u32 = u32::MAX;
+
+gpu_struct! {
+    /// One triangle for traversal, in BVH leaf order.
+    pub struct Triangle {
+        /// First corner.
+        pub p0: Vec3,
+        /// Second corner.
+        pub p1: Vec3,
+        /// Third corner.
+        pub p2: Vec3,
+    }
+}
+
+gpu_struct! {
+    /// What a hit on a triangle needs besides its corners.
+    pub struct Surface {
+        /// Unit geometric normal of the front side.
+        pub normal: Vec3,
+        /// Index into the material table.
+        pub material: u32,
+        /// Bits 0–4 normal code of the front, 5–9 of the back, 10 front takes part in transport, 11 back does.
+        pub sides: u32,
+        /// Unit shading normal at the first corner.
+        pub n0: Vec3,
+        /// Unit shading normal at the second corner.
+        pub n1: Vec3,
+        /// Unit shading normal at the third corner.
+        pub n2: Vec3,
+    }
+}
+
+gpu_struct! {
+    /// Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3]; the planes of one axis are stored min then max.
+    pub struct Node {
+        /// Low corner of the node's box.
+        pub origin: Vec3,
+        /// Bytes 0–2: exponent of the cell size along x, y, z; byte 3: mask of inner children.
+        pub exponents: u32,
+        /// Index of the first inner child.
+        pub first_child: u32,
+        /// Index of the first triangle of the leaf children.
+        pub first_primitive: u32,
+        /// A byte a child.
+        pub meta: UVec2,
+        /// Low x planes, a byte a child.
+        pub min_x: UVec2,
+        /// High x planes.
+        pub max_x: UVec2,
+        /// Low y planes.
+        pub min_y: UVec2,
+        /// High y planes.
+        pub max_y: UVec2,
+        /// Low z planes.
+        pub min_z: UVec2,
+        /// High z planes.
+        pub max_z: UVec2,
+    }
+}
+
+gpu_struct! {
+    /// Base grid of the volumetric hierarchy.
+    pub struct Grid {
+        /// Corner of cell (0, 0, 0).
+        pub low: Vec3,
+        /// 1 / base cell size, 1/m.
+        pub inverse_cell: f32,
+        /// Base cells along each axis.
+        pub cells: UVec3,
+        /// How far a point is pulled inside its surface before it is binned, metres.
+        pub pull: f32,
+    }
+}
+
+gpu_struct! {
+    /// A point of a precomputed light path.
+    pub struct PathVertex {
+        /// Where the path meets the surface.
+        pub position: Vec3,
+        /// 2·triangle + (1 if the back side).
+        pub side: u32,
+        /// Unit direction of travel when it arrived; zero at an entry point.
+        pub incoming: Vec3,
+        /// 1 / survival probability of the step that led here.
+        pub weight: f32,
+        /// Base cluster that it deposits into.
+        pub cluster: u32,
+    }
+}
+
+gpu_struct! {
+    /// What a path vertex adds to its cluster; listed cluster by cluster.
+    pub struct Deposit {
+        /// Share of the path's flux that arrives at this vertex, per channel.
+        pub throughput: Vec3,
+        /// Index of the path.
+        pub path: u32,
+    }
+}
+
+gpu_struct! {
+    /// A point where indirect irradiance is gathered; its record is splatted to pixels.
+    pub struct CachePoint {
+        /// Where it is.
+        pub position: Vec3,
+        /// Validity radius, metres.
+        pub radius: f32,
+        /// Unit shading normal.
+        pub normal: Vec3,
+        /// 2·triangle + (1 if the back side).
+        pub side: u32,
+    }
+}
+
+gpu_struct! {
+    /// One final gather ray: all that a frame needs of it.
+    pub struct GatherRay {
+        /// `cluster | material << cluster_bits`; [`NO_TARGET`] where the ray left the scene.
+        pub target: u32,
+        /// Two halves: its share in the translational gradient along tangent and bitangent, 1/least distance.
+        pub gradient: u32,
+    }
+}
+
+gpu_struct! {
+    /// Irradiance at a cache point and its first-order change, a column for each channel of RGB: W/m² and W/m³.
+    pub struct Record {
+        /// Of the cache point: where the extrapolation starts.
+        pub position: Vec3,
+        /// Indirect irradiance, W/m².
+        pub irradiance: Vec3,
+        /// Column c: gradient of channel c under movement, world axes.
+        pub translation: Mat3,
+        /// Column c: its dot product with a shading normal is the change of channel c under rotation.
+        pub rotation: Mat3,
+    }
+}
+
+gpu_struct! {
+    /// What a primary ray found.
+    pub struct PixelSurface {
+        /// Point on the surface.
+        pub position: Vec3,
+        /// 2·triangle + (1 if the back side); [`NO_SIDE`] where the ray left the scene.
+        pub side: u32,
+        /// Unit shading normal on the visible side.
+        pub normal: Vec3,
+        /// Area that the pixel covers on the surface, m².
+        pub footprint: f32,
+    }
+}
+
+gpu_struct! {
+    /// A pinhole camera: the ray of image point (x, y) in [-1, 1]² has direction `forward + x·right - y·up`.
+    pub struct View {
+        /// Centre of projection.
+        pub position: Vec3,
+        /// Area of a pixel on the image plane at distance 1.
+        pub pixel_area: f32,
+        /// Half the image plane's width.
+        pub right: Vec3,
+        /// Pixels.
+        pub width: u32,
+        /// Half the image plane's height.
+        pub up: Vec3,
+        /// Pixels.
+        pub height: u32,
+        /// Unit viewing direction.
+        pub forward: Vec3,
+    }
+}
+
+gpu_struct! {
+    /// Reflectance of a material.
+    pub struct Reflectance {
+        /// Diffuse albedo.
+        pub diffuse: Vec3,
+        /// Phong exponent.
+        pub exponent: f32,
+        /// Specular albedo.
+        pub specular: Vec3,
+        /// Bit 0: editable.
+        pub flags: u32,
+    }
+}
+
+gpu_struct! {
+    /// A point light.
+    pub struct PointLight {
+        /// Where it is.
+        pub position: Vec3,
+        /// W/sr.
+        pub intensity: Vec3,
+    }
+}
+
+/// Layouts of everything above.
+pub const LAYOUTS: &[Layout] = &[
+    Triangle::LAYOUT,
+    Surface::LAYOUT,
+    Node::LAYOUT,
+    Grid::LAYOUT,
+    PathVertex::LAYOUT,
+    Deposit::LAYOUT,
+    CachePoint::LAYOUT,
+    GatherRay::LAYOUT,
+    Record::LAYOUT,
+    PixelSurface::LAYOUT,
+    View::LAYOUT,
+    Reflectance::LAYOUT,
+    PointLight::LAYOUT,
+];

@@ -48,6 +48,9 @@ fn manifest_matches_glsl() {
 
 #[test]
 fn every_binary_has_a_source() {
+    if is_blessing() {
+        return;
+    }
     let stems: BTreeSet<String> = SHADERS.iter().map(|shader| format!("{}.spv", shader.stem)).collect();
     let files = fs::read_dir(root().join("spirv")).expect("spirv/ is committed");
     let files: BTreeSet<String> = files
@@ -104,6 +107,36 @@ fn compiler() -> String {
 
 fn modules() -> impl Iterator<Item = (&'static str, Module)> {
     SHADERS.iter().map(|shader| (shader.stem, spirv::reflect(&shader.words())))
+}
+
+#[test]
+fn the_reader_sees_what_a_shader_declares() {
+    let module = spirv::reflect(&Shader::named("prefix_sum").words());
+    let binding = |binding, name: &str, access| spirv::Binding {
+        set: 0,
+        binding,
+        name: name.into(),
+        access,
+        element: Some("uint".into()),
+        stride: Some(4),
+    };
+    let count = spirv::Member { name: "count".into(), offset: 0, size: 4, scalar: "uint".into() };
+    let expected = Module {
+        local_size: [256, 1, 1],
+        bindings: vec![
+            binding(0, "Values", spirv::Access::ReadWrite),
+            binding(1, "BlockOffsets", spirv::Access::Read),
+        ],
+        push: Some(spirv::Push { element: Some("PrefixSumPush".into()), size: 4 }),
+        constants: vec![spirv::Constant { id: 0, name: "ITEMS".into() }],
+        structures: vec![spirv::Structure { name: "PrefixSumPush".into(), members: vec![count] }],
+        capabilities: vec![1],
+        instruction_sets: vec!["GLSL.std.450".into()],
+        has_workgroup_count: true,
+    };
+    assert_eq!(module, expected);
+    let module = spirv::reflect(&Shader::named("prefix_sum_reduce").words());
+    assert_eq!(module.bindings[1].access, spirv::Access::Write);
 }
 
 #[test]
@@ -187,7 +220,6 @@ fn shaders_keep_to_the_rules() {
         assert_eq!(module.instruction_sets, ["GLSL.std.450"], "`{stem}` does not print");
         for constant in &module.constants {
             assert!(!constant.name.is_empty(), "`{stem}`: names are kept");
-            assert_eq!(constant.default, 0, "`{stem}`: `{}` defaults to an invalid value", constant.name);
         }
     }
 }

@@ -27,7 +27,7 @@ pub struct Layout {
     pub members: &'static [Member],
 }
 
-/// A structure declared by [`gpu_struct!`].
+/// A structure declared by `gpu_struct!`.
 pub trait GpuStruct: bytemuck::Pod {
     /// Its layout in memory.
     const LAYOUT: Layout;

@@ -1,5 +1,7 @@
 //! Each pass on the device against its slow twin on the processor, at awkward sizes.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 mod common;
 
 use common::{assert_silent, context, random_words};

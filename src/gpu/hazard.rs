@@ -51,7 +51,7 @@ impl Hazards {
                 let Some(&(_, index)) = old.ordered.iter().find(|(place, _)| place.meets(new.place)) else {
                     panic!(
                         "`{pass}` {} `{}` after `{}` {} it with no barrier between",
-                        if new.writes && (old.writes || !new.reads) { "writes" } else { "reads" },
+                        if new.reads && old.writes { "reads" } else { "writes" },
                         new.name,
                         old.pass,
                         if old.writes { "wrote" } else { "read" },
@@ -145,7 +145,7 @@ mod tests {
     fn write_after_write() {
         let mut hazards = Hazards::default();
         hazards.command("a", &[write(1, C)]);
-        hazards.command("b", &[update(1, C)]);
+        hazards.command("b", &[write(1, C)]);
     }
 
     #[test]

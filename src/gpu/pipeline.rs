@@ -203,7 +203,7 @@ mod tests {
     #[test]
     #[should_panic(expected = "`scan` needs its specialisation constant `ITEMS`")]
     fn a_forgotten_constant_is_named() {
-        let constant = spirv::Constant { id: 0, name: "ITEMS".into(), default: 0 };
+        let constant = spirv::Constant { id: 0, name: "ITEMS".into() };
         specialisation("scan", &Module { constants: vec![constant], ..Module::default() }, &[]);
     }
 

@@ -71,8 +71,6 @@ pub struct Constant {
     pub id: u32,
     /// Its name.
     pub name: String,
-    /// The value that the shader gives it.
-    pub default: u32,
 }
 
 /// What a compute shader declares.
@@ -221,7 +219,7 @@ impl Reader {
         self.constants.insert(id, value);
         if let (true, Some(&spec_id)) = (opcode != code::CONSTANT, self.decorations.get(&(id, code::SPEC_ID)))
         {
-            self.found.constants.push(Constant { id: spec_id, name: self.name(id), default: value });
+            self.found.constants.push(Constant { id: spec_id, name: self.name(id) });
         }
     }
 

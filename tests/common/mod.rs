@@ -1,5 +1,7 @@
 //! What the tests on a device share.
 
+#![allow(dead_code, unreachable_pub, reason = "each test binary uses a part")]
+
 use std::sync::{Arc, OnceLock};
 
 use lightpaths::gpu::{Context, ContextOptions};

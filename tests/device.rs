@@ -1,0 +1,167 @@
+//! The device layer: transfers, dispatch, limits, errors.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod common;
+
+use std::sync::Arc;
+
+use common::{assert_silent, context, random_words};
+use lightpaths::Error;
+use lightpaths::gpu::barrier::{COMPUTE_TO_COMPUTE, TRANSFER_TO_TRANSFER};
+use lightpaths::gpu::{Buffer, Context, ContextOptions, Pipeline};
+use lightpaths::passes::frame::prefix_sum::PrefixSumPush;
+
+#[test]
+fn data_comes_back_as_it_went() {
+    let context = context();
+    // Larger than the staging buffer of 16 MiB, and no whole number of it.
+    let words = random_words(1, (16 << 18) + 12_345);
+    let buffer = Buffer::from_slice(&context, "words", &words).unwrap();
+    assert!(buffer.read::<u32>().unwrap() == words);
+    assert!(buffer.read_range::<u32>(7, 100).unwrap() == words[7..107]);
+
+    buffer.write(&[1_u32, 2, 3]).unwrap();
+    assert!(buffer.read_range::<u32>(0, 4).unwrap() == [1, 2, 3, words[3]]);
+    assert_silent(&context);
+}
+
+#[test]
+fn odd_and_empty_buffers_work() {
+    let context = context();
+    let empty = Buffer::from_slice::<u32>(&context, "empty", &[]).unwrap();
+    assert_eq!((empty.bytes(), empty.read::<u32>().unwrap()), (0, vec![]));
+    let odd = Buffer::from_slice(&context, "odd", &[1_u8, 2, 3, 4, 5]).unwrap();
+    assert_eq!(odd.read::<u8>().unwrap(), [1, 2, 3, 4, 5]);
+    let copy = Buffer::storage(&context, "copy", 7).unwrap();
+    let record = |rec: &mut lightpaths::gpu::Recorder| {
+        rec.fill_zero(&copy);
+        rec.barrier(TRANSFER_TO_TRANSFER);
+        rec.copy(&odd, &copy);
+    };
+    context.run(record).unwrap();
+    assert_eq!(copy.read::<u8>().unwrap(), [1, 2, 3, 4, 5, 0, 0]);
+    assert_silent(&context);
+}
+
+#[test]
+fn work_beyond_the_workgroups_along_x_is_spread_over_y() {
+    let context = context();
+    let most = context.limits().workgroup_count[0];
+    // Devices differ: 65 535 here, and 2^31 - 1 elsewhere, where a plain dispatch is what is tested.
+    let blocks = most.min(65_535) + 2;
+    let count = (blocks - 1) * 256 + 1;
+    let words = random_words(2, count as usize);
+    let expected: Vec<u32> = words
+        .chunks(256)
+        .map(|block| block.iter().fold(0, |sum: u32, word| sum.wrapping_add(*word)))
+        .collect();
+
+    let pipeline = Pipeline::new(&context, "prefix_sum_reduce", &[("ITEMS", 1)]).unwrap();
+    let values = Buffer::from_slice(&context, "values", &words).unwrap();
+    let sums = Buffer::storage(&context, "sums", 4 * u64::from(blocks)).unwrap();
+    let bindings = [("Values", &values), ("BlockSums", &sums)];
+    let push = PrefixSumPush { count };
+    context
+        .run(|rec| {
+            rec.pass("sums").dispatch(&pipeline, [count, 1, 1], &push, &bindings);
+        })
+        .unwrap();
+    assert!(sums.read::<u32>().unwrap() == expected);
+    assert_silent(&context);
+}
+
+/// Dispatches the sum of two words `count` times, with buffers that are gone before the commands run.
+fn sum_twice(context: &Arc<Context>, passes: u32, threads: u32) -> Vec<lightpaths::gpu::PassTiming> {
+    let record = |rec: &mut lightpaths::gpu::Recorder| {
+        let pipeline = Pipeline::new(context, "prefix_sum_reduce", &[("ITEMS", 1)]).unwrap();
+        let values = Buffer::storage(context, "values", 8).unwrap();
+        let sums = Buffer::storage(context, "sums", 4).unwrap();
+        let bindings = [("Values", &values), ("BlockSums", &sums)];
+        for _ in 0..passes {
+            rec.pass("sum").dispatch(&pipeline, [threads, 1, 1], &PrefixSumPush { count: 2 }, &bindings);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+    };
+    context.run(record).unwrap().1
+}
+
+#[test]
+fn passes_are_timed_whatever_their_number() {
+    let context = context();
+    // 256 timestamps a pool: 300 passes take three pools.
+    let timings = sum_twice(&context, 300, 2);
+    assert_eq!(timings.len(), 300);
+    assert!(timings.iter().all(|timing| timing.ms > 0.0 && timing.ms < 1e4 && timing.dispatches == 1));
+    assert_silent(&context);
+}
+
+#[test]
+fn no_threads_record_nothing() {
+    let context = context();
+    let timings = sum_twice(&context, 1, 0);
+    assert_eq!((timings[0].name, timings[0].dispatches), ("sum", 0));
+    assert_silent(&context);
+}
+
+#[test]
+#[should_panic(
+    expected = "`sum`: `prefix_sum_reduce` binds [\"Values\", \"BlockSums\"], given [\"BlockSums\", \"Values\"]"
+)]
+fn swapped_bindings_are_named() {
+    let context = context();
+    let pipeline = Pipeline::new(&context, "prefix_sum_reduce", &[("ITEMS", 1)]).unwrap();
+    let buffer = Buffer::storage(&context, "buffer", 4).unwrap();
+    let bindings = [("BlockSums", &buffer), ("Values", &buffer)];
+    let push = PrefixSumPush { count: 1 };
+    let _ = context.run(|rec| {
+        rec.pass("sum").dispatch(&pipeline, [1, 1, 1], &push, &bindings);
+    });
+}
+
+#[test]
+fn memory_is_counted() {
+    let context = context();
+    let before = context.memory();
+    let buffer = Buffer::storage(&context, "large", 64 << 20).unwrap();
+    let during = context.memory();
+    drop(buffer);
+    let after = context.memory();
+    assert_eq!(during.current_bytes, before.current_bytes + (64 << 20));
+    assert_eq!(after.current_bytes, before.current_bytes);
+    assert!(after.peak_bytes >= during.current_bytes && after.largest_binding_bytes >= 64 << 20);
+    assert!(after.peak_staging_bytes <= 32 << 20, "transfers pass in pieces");
+}
+
+#[test]
+fn a_buffer_beyond_the_device_is_refused_with_need_and_limit() {
+    let context = context();
+    let limit = context.limits().storage_range_bytes;
+    let error = Buffer::storage(&context, "rays", limit + 1).map(|_| ()).unwrap_err();
+    assert!(matches!(error, Error::OutOfMemory(_)) && error.exit_code() == 4);
+    let message = error.to_string();
+    assert!(message.contains("buffer `rays` needs") && message.contains("binds at most"), "{message}");
+    assert_silent(&context);
+}
+
+#[test]
+fn an_unknown_device_is_refused_with_what_there_is() {
+    let options = ContextOptions { device: Some("no such device".into()), ..ContextOptions::default() };
+    let error = Context::new(&options).map(|_| ()).unwrap_err();
+    assert_eq!(error.exit_code(), 3);
+    let message = error.to_string();
+    assert!(
+        message.contains("`no such device`") && message.contains(&Context::devices().unwrap()[0].name),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_device_can_be_chosen_by_index_and_by_part_of_its_name() {
+    let devices = Context::devices().unwrap();
+    let usable = devices.iter().find(|device| device.refusal.is_none()).expect("the tests need a device");
+    for wanted in [usable.index.to_string(), usable.name.to_uppercase()] {
+        let options = ContextOptions { device: Some(wanted), ..ContextOptions::default() };
+        assert_eq!(Context::new(&options).unwrap().name(), usable.name);
+    }
+}

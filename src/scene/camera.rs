@@ -1,6 +1,14 @@
 //! A pinhole camera.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
+
+use super::value::{COORDINATE, Section};
+use crate::Result;
+
+/// Keys of a camera in the scene file.
+pub(super) const KEYS: [&str; 6] = ["name", "position", "target", "up", "fov_y", "size"];
+/// Pixels along either axis of an image.
+pub(super) const SIZE: std::ops::RangeInclusive<u32> = 1..=16384;
 
 /// Looks from `position` at `target`; recentred world space, metres.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,5 +33,30 @@ impl Camera {
         let forward = (self.target - self.position).normalize();
         let right = forward.cross(self.up).normalize();
         [right, right.cross(forward), forward]
+    }
+
+    /// Reads a camera in world space and moves it to the scene recentred on `origin`.
+    pub(super) fn read(section: &Section, origin: DVec3) -> Result<Self> {
+        section.only(&KEYS)?;
+        let point = |key| {
+            let point = section.need(section.vector(key, COORDINATE)?, key, "three numbers, metres")?;
+            Ok((point - origin).as_vec3())
+        };
+        let camera = Self {
+            name: section.text("name")?.unwrap_or("camera").to_owned(),
+            position: point("position")?,
+            target: point("target")?,
+            up: section.direction("up")?.unwrap_or(DVec3::Y).as_vec3(),
+            fov_y_degrees: section.number("fov_y", 0.01..=179.0)?.unwrap_or(40.0) as f32,
+            size: section.size("size", SIZE)?.unwrap_or([512, 512]),
+        };
+        let forward = (camera.target - camera.position).as_dvec3();
+        if forward == DVec3::ZERO {
+            return Err(section.fault_at("target", "must differ from the position"));
+        }
+        if forward.normalize().cross(camera.up.as_dvec3()).length() < 1e-5 {
+            return Err(section.fault_at("up", "must not be parallel to the viewing direction"));
+        }
+        Ok(camera)
     }
 }

@@ -1,6 +1,9 @@
 //! Light sources and their units.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
+
+use super::value::{COORDINATE, POWER, Section, unknown};
+use crate::Result;
 
 /// A named light.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,6 +76,71 @@ impl LightKind {
             Self::Spot { .. } => "spot",
             Self::Area { .. } => "area",
             Self::Directional { .. } => "directional",
+        }
+    }
+}
+
+impl Light {
+    /// Reads a light in world space and moves it to the scene recentred on `origin`. The first light is number 0.
+    pub(super) fn read(section: &Section, number: usize, origin: DVec3) -> Result<Self> {
+        let name = section.text("name")?.map_or_else(|| format!("light{number}"), str::to_owned);
+        Ok(Self { name, kind: LightKind::read(section, origin)? })
+    }
+}
+
+impl LightKind {
+    fn read(section: &Section, origin: DVec3) -> Result<Self> {
+        const KINDS: [&str; 4] = ["point", "spot", "area", "directional"];
+        let vector = |key, range, expected| section.need(section.vector(key, range)?, key, expected);
+        let place = |key| Ok((vector(key, COORDINATE, "three numbers, metres")? - origin).as_vec3());
+        let edge = |key| Ok(vector(key, COORDINATE, "three numbers, metres")?.as_vec3());
+        let power = |key, unit| Ok(vector(key, POWER, unit)?.as_vec3());
+        let direction = || {
+            let direction = section.need(section.direction("direction")?, "direction", "three numbers")?;
+            Ok(direction.as_vec3())
+        };
+        match section.need(section.text("kind")?, "kind", "point, spot, area or directional")? {
+            "point" => {
+                section.only(&["name", "kind", "position", "intensity"])?;
+                Ok(Self::Point {
+                    position: place("position")?,
+                    intensity: power("intensity", "three numbers, W/sr")?,
+                })
+            }
+            "spot" => {
+                section.only(&["name", "kind", "position", "intensity", "direction", "angle", "penumbra"])?;
+                let angle = section.number("angle", 0.01..=90.0)?;
+                Ok(Self::Spot {
+                    position: place("position")?,
+                    direction: direction()?,
+                    intensity: power("intensity", "three numbers, W/sr")?,
+                    angle: section.need(angle, "angle", "half-angle in degrees")?.to_radians() as f32,
+                    penumbra: section.number("penumbra", 0.0..=1.0)?.unwrap_or(0.0) as f32,
+                })
+            }
+            "area" => {
+                section.only(&["name", "kind", "corner", "edge_u", "edge_v", "radiance", "samples"])?;
+                let (edge_u, edge_v): (Vec3, Vec3) = (edge("edge_u")?, edge("edge_v")?);
+                let [u, v] = [edge_u, edge_v].map(Vec3::as_dvec3);
+                if u.cross(v).length() <= 1e-6 * u.length() * v.length() {
+                    return Err(section.fault_at("edge_v", "must be neither zero nor parallel to edge_u"));
+                }
+                Ok(Self::Area {
+                    corner: place("corner")?,
+                    edge_u,
+                    edge_v,
+                    radiance: power("radiance", "three numbers, W/m²/sr")?,
+                    samples: section.integer("samples", 1..=4096)?.unwrap_or(10),
+                })
+            }
+            "directional" => {
+                section.only(&["name", "kind", "direction", "irradiance"])?;
+                Ok(Self::Directional {
+                    direction: direction()?,
+                    irradiance: power("irradiance", "three numbers, W/m²")?,
+                })
+            }
+            word => Err(section.fault_at("kind", unknown("kind of light", &KINDS, word))),
         }
     }
 }

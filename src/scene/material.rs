@@ -2,6 +2,12 @@
 
 use glam::Vec3;
 
+use super::value::Section;
+use crate::Result;
+
+/// Diffuse albedo where a model states none.
+pub(super) const NEUTRAL: Vec3 = Vec3::splat(0.7);
+
 /// BRDF `diffuse/π + specular·(exponent+2)/(2π)·cosⁿα`, linear Rec.709.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
@@ -15,4 +21,54 @@ pub struct Material {
     pub exponent: f32,
     /// Light paths over it are cosine sampled, so that it may change its reflectance at run time.
     pub editable: bool,
+}
+
+impl Material {
+    /// Matt grey.
+    pub(super) fn neutral(name: &str) -> Self {
+        Self { name: name.to_owned(), diffuse: NEUTRAL, specular: Vec3::ZERO, exponent: 1.0, editable: false }
+    }
+
+    /// Scales a material that would reflect more than it receives. True where that was needed.
+    pub(super) fn conserve_energy(&mut self) -> bool {
+        let albedo = (self.diffuse + self.specular).max_element();
+        if albedo <= 1.0 {
+            return false;
+        }
+        // All channels alike keep the hue; the last bits keep the sum from rounding up again.
+        let scale = (1.0 - 2.0 * f32::EPSILON) / albedo;
+        self.diffuse *= scale;
+        self.specular *= scale;
+        true
+    }
+}
+
+/// A `[[material]]` of the scene file: what it states replaces what the model says.
+pub(super) struct Override {
+    /// Which material.
+    pub(super) name: String,
+    diffuse: Option<Vec3>,
+    specular: Option<Vec3>,
+    exponent: Option<f32>,
+    editable: Option<bool>,
+}
+
+impl Override {
+    pub(super) fn read(section: &Section) -> Result<Self> {
+        section.only(&["name", "diffuse", "specular", "exponent", "editable"])?;
+        Ok(Self {
+            name: section.need(section.text("name")?, "name", "of a material of the model")?.to_owned(),
+            diffuse: section.vector("diffuse", 0.0..=1.0)?.map(|albedo| albedo.as_vec3()),
+            specular: section.vector("specular", 0.0..=1.0)?.map(|albedo| albedo.as_vec3()),
+            exponent: section.number("exponent", 1.0..=1e6)?.map(|exponent| exponent as f32),
+            editable: section.flag("editable")?,
+        })
+    }
+
+    pub(super) fn apply(&self, material: &mut Material) {
+        material.diffuse = self.diffuse.unwrap_or(material.diffuse);
+        material.specular = self.specular.unwrap_or(material.specular);
+        material.exponent = self.exponent.unwrap_or(material.exponent);
+        material.editable = self.editable.unwrap_or(material.editable);
+    }
 }

@@ -5,17 +5,26 @@
 
 use glam::{DVec3, Vec3};
 
+pub mod builtin;
 pub mod bvh;
 pub mod camera;
 pub mod clip;
+mod file;
+mod fit;
+mod geometry;
 pub mod grid;
 pub mod hvds;
 pub mod light;
 pub mod material;
+mod obj;
 pub mod quality;
+mod settings;
+pub mod shapes;
 pub mod surfaces;
+mod value;
 
 pub use camera::Camera;
+pub use file::LoadOptions;
 pub use light::{Light, LightKind};
 pub use material::Material;
 pub use quality::Quality;
@@ -82,5 +91,28 @@ impl Scene {
             .iter()
             .flat_map(|t| t.positions)
             .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
+    }
+
+    /// What `info` prints: label and value, one pair a line, in world coordinates.
+    pub fn summary(&self) -> Vec<(String, String)> {
+        let row = |label: &str, value: String| (label.to_owned(), value);
+        let (low, high) = self.bounds();
+        let [low, high] = [low, high].map(|corner| corner.as_dvec3() + self.origin);
+        let names = |names: Vec<&str>| names.join(", ");
+        let mut rows = vec![
+            row("scene", self.name.clone()),
+            row("triangles", self.triangles.len().to_string()),
+            row("area", format!("{:.3} m²", self.area_m2())),
+            row("bounds", format!("{low:.3} to {high:.3} m")),
+            row("materials", names(self.materials.iter().map(|material| material.name.as_str()).collect())),
+        ];
+        rows.extend(
+            self.lights.iter().map(|light| row("light", format!("{} ({})", light.name, light.kind.word()))),
+        );
+        rows.extend(self.cameras.iter().map(|camera| {
+            let [width, height] = camera.size;
+            row("camera", format!("{} ({width}×{height}, {}°)", camera.name, camera.fov_y_degrees))
+        }));
+        rows
     }
 }

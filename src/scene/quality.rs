@@ -1,5 +1,8 @@
 //! The numbers of the method that trade time and memory for accuracy, and their presets.
 
+use super::value::{Section, unknown};
+use crate::Result;
+
 /// Settings of the precomputation. The `paper` preset holds the paper's numbers.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Quality {
@@ -51,9 +54,45 @@ impl Quality {
         seed: 0,
     };
 
+    /// Names of the presets, fastest first.
+    pub const PRESETS: [&str; 3] = ["draft", "paper", "high"];
+
     /// The preset of that name.
     pub fn preset(name: &str) -> Option<Self> {
         [Self::DRAFT, Self::PAPER, Self::HIGH].into_iter().find(|q| q.preset == name)
+    }
+
+    /// Reads `[quality]`: a preset, and any of its numbers replaced.
+    pub(super) fn read(section: &Section) -> Result<Self> {
+        let keys = ["preset", "entry_points", "cache_points", "gather_rays", "directions", "cells", "seed"];
+        section.only(&keys)?;
+        let mut quality = Self::default();
+        if let Some(name) = section.text("preset")? {
+            quality = Self::preset(name)
+                .ok_or_else(|| section.fault_at("preset", unknown("preset", &Self::PRESETS, name)))?;
+        }
+        let fields = [
+            ("entry_points", 1..=1 << 24, &mut quality.entry_points),
+            ("cache_points", 1..=1_000_000, &mut quality.cache_points),
+            ("gather_rays", 4..=65_536, &mut quality.gather_rays),
+            ("directions", 1..=65_536, &mut quality.directions),
+            ("cells", 8..=256, &mut quality.cells),
+            ("seed", 0..=u32::MAX, &mut quality.seed),
+        ];
+        for (key, range, field) in fields {
+            *field = section.integer(key, range)?.unwrap_or(*field);
+        }
+        let rings = (f64::from(quality.gather_rays) / 4.0).sqrt().round() as u32;
+        if quality.gather_rays != 4 * rings * rings {
+            let message =
+                format!("{} is not 4·k²: the nearest is {}", quality.gather_rays, 4 * rings * rings);
+            return Err(section.fault_at("gather_rays", message));
+        }
+        if !quality.cells.is_power_of_two() {
+            let message = format!("{} is not a power of two: 8 to 256 expected", quality.cells);
+            return Err(section.fault_at("cells", message));
+        }
+        Ok(quality)
     }
 }
 

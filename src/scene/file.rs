@@ -1,0 +1,294 @@
+//! Loading a scene: the TOML file, the models that it names, what the command line changes, and what is missing.
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+use glam::{DAffine3, DQuat, DVec3, EulerRot};
+
+use super::builtin::{self, Files, utf8};
+use super::geometry::{Mesh, assemble};
+use super::material::Override;
+use super::settings::{SECTIONS, Setting};
+use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
+use super::{Camera, Light, Material, Quality, Scene, camera, fit, obj};
+use crate::{Error, Result};
+
+/// What a user may change about a scene when loading it.
+#[derive(Clone, Debug, Default)]
+pub struct LoadOptions {
+    /// `KEY=VALUE` changes to the scene file, in order: `camera.size=[64,64]`, `light.lamp.position=[0,1,0]`.
+    pub set: Vec<String>,
+    /// Quality preset that replaces what `[quality]` says, all but the seed; `set` still changes its numbers.
+    pub preset: Option<String>,
+    /// Image size in pixels, for every camera.
+    pub size: Option<[u32; 2]>,
+    /// Name of the camera to put first.
+    pub camera: Option<String>,
+}
+
+impl Scene {
+    /// Loads a scene file, a bare OBJ file (a camera and a light are then chosen to fit), or a built-in scene by name.
+    ///
+    /// Paths in a file are relative to that file. What was repaired or chosen is in [`Scene::warnings`].
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for an unknown built-in name or options that do not fit the scene; [`Error::Input`] with file,
+    /// line and key for everything wrong in a file.
+    pub fn load(spec: &str, options: &LoadOptions) -> Result<Self> {
+        let mut source = Source::open(spec)?;
+        let file = source.file.clone();
+        let settings = options.set.iter().map(|text| Setting::parse(text)).collect::<Result<Vec<_>>>()?;
+        Section::new(&file, "", &source.root)?.only(&SECTIONS)?;
+        if let Some(preset) = &options.preset {
+            source.choose_preset(preset);
+        }
+        let chosen = options.camera.as_deref();
+        let (models, others): (Vec<_>, Vec<_>) =
+            settings.iter().partition(|setting| setting.is_about_models());
+        models.iter().try_for_each(|setting| setting.apply(&mut source.root, None))?;
+        let mut warnings = Vec::new();
+        let Models { meshes, mut materials, undefined } = source.load_models(&mut warnings)?;
+        let (triangles, origin) =
+            assemble(&meshes, &mut warnings).map_err(|message| Error::input(&file, message))?;
+        source.complete(|| fit::View::new(&triangles, origin), &mut warnings)?;
+        others.iter().try_for_each(|setting| setting.apply(&mut source.root, chosen))?;
+
+        let root = &source.root;
+        override_materials(&file, root, &mut materials, undefined, &mut warnings)?;
+        let quality = match root.get("quality") {
+            Some(node) => Quality::read(&Section::new(&file, "quality", node)?)?,
+            None => Quality::default(),
+        };
+        let mut scene = Self {
+            name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            triangles,
+            materials,
+            lights: read_lights(&file, root, origin)?,
+            cameras: read_cameras(&file, root, origin)?,
+            quality,
+            origin,
+            warnings,
+        };
+        scene.choose_camera(options)?;
+        Ok(scene)
+    }
+
+    fn choose_camera(&mut self, options: &LoadOptions) -> Result<()> {
+        if let Some(name) = &options.camera {
+            let names: Vec<&str> = self.cameras.iter().map(|camera| camera.name.as_str()).collect();
+            let found = names.iter().position(|camera| camera == name);
+            let index = found
+                .ok_or_else(|| Error::Usage(format!("--camera: {}", unknown("camera", &names, name))))?;
+            self.cameras[..=index].rotate_right(1);
+        }
+        if let Some([width, height]) = options.size {
+            if !camera::SIZE.contains(&width) || !camera::SIZE.contains(&height) {
+                let (low, high) = (camera::SIZE.start(), camera::SIZE.end());
+                let message =
+                    format!("--size {width}x{height}: width and height must be {low} to {high} pixels");
+                return Err(Error::Usage(message));
+            }
+            self.cameras.iter_mut().for_each(|camera| camera.size = [width, height]);
+        }
+        Ok(())
+    }
+}
+
+/// A scene file before its values are read.
+struct Source {
+    files: Files,
+    /// The file that the user named; the built-in's file name.
+    file: PathBuf,
+    root: Node,
+    /// The user named an OBJ file: `root` only says so.
+    is_bare: bool,
+}
+
+/// What the models of a scene hold together.
+#[derive(Default)]
+struct Models {
+    meshes: Vec<Mesh>,
+    materials: Vec<Material>,
+    /// A warning for each material that is used but defined nowhere, with its index.
+    undefined: Vec<(usize, String)>,
+}
+
+impl Source {
+    fn open(spec: &str) -> Result<Self> {
+        let extension = Path::new(spec).extension().map(|extension| extension.to_ascii_lowercase());
+        let (files, file) = match extension.as_deref().and_then(|extension| extension.to_str()) {
+            Some("toml" | "obj") => (Files::Disk, PathBuf::from(spec)),
+            _ if builtin::NAMES.contains(&spec) => (Files::Embedded, PathBuf::from(format!("{spec}.toml"))),
+            _ => {
+                let what = unknown("built-in scene", &builtin::NAMES, spec);
+                return Err(Error::Usage(format!("{what}; or give the path of a .toml or .obj file")));
+            }
+        };
+        let is_bare = extension.is_some_and(|extension| extension == "obj");
+        let root = if is_bare {
+            let node = |kind| Node { origin: Origin::Line(1), kind };
+            let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let model = node(Kind::Table(vec![("file".to_owned(), node(Kind::Text(name)))]));
+            node(Kind::Table(vec![("model".to_owned(), node(Kind::Array(vec![model])))]))
+        } else {
+            let bytes = files.read(&file).map_err(|message| Error::input(&file, message))?;
+            Node::parse(&file, &utf8(&file, bytes)?)?
+        };
+        Ok(Self { files, file, root, is_bare })
+    }
+
+    fn choose_preset(&mut self, preset: &str) {
+        let node = |kind| Node { origin: Origin::Flag("--preset".to_owned()), kind };
+        let mut quality = node(Kind::Table(vec![("preset".to_owned(), node(Kind::Text(preset.to_owned())))]));
+        if let Some(seed) = self.root.get("quality").and_then(|quality| quality.get("seed")) {
+            quality.set("seed", seed.clone());
+        }
+        self.root.set("quality", quality);
+    }
+
+    fn load_models(&self, warnings: &mut Vec<String>) -> Result<Models> {
+        let sections = Section::list(&self.file, &self.root, "model")?;
+        if sections.is_empty() {
+            return Err(Error::input(
+                &self.file,
+                "the scene has no model: add [[model]] with file = \"….obj\"",
+            ));
+        }
+        let mut models = Models::default();
+        for section in &sections {
+            section.only(&["file", "translate", "rotate", "scale"])?;
+            let transform = read_transform(section)?;
+            let name = section.need(section.text("file")?, "file", "path of an OBJ file")?;
+            let path = self.file.with_file_name(name);
+            let bytes = self.files.read(&path).map_err(|message| match self.is_bare {
+                true => Error::input(&path, message),
+                false => section.fault_at("file", format!("{:?} {message}", path.display())),
+            })?;
+            let model = obj::load(self.files, &path, &utf8(&path, bytes)?, warnings)?;
+            let first = models.materials.len();
+            let index = |name: &str| model.materials.iter().position(|material| material.name == name);
+            models.undefined.extend(model.undefined.into_iter().filter_map(|(line, name)| {
+                let warning =
+                    format!("{}:{line}: material {name:?} is defined nowhere: taken as grey", path.display());
+                index(&name).map(|index| (first + index, warning))
+            }));
+            models.materials.extend(model.materials);
+            models.meshes.extend(model.meshes.into_iter().map(|mut mesh| {
+                mesh.transform(&transform);
+                mesh.material += first as u32;
+                mesh
+            }));
+        }
+        Ok(models)
+    }
+
+    /// Adds a camera that fits where there is none, and a light where there can be none: beside a bare model.
+    fn complete(&mut self, view: impl FnOnce() -> fit::View, warnings: &mut Vec<String>) -> Result<()> {
+        let is_empty = |node: Option<&Node>| match node {
+            Some(Node { kind: Kind::Array(elements), .. }) => elements.is_empty(),
+            node => node.is_none(),
+        };
+        let no_camera = is_empty(self.root.get("camera"));
+        let no_light = is_empty(self.root.get("light"));
+        if no_light && !self.is_bare {
+            return Err(Error::input(
+                &self.file,
+                "the scene has no light: add [[light]] with kind and position",
+            ));
+        }
+        if !no_camera && !no_light {
+            return Ok(());
+        }
+        let (view, name) = (view(), self.file.display());
+        if no_camera {
+            let [position, target] = view.camera();
+            warnings.push(format!(
+                "{name} has no camera: one was placed at {position:.3}, looking at {target:.3}"
+            ));
+            self.root.set("camera", fit::camera_node([position, target]));
+        }
+        if no_light {
+            let (position, intensity) = view.light();
+            warnings
+                .push(format!("{name} has no light: one of {intensity:.3} W/sr was placed at {position:.3}"));
+            self.root.set("light", fit::light_node((position, intensity)));
+        }
+        Ok(())
+    }
+}
+
+/// Scale first, then rotate about x, then y, then z, then translate.
+fn read_transform(section: &Section) -> Result<DAffine3> {
+    let translate = section.vector("translate", COORDINATE)?.unwrap_or_default();
+    let [x, y, z] =
+        section.vector("rotate", -360.0..=360.0)?.unwrap_or_default().to_array().map(f64::to_radians);
+    let scale = match section.get("scale") {
+        Some(Node { kind: Kind::Array(_), .. }) => section.vector("scale", -1e9..=1e9)?,
+        _ => section.number("scale", -1e9..=1e9)?.map(DVec3::splat),
+    };
+    let scale = scale.unwrap_or(DVec3::ONE);
+    if scale.abs().min_element() < 1e-9 {
+        return Err(section.fault_at("scale", "must not be smaller than 1e-9 along any axis"));
+    }
+    let rotate = DQuat::from_euler(EulerRot::ZYX, z, y, x);
+    Ok(DAffine3::from_scale_rotation_translation(scale, rotate, translate))
+}
+
+fn override_materials(
+    file: &Path,
+    root: &Node,
+    materials: &mut [Material],
+    undefined: Vec<(usize, String)>,
+    warnings: &mut Vec<String>,
+) -> Result<()> {
+    let sections = Section::list(file, root, "material")?;
+    let overrides = sections.iter().map(Override::read).collect::<Result<Vec<_>>>()?;
+    refuse_repeated(&sections, overrides.iter().map(|change| change.name.as_str()))?;
+    for (section, change) in sections.iter().zip(&overrides) {
+        let names: Vec<String> = materials.iter().map(|material| material.name.clone()).collect();
+        if !names.contains(&change.name) {
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            return Err(section.fault_at("name", unknown("material", &names, &change.name)));
+        }
+        materials.iter_mut().filter(|material| material.name == change.name).for_each(|m| change.apply(m));
+    }
+    let is_overridden = |name: &str| overrides.iter().any(|change| change.name == name);
+    let missing = undefined.into_iter().filter(|(index, _)| !is_overridden(&materials[*index].name));
+    warnings.extend(missing.map(|(_, warning)| warning));
+    for material in materials {
+        if material.conserve_energy() {
+            let name = &material.name;
+            warnings
+                .push(format!("material {name:?} reflected more than it receives: scaled to an albedo of 1"));
+        }
+    }
+    Ok(())
+}
+
+fn read_lights(file: &Path, root: &Node, origin: DVec3) -> Result<Vec<Light>> {
+    let sections = Section::list(file, root, "light")?;
+    let lights = sections.iter().enumerate().map(|(number, section)| Light::read(section, number, origin));
+    let lights = lights.collect::<Result<Vec<_>>>()?;
+    refuse_repeated(&sections, lights.iter().map(|light| light.name.as_str()))?;
+    Ok(lights)
+}
+
+fn read_cameras(file: &Path, root: &Node, origin: DVec3) -> Result<Vec<Camera>> {
+    let sections = match root.get("camera") {
+        Some(node @ Node { kind: Kind::Table(_), .. }) => vec![Section::new(file, "camera", node)?],
+        _ => Section::list(file, root, "camera")?,
+    };
+    let cameras = sections.iter().map(|section| Camera::read(section, origin)).collect::<Result<Vec<_>>>()?;
+    refuse_repeated(&sections, cameras.iter().map(|camera| camera.name.as_str()))?;
+    Ok(cameras)
+}
+
+fn refuse_repeated<'a>(sections: &[Section], names: impl Iterator<Item = &'a str>) -> Result<()> {
+    let mut seen = HashSet::new();
+    for (section, name) in sections.iter().zip(names) {
+        if !seen.insert(name) {
+            return Err(section.fault_at("name", format!("{name:?} is there twice: names must differ")));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,140 @@
+//! From indexed meshes in world space to checked, recentred triangles.
+
+use std::collections::HashSet;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+use super::Triangle;
+
+/// A triangle is dropped when twice its area is below this share of its longest edge squared: f32 coordinates
+/// cannot tell such a sliver from a line.
+const SLIVER: f64 = 1e-8;
+/// Longest axis of a scene, metres: beyond this, squares and cubes of lengths leave the range of f32.
+const EXTENT_M: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
+/// More than fits the 32-bit offsets of the acceleration structure with room to spare.
+const MAX_TRIANGLES: usize = 1 << 26;
+
+/// Indexed triangles of one material, in f64.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Mesh {
+    pub(super) positions: Vec<DVec3>,
+    /// One a position, not necessarily unit; or none at all.
+    pub(super) normals: Vec<DVec3>,
+    /// Three a triangle.
+    pub(super) indices: Vec<u32>,
+    pub(super) material: u32,
+}
+
+impl Mesh {
+    /// Applies an invertible transform. Normals stay on the side they are on; a mirror image keeps its front.
+    pub(super) fn transform(&mut self, world_from_local: &DAffine3) {
+        let normal_matrix: DMat3 = world_from_local.matrix3.inverse().transpose();
+        self.positions.iter_mut().for_each(|p| *p = world_from_local.transform_point3(*p));
+        self.normals.iter_mut().for_each(|n| *n = normal_matrix * *n);
+        if world_from_local.matrix3.determinant() < 0.0 {
+            self.indices.chunks_exact_mut(3).for_each(|corners| corners.swap(1, 2));
+        }
+    }
+}
+
+/// What was repaired.
+#[derive(Default)]
+struct Repairs {
+    degenerate: usize,
+    duplicate: usize,
+    bad_normals: usize,
+    flipped_normals: usize,
+}
+
+/// Recentres the meshes on the middle of their bounding box and drops what has no area or is there twice. Returns the
+/// triangles and what was subtracted; where nothing usable is left, why.
+pub(super) fn assemble(
+    meshes: &[Mesh],
+    warnings: &mut Vec<String>,
+) -> Result<(Vec<Triangle>, DVec3), String> {
+    let count: usize = meshes.iter().map(|mesh| mesh.indices.len() / 3).sum();
+    if count > MAX_TRIANGLES {
+        return Err(format!("{count} triangles are too many: at most {MAX_TRIANGLES} can be traced"));
+    }
+    let points = meshes.iter().flat_map(|mesh| &mesh.positions);
+    let (low, high) =
+        points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+    let extent = (high - low).max_element();
+    if count > 0 && !EXTENT_M.contains(&extent) {
+        let (least, most) = (EXTENT_M.start(), EXTENT_M.end());
+        return Err(format!("the model is {extent:e} m large, {least:e} to {most:e} m expected: scale it"));
+    }
+    // A centre that f32 holds exactly lets shaders and files carry it without loss.
+    let origin = (0.5 * (low + high)).as_vec3().as_dvec3();
+    let mut repairs = Repairs::default();
+    let mut seen = HashSet::with_capacity(count);
+    let mut triangles = Vec::with_capacity(count);
+    for mesh in meshes {
+        for corners in mesh.indices.chunks_exact(3) {
+            let corners = [corners[0], corners[1], corners[2]].map(|index| index as usize);
+            let positions = corners.map(|index| (mesh.positions[index] - origin).as_vec3());
+            if is_degenerate(positions) {
+                repairs.degenerate += 1;
+            } else if !seen.insert(identity(positions)) {
+                repairs.duplicate += 1;
+            } else {
+                let mut triangle = Triangle { positions, normals: [Vec3::ZERO; 3], material: mesh.material };
+                let stated = corners.map(|index| mesh.normals.get(index).copied());
+                triangle.normals = shading_normals(&triangle, stated, &mut repairs);
+                triangles.push(triangle);
+            }
+        }
+    }
+    warnings.extend(repairs.sentence());
+    if triangles.is_empty() {
+        return Err(format!("no triangle with an area is left of {count}"));
+    }
+    Ok((triangles, origin))
+}
+
+fn is_degenerate(positions: [Vec3; 3]) -> bool {
+    let [p0, p1, p2] = positions.map(Vec3::as_dvec3);
+    let longest_squared =
+        (p1 - p0).length_squared().max((p2 - p0).length_squared()).max((p2 - p1).length_squared());
+    let double_area = (p1 - p0).cross(p2 - p0).length();
+    double_area <= (SLIVER * longest_squared).max(f64::from(f32::MIN_POSITIVE))
+}
+
+/// The same for triangles that cover the same points, whichever way they face: surfaces have two sides.
+fn identity(positions: [Vec3; 3]) -> [[u32; 3]; 3] {
+    // Adding zero makes -0 equal to 0.
+    let mut corners = positions.map(|p| (p + 0.0).to_array().map(f32::to_bits));
+    corners.sort_unstable();
+    corners
+}
+
+/// The model's normals where they can be used: unit, and on the front side.
+fn shading_normals(triangle: &Triangle, stated: [Option<DVec3>; 3], repairs: &mut Repairs) -> [Vec3; 3] {
+    let front = triangle.cross().normalize();
+    let unit = stated.map(|normal| normal.filter(|n| n.is_finite()).and_then(DVec3::try_normalize));
+    let is_bad = |index: usize| stated[index].is_some() && unit[index].is_none();
+    repairs.bad_normals += usize::from((0..3).any(is_bad));
+    // Normals that together oppose the winding belong to the other side. One that leans over alone is no better
+    // turned round: the face's own normal replaces it.
+    let together: f64 = unit.iter().flatten().map(|n| n.dot(front)).sum();
+    let side = if together < 0.0 { -1.0 } else { 1.0 };
+    let leans_over = |n: DVec3| side * n.dot(front) <= 0.0;
+    repairs.flipped_normals += usize::from(side < 0.0 || unit.iter().flatten().any(|n| leans_over(*n)));
+    unit.map(|n| n.filter(|n| !leans_over(*n)).map_or(front, |n| side * n).as_vec3().normalize())
+}
+
+impl Repairs {
+    fn sentence(&self) -> Option<String> {
+        let parts: Vec<String> = [
+            (self.degenerate, "without area dropped"),
+            (self.duplicate, "that repeat another dropped"),
+            (self.bad_normals, "with zero or non-finite normals given their face's normal"),
+            (self.flipped_normals, "with normals against their front side turned"),
+        ]
+        .into_iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect();
+        (!parts.is_empty()).then(|| format!("triangles repaired: {}", parts.join(", ")))
+    }
+}

@@ -1,0 +1,108 @@
+//! `--set KEY=VALUE`: keys are dotted paths into the scene file.
+
+use super::camera;
+use super::value::{Kind, Node, Origin, printable, unknown};
+use crate::{Error, Result};
+
+/// Tables of a scene file.
+pub(super) const SECTIONS: [&str; 5] = ["model", "camera", "light", "material", "quality"];
+
+/// One change to the scene file.
+pub(super) struct Setting {
+    /// As typed, for messages.
+    flag: String,
+    path: Vec<String>,
+    value: Node,
+}
+
+impl Setting {
+    /// Parses `KEY=VALUE`; fails where the key is no dotted path into a known table, or the value is no TOML.
+    pub(super) fn parse(text: &str) -> Result<Self> {
+        let flag = format!("--set {}", printable(text));
+        let usage = |message: String| Error::Usage(format!("{flag}: {message}"));
+        let (key, value) = text
+            .split_once('=')
+            .ok_or_else(|| usage("KEY=VALUE was expected, such as quality.entry_points=100000".to_owned()))?;
+        let path = toml_edit::Key::parse(key.trim()).map_err(|_| {
+            usage(format!("{:?} is not a dotted key, such as light.lamp.position", key.trim()))
+        })?;
+        let path: Vec<String> = path.iter().map(|key| key.get().to_owned()).collect();
+        let (section, keys) = path.split_first().expect("a parsed key has a part");
+        if !SECTIONS.contains(&section.as_str()) {
+            return Err(usage(unknown("key", &SECTIONS, section)));
+        }
+        let (lengths, form) = match section.as_str() {
+            "quality" => (1..=1, "quality.KEY"),
+            "camera" => (1..=2, "camera.KEY or camera.NAME.KEY"),
+            "light" => (2..=2, "light.NAME.KEY or light.NUMBER.KEY"),
+            "material" => (2..=2, "material.NAME.KEY"),
+            _ => (2..=2, "model.NUMBER.KEY"),
+        };
+        if !lengths.contains(&keys.len()) {
+            return Err(usage(format!("{form} was expected")));
+        }
+        Ok(Self { value: Node::parse_flag(&flag, value.trim())?, flag, path })
+    }
+
+    /// Whether it changes a model, which has to be known before the model is read.
+    pub(super) fn is_about_models(&self) -> bool {
+        self.path[0] == "model"
+    }
+
+    /// Makes the change. `chosen` is the camera that `camera.KEY` means, where a user chose one; else the first.
+    pub(super) fn apply(&self, root: &mut Node, chosen: Option<&str>) -> Result<()> {
+        let (key, path) = self.path.split_last().expect("a parsed key has a part");
+        let empty = |kind| Node { origin: Origin::Flag(self.flag.clone()), kind };
+        let section = path[0].as_str();
+        if root.get(section).is_none() {
+            let kind = if section == "quality" { Kind::Table(Vec::new()) } else { Kind::Array(Vec::new()) };
+            root.set(section, empty(kind));
+        }
+        let node = root.get_mut(section).expect("it has just been added");
+        if section == "material"
+            && let Kind::Array(overrides) = &mut node.kind
+            && !overrides.iter().any(|material| is_named(material, &path[1]))
+        {
+            let mut material = empty(Kind::Table(Vec::new()));
+            material.set("name", empty(Kind::Text(path[1].clone())));
+            overrides.push(material);
+        }
+        // A single [camera] answers to its name, as does [quality], which has none.
+        if matches!(node.kind, Kind::Table(_)) && (path.len() == 1 || is_named(node, &path[1])) {
+            node.set(key, self.value.clone());
+            return Ok(());
+        }
+        let table = match &mut node.kind {
+            Kind::Array(elements) => {
+                let wanted = path.get(1).map(String::as_str).or(chosen);
+                let index = match wanted {
+                    None => (!elements.is_empty()).then_some(0),
+                    Some(name) => elements
+                        .iter()
+                        .position(|element| is_named(element, name))
+                        .or_else(|| name.parse().ok().filter(|&index| index < elements.len())),
+                };
+                let names: Vec<String> = elements.iter().enumerate().map(name_of).collect();
+                let names: Vec<&str> = names.iter().map(String::as_str).collect();
+                let found = index.and_then(|index| elements.get_mut(index));
+                let what = || unknown(section, &names, wanted.unwrap_or_default());
+                found.ok_or_else(|| Error::Usage(format!("{}: {}", self.flag, what())))?
+            }
+            _ => {
+                let possible = if section == "camera" { &camera::KEYS[..] } else { &[] };
+                let what = unknown("key", possible, path.get(1).unwrap_or(key));
+                return Err(Error::Usage(format!("{}: {what}", self.flag)));
+            }
+        };
+        table.set(key, self.value.clone());
+        Ok(())
+    }
+}
+
+fn is_named(element: &Node, name: &str) -> bool {
+    element.get("name").and_then(Node::as_text) == Some(name)
+}
+
+fn name_of((index, element): (usize, &Node)) -> String {
+    element.get("name").and_then(Node::as_text).map_or(index.to_string(), printable)
+}

@@ -1,0 +1,378 @@
+//! A scene file as a tree whose every value knows where it came from, and typed, checked access to it.
+//!
+//! Values from the file and values from the command line go through the same checks; only the blame differs: a line
+//! of the file, or the flag.
+
+use std::ops::RangeInclusive;
+use std::path::Path;
+
+use glam::DVec3;
+use toml_edit::{Item, TableLike, Value};
+
+use crate::{Error, Result};
+
+/// Coordinates and lengths, metres.
+pub(super) const COORDINATE: RangeInclusive<f64> = -1e12..=1e12;
+/// Radiometric quantities.
+pub(super) const POWER: RangeInclusive<f64> = 0.0..=1e15;
+
+/// Whom to blame for a value.
+#[derive(Clone, Debug)]
+pub(super) enum Origin {
+    /// A line of the scene file, 1-based.
+    Line(usize),
+    /// The command line, as typed.
+    Flag(String),
+}
+
+/// A value and where it came from.
+#[derive(Clone, Debug)]
+pub(super) struct Node {
+    pub(super) origin: Origin,
+    pub(super) kind: Kind,
+}
+
+/// What TOML can say.
+#[derive(Clone, Debug)]
+pub(super) enum Kind {
+    Table(Vec<(String, Node)>),
+    Array(Vec<Node>),
+    Integer(i64),
+    Float(f64),
+    Text(String),
+    Bool(bool),
+    Time,
+}
+
+impl Node {
+    /// Parses the text of `file`. Fails with the parser's message and line where it is not TOML.
+    pub(super) fn parse(file: &Path, text: &str) -> Result<Self> {
+        let line_starts: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
+        let line_of = |at: usize| 1 + line_starts.partition_point(|&newline| newline < at);
+        let document = toml_edit::Document::parse(text).map_err(|fault| Error::Input {
+            file: file.to_owned(),
+            line: fault.span().map(|span| line_of(span.start)),
+            message: format!("is not TOML: {}", one_line(fault.message())),
+        })?;
+        Ok(Self::table(document.as_table(), Origin::Line(1), &line_of))
+    }
+
+    /// Parses one value from the command line; a bare word counts as a string, since shells eat quotes.
+    pub(super) fn parse_flag(flag: &str, text: &str) -> Result<Self> {
+        let is_word = text.starts_with(char::is_alphabetic)
+            && text.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.'));
+        let origin = Origin::Flag(flag.to_owned());
+        match text.parse::<Value>() {
+            Ok(value) => Ok(Self::value(&value, origin, &|_| 1).blamed_on(flag)),
+            Err(_) if is_word => Ok(Self { origin, kind: Kind::Text(text.to_owned()) }),
+            Err(fault) => {
+                Err(Error::Usage(format!("{flag}: the value is not TOML: {}", one_line(&fault.to_string()))))
+            }
+        }
+    }
+
+    fn table(table: &dyn TableLike, origin: Origin, line_of: &dyn Fn(usize) -> usize) -> Self {
+        let entries = table.iter().map(|(name, item)| {
+            let span = table.key(name).and_then(toml_edit::Key::span).or_else(|| item.span());
+            let origin = span.map_or(origin.clone(), |span| Origin::Line(line_of(span.start)));
+            (name.to_owned(), Self::item(item, origin, line_of))
+        });
+        Self { kind: Kind::Table(entries.collect()), origin: origin.clone() }
+    }
+
+    fn item(item: &Item, origin: Origin, line_of: &dyn Fn(usize) -> usize) -> Self {
+        match item {
+            Item::None => Self { origin, kind: Kind::Table(Vec::new()) },
+            Item::Value(value) => Self::value(value, origin, line_of),
+            Item::Table(table) => Self::table(table, origin, line_of),
+            Item::ArrayOfTables(tables) => {
+                let elements = tables.iter().map(|table| {
+                    let span = table.span();
+                    let origin = span.map_or(origin.clone(), |span| Origin::Line(line_of(span.start)));
+                    Self::table(table, origin, line_of)
+                });
+                Self { kind: Kind::Array(elements.collect()), origin: origin.clone() }
+            }
+        }
+    }
+
+    fn value(value: &Value, origin: Origin, line_of: &dyn Fn(usize) -> usize) -> Self {
+        let kind = match value {
+            Value::String(text) => Kind::Text(text.value().clone()),
+            Value::Integer(number) => Kind::Integer(*number.value()),
+            Value::Float(number) => Kind::Float(*number.value()),
+            Value::Boolean(flag) => Kind::Bool(*flag.value()),
+            Value::Datetime(_) => Kind::Time,
+            Value::InlineTable(table) => return Self::table(table, origin, line_of),
+            Value::Array(array) => Kind::Array(
+                array
+                    .iter()
+                    .map(|element| {
+                        let span = element.span();
+                        let origin = span.map_or(origin.clone(), |span| Origin::Line(line_of(span.start)));
+                        Self::value(element, origin, line_of)
+                    })
+                    .collect(),
+            ),
+        };
+        Self { origin, kind }
+    }
+
+    /// The same value, with everything in it blamed on a flag.
+    pub(super) fn blamed_on(mut self, flag: &str) -> Self {
+        self.origin = Origin::Flag(flag.to_owned());
+        self.kind = match self.kind {
+            Kind::Array(elements) => Kind::Array(elements.into_iter().map(|e| e.blamed_on(flag)).collect()),
+            Kind::Table(entries) => {
+                Kind::Table(entries.into_iter().map(|(name, node)| (name, node.blamed_on(flag))).collect())
+            }
+            leaf => leaf,
+        };
+        self
+    }
+
+    /// The entry of that name, where this is a table that has it.
+    pub(super) fn get(&self, key: &str) -> Option<&Self> {
+        let Kind::Table(entries) = &self.kind else { return None };
+        entries.iter().find(|(name, _)| name == key).map(|(_, node)| node)
+    }
+
+    /// The entry of that name to write to; `None` where this is no table, or lacks it.
+    pub(super) fn get_mut(&mut self, key: &str) -> Option<&mut Self> {
+        let Kind::Table(entries) = &mut self.kind else { return None };
+        entries.iter_mut().find(|(name, _)| name == key).map(|(_, node)| node)
+    }
+
+    /// Adds or replaces an entry of a table; nothing happens to anything else, which a later check refuses anyway.
+    pub(super) fn set(&mut self, key: &str, value: Self) {
+        if let Some(old) = self.get_mut(key) {
+            *old = value;
+        } else if let Kind::Table(entries) = &mut self.kind {
+            entries.push((key.to_owned(), value));
+        }
+    }
+
+    /// The text, where this is one.
+    pub(super) fn as_text(&self) -> Option<&str> {
+        if let Kind::Text(text) = &self.kind { Some(text) } else { None }
+    }
+
+    fn describe(&self) -> String {
+        match &self.kind {
+            Kind::Table(_) => "a table".into(),
+            Kind::Array(elements) => format!("a list of {}", elements.len()),
+            Kind::Integer(number) => format!("{number}"),
+            Kind::Float(number) => format!("{number:?}"),
+            Kind::Text(text) => format!("the string {text:?}"),
+            Kind::Bool(flag) => format!("{flag}"),
+            Kind::Time => "a date or time".into(),
+        }
+    }
+
+    fn as_number(&self) -> Option<f64> {
+        match self.kind {
+            Kind::Integer(number) => Some(number as f64),
+            Kind::Float(number) => Some(number),
+            _ => None,
+        }
+    }
+}
+
+/// A table of the scene file under the dotted path that `--set` would use for it.
+pub(super) struct Section<'a> {
+    file: &'a Path,
+    path: String,
+    node: &'a Node,
+}
+
+impl<'a> Section<'a> {
+    /// Fails where `node` is not a table.
+    pub(super) fn new(file: &'a Path, path: impl Into<String>, node: &'a Node) -> Result<Self> {
+        let section = Self { file, path: path.into(), node };
+        match node.kind {
+            Kind::Table(_) => Ok(section),
+            _ => Err(section.fault(format!("a table was expected, found {}", node.describe()))),
+        }
+    }
+
+    /// The elements of the list of tables `root.key`; none where the key is absent.
+    pub(super) fn list(file: &'a Path, root: &'a Node, key: &str) -> Result<Vec<Self>> {
+        let Some(node) = root.get(key) else { return Ok(Vec::new()) };
+        let Kind::Array(elements) = &node.kind else {
+            let section = Self { file, path: key.to_owned(), node };
+            return Err(section.fault(format!("must be a list of tables: write [[{key}]]")));
+        };
+        let named = |(index, element): (usize, &'a Node)| {
+            let name = element.get("name").and_then(Node::as_text).map_or(index.to_string(), str::to_owned);
+            Self::new(file, format!("{key}.{name}"), element)
+        };
+        elements.iter().enumerate().map(named).collect()
+    }
+
+    /// An error about this table as a whole.
+    pub(super) fn fault(&self, message: impl std::fmt::Display) -> Error {
+        blame(self.file, &self.node.origin, format!("{}: {message}", self.path))
+    }
+
+    /// An error about one key of it, present or not.
+    pub(super) fn fault_at(&self, key: &str, message: impl std::fmt::Display) -> Error {
+        let origin = self.get(key).map_or(&self.node.origin, |node| &node.origin);
+        let path = if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) };
+        blame(self.file, origin, format!("{path}: {message}"))
+    }
+
+    /// Refuses every key that is not in `keys`, suggesting the nearest that is.
+    pub(super) fn only(&self, keys: &[&str]) -> Result<()> {
+        let Kind::Table(entries) = &self.node.kind else { return Ok(()) };
+        match entries.iter().find(|(name, _)| !keys.contains(&name.as_str())) {
+            None => Ok(()),
+            Some((name, _)) => Err(self.fault_at(&printable(name), unknown("key", keys, name))),
+        }
+    }
+
+    /// The raw value.
+    pub(super) fn get(&self, key: &str) -> Option<&'a Node> {
+        self.node.get(key)
+    }
+
+    /// Turns an absent value into an error that says what was expected.
+    pub(super) fn need<T>(&self, value: Option<T>, key: &str, expected: &str) -> Result<T> {
+        value.ok_or_else(|| self.fault(format!("the key `{key}` is missing ({expected})")))
+    }
+
+    fn expected(&self, key: &str, expected: &str, node: &Node) -> Error {
+        self.fault_at(key, format!("{expected} was expected, found {}", node.describe()))
+    }
+
+    /// A finite number in `range`.
+    pub(super) fn number(&self, key: &str, range: RangeInclusive<f64>) -> Result<Option<f64>> {
+        let Some(node) = self.get(key) else { return Ok(None) };
+        let number = node.as_number().ok_or_else(|| self.expected(key, "a number", node))?;
+        self.check_range(key, number, &range).map(Some)
+    }
+
+    fn check_range(&self, key: &str, number: f64, range: &RangeInclusive<f64>) -> Result<f64> {
+        if !number.is_finite() {
+            return Err(self.fault_at(key, format!("{number} is not a finite number")));
+        }
+        if !range.contains(&number) {
+            let (low, high) = (range.start(), range.end());
+            return Err(
+                self.fault_at(key, format!("{number:?} is out of range: {low:?} to {high:?} expected"))
+            );
+        }
+        Ok(number)
+    }
+
+    /// A whole number in `range`.
+    pub(super) fn integer(&self, key: &str, range: RangeInclusive<u32>) -> Result<Option<u32>> {
+        let Some(node) = self.get(key) else { return Ok(None) };
+        let Kind::Integer(number) = node.kind else { return Err(self.expected(key, "a whole number", node)) };
+        self.check_integer(key, number, &range).map(Some)
+    }
+
+    fn check_integer(&self, key: &str, number: i64, range: &RangeInclusive<u32>) -> Result<u32> {
+        u32::try_from(number).ok().filter(|number| range.contains(number)).ok_or_else(|| {
+            let (low, high) = (range.start(), range.end());
+            self.fault_at(key, format!("{number} is out of range: {low} to {high} expected"))
+        })
+    }
+
+    /// Three finite numbers, each in `range`.
+    pub(super) fn vector(&self, key: &str, range: RangeInclusive<f64>) -> Result<Option<DVec3>> {
+        let Some(node) = self.get(key) else { return Ok(None) };
+        let fault = || self.expected(key, "a list of three numbers", node);
+        let Kind::Array(elements) = &node.kind else { return Err(fault()) };
+        let numbers: Vec<f64> = elements.iter().map_while(Node::as_number).collect();
+        if numbers.len() != elements.len() || numbers.len() != 3 {
+            return Err(fault());
+        }
+        for &number in &numbers {
+            self.check_range(key, number, &range)?;
+        }
+        Ok(Some(DVec3::from_slice(&numbers)))
+    }
+
+    /// Width and height in pixels.
+    pub(super) fn size(&self, key: &str, range: RangeInclusive<u32>) -> Result<Option<[u32; 2]>> {
+        let Some(node) = self.get(key) else { return Ok(None) };
+        match &node.kind {
+            Kind::Array(elements) => match elements.as_slice() {
+                [Node { kind: Kind::Integer(w), .. }, Node { kind: Kind::Integer(h), .. }] => {
+                    let [w, h] = [*w, *h].map(|number| self.check_integer(key, number, &range));
+                    Ok(Some([w?, h?]))
+                }
+                _ => Err(self.expected(key, "a list of two whole numbers", node)),
+            },
+            _ => Err(self.expected(key, "a list of two whole numbers", node)),
+        }
+    }
+
+    /// A string, not empty and free of control characters (it may be printed, or open a file).
+    pub(super) fn text(&self, key: &str) -> Result<Option<&'a str>> {
+        let Some(node) = self.get(key) else { return Ok(None) };
+        let text = node.as_text().ok_or_else(|| self.expected(key, "a string", node))?;
+        if text.is_empty() || text.contains(char::is_control) {
+            return Err(self.expected(key, "a printable string", node));
+        }
+        Ok(Some(text))
+    }
+
+    /// True or false.
+    pub(super) fn flag(&self, key: &str) -> Result<Option<bool>> {
+        match self.get(key) {
+            None => Ok(None),
+            Some(Node { kind: Kind::Bool(flag), .. }) => Ok(Some(*flag)),
+            Some(node) => Err(self.expected(key, "true or false", node)),
+        }
+    }
+
+    /// A unit vector from three numbers that are not all zero.
+    pub(super) fn direction(&self, key: &str) -> Result<Option<DVec3>> {
+        let Some(vector) = self.vector(key, COORDINATE)? else { return Ok(None) };
+        let unit =
+            vector.try_normalize().ok_or_else(|| self.fault_at(key, "a direction must not be zero"))?;
+        Ok(Some(unit))
+    }
+}
+
+fn blame(file: &Path, origin: &Origin, message: String) -> Error {
+    match origin {
+        Origin::Line(line) => Error::input_at(file, *line, message),
+        Origin::Flag(flag) => Error::Usage(format!("{flag}: {message}")),
+    }
+}
+
+/// "unknown key `fov`: did you mean `fov_y`? Possible: …".
+pub(super) fn unknown(what: &str, possible: &[&str], found: &str) -> String {
+    let nearest = possible.iter().map(|word| (distance(word, found), *word)).min();
+    let hint = match nearest {
+        Some((distance, word)) if distance <= 1 + found.len() / 4 => format!("did you mean `{word}`? "),
+        _ => String::new(),
+    };
+    let list = if possible.is_empty() { "none".to_owned() } else { possible.join(", ") };
+    format!("unknown {what} `{}`: {hint}possible: {list}", printable(found))
+}
+
+/// Levenshtein's distance in bytes; the longest words are scene keys, so the rows are short.
+fn distance(a: &str, b: &str) -> usize {
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.bytes().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, y) in b.bytes().enumerate() {
+            let substituted = diagonal + usize::from(x != y);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+/// The text without characters that would break a line of output.
+pub(super) fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+fn one_line(text: &str) -> String {
+    text.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ")
+}

@@ -55,8 +55,8 @@ bool intersect_triangle(uint index, vec3 origin, Shear shear, inout Hit hit) {
 // Which children of a node the ray may enter: bits 24-31 inner children in visiting order, 0-23 leaf triangles.
 // The slabs are widened by their rounding error, so that a box never misses what its triangles hit.
 uint intersect_children(Node node, vec3 origin, vec3 inverse_direction, uint octant_inverse4, float t_max) {
-    vec3 cell = uintBitsToFloat(uvec3(node.exponents << 23, (node.exponents << 15) & 0x7f800000u,
-                                      (node.exponents << 7) & 0x7f800000u)) * inverse_direction;
+    uvec3 exponents = uvec3(node.exponents << 23, node.exponents << 15, node.exponents << 7) & 0x7f800000u;
+    vec3 cell = uintBitsToFloat(exponents) * inverse_direction;
     vec3 base = (node.origin - origin) * inverse_direction;
     vec3 slack = 4e-7 * (abs(base) + 255.0 * abs(cell));
     vec3 base_near = base - slack;

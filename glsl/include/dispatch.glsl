@@ -6,6 +6,6 @@ uint flat_workgroup() {
     return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
 }
 
-uint flat_invocation() {
-    return flat_workgroup() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
-}
+// A macro, so that it expands where the local size is known: in a function compiled ahead of the shader's
+// `layout(local_size_x = …)`, gl_WorkGroupSize is silently 1.
+#define flat_invocation() (flat_workgroup() * gl_WorkGroupSize.x + gl_LocalInvocationIndex)

@@ -125,34 +125,34 @@ impl Geometry<'_> {
         CachePoint { position, radius: 0.0, normal: if side % 2 == 1 { -shading } else { shading }, side }
     }
 
-    /// Distance along a piece over which its shading normal turns by [`NORMAL_RANGE`], metres.
-    fn normal_reach(&self, piece: usize) -> f64 {
+    /// Distances along a piece over which its shading normal turns by [`NORMAL_RANGE`], where it turns fastest and where it
+    /// turns slowest, metres.
+    fn normal_reach(&self, piece: usize) -> [f64; 2] {
         let triangle = &self.triangles[self.hvds.pieces[piece].side as usize / 2];
         let turn = |a: usize, b: usize| {
-            let angle = f64::from(triangle.normals[a].dot(triangle.normals[b]).clamp(-1.0, 1.0)).acos();
+            // The chord between unit normals is the angle, for the small angles of a smooth surface.
+            let angle = f64::from((triangle.normals[a] - triangle.normals[b]).length());
             angle / f64::from((triangle.positions[a] - triangle.positions[b]).length())
         };
-        NORMAL_RANGE / turn(0, 1).max(turn(1, 2)).max(turn(2, 0)).max(1e-12)
+        let turns = [turn(0, 1), turn(1, 2), turn(2, 0)];
+        let fastest = turns.into_iter().fold(1e-12, f64::max);
+        let slowest = turns.into_iter().fold(fastest, f64::min).max(1e-12);
+        [NORMAL_RANGE / fastest, NORMAL_RANGE / slowest]
     }
-}
 
-/// Distance that records around a piece keep from each other, metres.
-fn spacing(geometry: &Geometry<'_>, piece: usize, clearance: f32, unit: f64) -> f64 {
-    let radius = (0.5 * f64::from(clearance)).clamp(RADIUS_RANGE[0] * unit, RADIUS_RANGE[1] * unit);
-    f64::from(1.0 - COVERED) * radius.min(geometry.normal_reach(piece))
+    /// Records that a piece needs at a given unit of length, where `clearance` is what its rays see.
+    fn expected_records(&self, piece: usize, clearance: f32, unit: f64) -> f64 {
+        let radius = (0.5 * f64::from(clearance)).clamp(RADIUS_RANGE[0] * unit, RADIUS_RANGE[1] * unit);
+        let spacing = f64::from(1.0 - COVERED);
+        let [across, along] = self.normal_reach(piece).map(|reach| spacing * radius.min(reach));
+        PACKING * self.hvds.pieces[piece].area_m2 / (across * along)
+    }
 }
 
 /// The length that scales all radii: such that the expected number of records meets the budget.
 fn spread(geometry: &Geometry<'_>, clearances: &[f32], budget: u32) -> f64 {
     let expected = |unit: f64| -> f64 {
-        let pieces = geometry.hvds.pieces.iter().enumerate();
-        pieces
-            .map(|(i, piece)| {
-                let spacing = spacing(geometry, i, clearances[i], unit);
-                // A piece smaller than a spacing shares its records with its neighbours.
-                PACKING * piece.area_m2 / (spacing * spacing)
-            })
-            .sum()
+        (0..geometry.hvds.pieces.len()).map(|i| geometry.expected_records(i, clearances[i], unit)).sum()
     };
     let (mut low, mut high) = (1e-7 * f64::from(geometry.scene_size), f64::from(geometry.scene_size));
     for _ in 0..60 {
@@ -217,9 +217,8 @@ impl Attempt<'_> {
     /// All candidates in a fixed shuffled order, each piece as densely as its records will stand.
     fn candidates(&self, clearances: &[f32]) -> Vec<CachePoint> {
         let mut drawn: Vec<(u32, CachePoint)> = Vec::new();
-        for (index, piece) in self.geometry.hvds.pieces.iter().enumerate() {
-            let spacing = spacing(self.geometry, index, clearances[index], self.unit);
-            let count = CANDIDATES_PER_RECORD * PACKING * piece.area_m2 / (spacing * spacing);
+        for (index, &clearance) in clearances.iter().enumerate() {
+            let count = CANDIDATES_PER_RECORD * self.geometry.expected_records(index, clearance, self.unit);
             for i in 0..count.ceil() as u32 {
                 let key = hash(hash(index as u32) ^ i);
                 drawn.push((key, self.geometry.draw(index, 1 + i, self.seed)));

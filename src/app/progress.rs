@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::renderer::Progress;
+use crate::renderer::{Progress, Silent};
 
 /// A bar if stderr is a terminal and the user has not asked for quiet, else nothing.
 pub(super) fn for_stderr(quiet: bool) -> Box<dyn Progress> {
@@ -15,14 +15,6 @@ pub(super) fn for_stderr(quiet: bool) -> Box<dyn Progress> {
         .expect("the template is well formed");
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()).with_style(style);
     Box::new(Bar(bar))
-}
-
-struct Silent;
-
-impl Progress for Silent {
-    fn stage(&mut self, _name: &str, _total: u64) {}
-    fn advance(&mut self, _done: u64) {}
-    fn finish(&mut self) {}
 }
 
 struct Bar(ProgressBar);

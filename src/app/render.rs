@@ -9,7 +9,7 @@ use super::output::OutputFile;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::image::{ExrLayer, write_exr, write_png};
-use crate::renderer::{Edit, FrameReport, Layer, Renderer};
+use crate::renderer::{Edit, FrameReport, Layer, Renderer, Statistics};
 
 /// Render one image
 ///
@@ -111,11 +111,12 @@ impl Render {
         self.device_args.report_validation(&context);
 
         self.write_image(&renderer, format, &output)?;
+        let statistics = renderer.statistics()?;
         if let Some(stats) = stats {
-            let text = format!("{:#}\n", self.statistics(&context, &renderer, &frame));
+            let text = format!("{:#}\n", document(&context, &renderer, &frame, &statistics));
             stats.write(|out| std::io::Write::write_all(out, text.as_bytes()))?;
         }
-        let ([width, height], seconds) = (renderer.size(), renderer.statistics().precompute_s);
+        let ([width, height], seconds) = (renderer.size(), statistics.precompute_s);
         super::print(&format!(
             "{}: {width}x{height}, precompute {seconds:.2} s, frame {:.1} ms, {}\n",
             output.path().display(),
@@ -174,24 +175,30 @@ impl Render {
         layers.extend(aovs.iter().map(|(name, channels, pixels)| ExrLayer { name, channels, pixels }));
         output.write(|out| write_exr(out, size, &layers))
     }
+}
 
-    fn statistics(&self, context: &Context, renderer: &Renderer, frame: &FrameReport) -> serde_json::Value {
-        let passes = frame.passes.iter().map(|pass| {
-            serde_json::json!({
-                "name": pass.name, "ms": pass.ms, "overlapped": pass.overlapped,
-                "bytes": frame.bytes.get(pass.name), "rays": frame.rays.get(pass.name),
-            })
-        });
+/// What `--stats` writes.
+fn document(
+    context: &Context,
+    renderer: &Renderer,
+    frame: &FrameReport,
+    made: &Statistics,
+) -> serde_json::Value {
+    let passes = frame.passes.iter().map(|pass| {
         serde_json::json!({
-            "device": {"name": context.name(), "driver": context.driver()},
-            "scene": renderer.scene().name,
-            "triangles": renderer.scene().triangles.len(),
-            "size": renderer.size(),
-            "quality": renderer.scene().quality,
-            "renderer": renderer.statistics(),
-            "frame": {"ms": frame.frame_ms, "passes": passes.collect::<Vec<_>>()},
+            "name": pass.name, "ms": pass.ms, "overlapped": pass.overlapped,
+            "bytes": frame.bytes.get(pass.name), "rays": frame.rays.get(pass.name),
         })
-    }
+    });
+    serde_json::json!({
+        "device": {"name": context.name(), "driver": context.driver()},
+        "scene": renderer.scene().name,
+        "triangles": renderer.scene().triangles.len(),
+        "size": renderer.size(),
+        "quality": renderer.scene().quality,
+        "renderer": made,
+        "frame": {"ms": frame.frame_ms, "passes": passes.collect::<Vec<_>>()},
+    })
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ const WINDOW: usize = 3;
 const SETTLED: f64 = 0.05;
 
 /// Columns before those that hold whole frames.
-const STAGES: usize = 5;
+pub(super) const STAGES: usize = 5;
 
 /// The edits that are timed, in the order of the columns that hold their whole frames.
 const EDITS: [Edit; COLUMNS.len() - STAGES] = [Edit::Everything, Edit::Light, Edit::View, Edit::Material];
@@ -68,8 +68,10 @@ impl PassSummary {
 /// What one scene's frames took.
 #[derive(Debug)]
 pub(super) struct Measurement {
-    /// By [`COLUMNS`].
+    /// Device time, by [`COLUMNS`].
     pub(super) columns: [Summary; COLUMNS.len()],
+    /// Wall-clock time of the whole frames, by the columns from `Ttot` on.
+    pub(super) wall: [Summary; EDITS.len()],
     /// In the order in which they run.
     pub(super) passes: Vec<PassSummary>,
     /// Whether warm-up ended because times had settled.
@@ -87,9 +89,10 @@ pub(super) fn measure(renderer: &mut Renderer, frames: usize) -> Result<Measurem
     let whole: Vec<&FrameReport> = rounds.iter().map(|round| &round[0]).collect();
     let columns = std::array::from_fn(|column| match column {
         0..STAGES => Summary::of(whole.iter().map(|frame| stages_ms(frame)[column])),
-        _ => Summary::of(rounds.iter().map(|round| round[column - STAGES].frame_ms)),
+        _ => Summary::of(rounds.iter().map(|round| stages_ms(&round[column - STAGES]).iter().sum())),
     });
-    Ok(Measurement { columns, passes: passes(&whole), settled: settled(&warm_up) })
+    let wall = std::array::from_fn(|edit| Summary::of(rounds.iter().map(|round| round[edit].frame_ms)));
+    Ok(Measurement { columns, wall, passes: passes(&whole), settled: settled(&warm_up) })
 }
 
 /// One frame after each edit, in the order of [`EDITS`].

@@ -19,7 +19,8 @@ use measure::Measurement;
 
 /// Time frames after each kind of edit and set them beside the paper's
 ///
-/// Times are GPU timestamps in milliseconds, medians over frames after warm-up.
+/// Times are milliseconds by the device's timestamps, medians over frames after warm-up; "on the clock" is what a
+/// frame takes in all, with recording and waiting.
 #[derive(Debug, Args)]
 pub(super) struct Time {
     /// Scenes, as for render [default: every built-in one]
@@ -96,6 +97,6 @@ fn time_scene(scene: Scene, frames: usize, device_args: &DeviceArgs) -> Result<T
         device_args.warn(&format!("{name}: times had not settled after warm-up; pass more --frames"));
     }
     device_args.report_validation(&context);
-    let (size, statistics) = (renderer.size(), renderer.statistics());
+    let (size, statistics) = (renderer.size(), renderer.statistics()?);
     Ok(Timed { name, triangles, lights, size, statistics, measurement })
 }

@@ -2,10 +2,14 @@
 #![forbid(unsafe_op_in_unsafe_fn)]
 
 #[forbid(unsafe_code)]
+pub mod app;
+#[forbid(unsafe_code)]
 pub mod cpu;
 #[forbid(unsafe_code)]
 pub mod error;
 pub mod gpu;
+#[forbid(unsafe_code)]
+pub mod image;
 #[forbid(unsafe_code)]
 pub mod layout;
 #[forbid(unsafe_code)]

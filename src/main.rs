@@ -1,2 +1,7 @@
-//! placeholder
-fn main() {}
+//! The `lightpaths` command.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    lightpaths::app::run(std::env::args_os())
+}

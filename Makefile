@@ -1,0 +1,52 @@
+# The house's commands. What is missing on the machine is installed first: see scripts/setup.sh.
+
+CARGO ?= cargo
+# rustup puts cargo here; a shell that was open before the installation does not know yet.
+export PATH := $(PATH):$(HOME)/.cargo/bin
+
+.PHONY: help run test lint bench spirv setup clean
+
+help:
+	@echo 'make run    build, render the Box to out/box.png and time it'
+	@echo 'make test   all tests'
+	@echo 'make lint   formatting, lints, documentation, tree checks'
+	@echo 'make bench  time every built-in scene into out/time.json'
+	@echo 'make spirv  rebuild spirv/ from glsl/ (needs cmake and a C++ compiler)'
+	@echo 'make setup  install what any of these needs'
+	@echo 'make clean  remove what was built'
+
+run:
+	@scripts/setup.sh
+	@mkdir -p out
+	$(CARGO) build --release --locked
+	@$(CARGO) run --quiet --release --locked -- render box -o out/box.png
+	@$(CARGO) run --quiet --release --locked -- time box --frames 5
+	@echo && echo 'The picture is in out/box.png.'
+
+test:
+	@scripts/setup.sh --tests
+	$(CARGO) test --locked
+
+lint:
+	@scripts/setup.sh --lint
+	$(CARGO) fmt --check
+	$(CARGO) clippy --locked --all-targets -- -D warnings
+	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --no-deps
+	@scripts/check_tree.sh
+
+bench:
+	@scripts/setup.sh
+	@mkdir -p out
+	$(CARGO) run --release --locked -- time --json out/time.json
+
+spirv:
+	@scripts/setup.sh
+	LIGHTPATHS_BLESS=1 $(CARGO) test --locked --features shaderc --test interface
+
+setup:
+	@scripts/setup.sh --lint
+	@scripts/setup.sh --tests
+
+clean:
+	$(CARGO) clean
+	rm -rf out

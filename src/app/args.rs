@@ -1,0 +1,147 @@
+//! Arguments that several commands share.
+
+use std::sync::Arc;
+
+use clap::Args;
+
+use super::{note, progress};
+use crate::error::{Error, Result};
+use crate::gpu::{Context, ContextOptions};
+use crate::renderer::Progress;
+use crate::scene::{LoadOptions, Quality, Scene};
+
+/// Largest image side in pixels; what a device can hold is asked of the device.
+const SIZE_MAX: u32 = 16_384;
+
+/// How a scene is read.
+#[derive(Clone, Debug, Args)]
+pub(super) struct SceneArgs {
+    /// Quality preset: draft, paper or high [default: the scene's own, else paper]
+    #[arg(long, value_name = "NAME", value_parser = parse_preset)]
+    preset: Option<String>,
+    /// Image size in pixels [default: the camera's]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    /// Camera by name [default: the scene's first]
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
+    /// Overrides one key of the scene file, as in --set quality.cache_points=8000; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// Where the work is done and what is said about it.
+#[derive(Clone, Debug, Args)]
+pub(super) struct DeviceArgs {
+    /// Vulkan device: its index or part of its name, as `info` lists them
+    #[arg(long, value_name = "NAME|INDEX")]
+    device: Option<String>,
+    /// Turns on the Vulkan validation layers and the check for missing barriers (slow)
+    #[arg(long)]
+    validation: bool,
+    /// Prints no progress, notes or warnings
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+impl SceneArgs {
+    /// Reads a scene: a file or the name of a built-in one.
+    pub(super) fn load(&self, spec: &str) -> Result<Scene> {
+        let Self { preset, size, camera, set } = self.clone();
+        Scene::load(spec, &LoadOptions { set, preset, size, camera })
+    }
+}
+
+impl DeviceArgs {
+    /// Opens the device.
+    pub(super) fn open(&self) -> Result<Arc<Context>> {
+        Context::new(&ContextOptions {
+            device: self.device.clone(),
+            validation: self.validation,
+            hazard_check: self.validation || ContextOptions::default().hazard_check,
+        })
+    }
+
+    /// Passes on what the validation layers had to say, which is nothing unless the program has a fault.
+    pub(super) fn report_validation(&self, context: &Context) {
+        for message in context.take_validation_messages() {
+            note(&format!("lightpaths: validation: {}\n", message.replace('\n', " ")));
+        }
+    }
+
+    /// A progress bar, where somebody can see it.
+    pub(super) fn progress(&self) -> Box<dyn Progress> {
+        progress::for_stderr(self.quiet)
+    }
+
+    /// Says something on stderr that the result does not depend on.
+    pub(super) fn warn(&self, message: &str) {
+        if !self.quiet {
+            note(&format!("lightpaths: warning: {message}\n"));
+        }
+    }
+}
+
+fn parse_preset(name: &str) -> std::result::Result<String, String> {
+    match Quality::preset(name) {
+        Some(quality) => Ok(quality.preset.to_owned()),
+        None => Err("expected draft, paper or high".to_owned()),
+    }
+}
+
+fn parse_size(text: &str) -> std::result::Result<[u32; 2], String> {
+    let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match sides {
+        Some(size @ [1..=SIZE_MAX, 1..=SIZE_MAX]) => Ok(size),
+        Some(_) => Err(format!("each side must be 1 to {SIZE_MAX} pixels")),
+        None => Err("expected WIDTHxHEIGHT, as in 640x480".to_owned()),
+    }
+}
+
+/// Refuses a number that is not finite.
+pub(super) fn parse_finite(text: &str) -> std::result::Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("expected a finite number".to_owned()),
+    }
+}
+
+/// The name of the device as tables and files show it: nobody shall mistake a processor for a GPU.
+pub(super) fn device_label(context: &Context) -> String {
+    format!("{}{}", context.name(), if context.is_cpu() { " (a CPU)" } else { "" })
+}
+
+/// Refuses two outputs under one name.
+pub(super) fn refuse_same_output(
+    first: Option<&std::path::Path>,
+    second: Option<&std::path::Path>,
+) -> Result<()> {
+    match (first, second) {
+        (Some(a), Some(b)) if a == b => {
+            Err(Error::Usage(format!("{} is named for two outputs", a.display())))
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!(parse_size("640x480"), Ok([640, 480]));
+        assert_eq!(parse_size("1X16384"), Ok([1, 16_384]));
+        for bad in ["", "5", "x", "0x0", "0x5", "5x0", "-1x5", "5x5x5", "1.5x2", "16385x1", "99999999999x1"] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn numbers_must_be_finite() {
+        assert_eq!(parse_finite("-1.5"), Ok(-1.5));
+        for bad in ["nan", "inf", "1e99", "", "one"] {
+            assert!(parse_finite(bad).is_err(), "{bad}");
+        }
+    }
+}

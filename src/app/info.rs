@@ -1,0 +1,116 @@
+//! `lightpaths info`: what there is to work with.
+
+use std::fmt::Write;
+
+use clap::Args;
+
+use super::args::SceneArgs;
+use crate::error::{Error, Result};
+use crate::gpu::{Context, DeviceSummary};
+use crate::scene::{Quality, Scene};
+
+/// List Vulkan devices with the limits that matter, and what a scene holds
+#[derive(Debug, Args)]
+pub(super) struct Info {
+    /// A scene, as for render [default: devices only]
+    scene: Option<String>,
+    #[command(flatten)]
+    scene_args: SceneArgs,
+}
+
+impl Info {
+    pub(super) fn run(self) -> Result<()> {
+        let scene = self.scene.as_deref().map(|spec| self.scene_args.load(spec)).transpose()?;
+        let devices = Context::devices();
+        let mut text = String::new();
+        match &devices {
+            Ok(devices) => devices.iter().for_each(|device| describe_device(&mut text, device)),
+            // A scene can be looked at without a device; the missing device is then news, not a failure.
+            Err(error) if scene.is_some() => line(&mut text, format_args!("{error}")),
+            Err(_) => {}
+        }
+        if let Some(scene) = &scene {
+            text.push('\n');
+            describe_scene(&mut text, scene);
+        }
+        super::print(&text)?;
+        let usable = devices.map(|devices| devices.iter().any(|device| device.refusal.is_none()));
+        match usable {
+            _ if scene.is_some() => Ok(()),
+            Ok(true) => Ok(()),
+            Ok(false) => Err(Error::NoDevice("each one found lacks something, as listed".to_owned())),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+fn describe_device(text: &mut String, device: &DeviceSummary) {
+    let DeviceSummary { index, name, kind, driver, limits, refusal } = device;
+    if !text.is_empty() {
+        text.push('\n');
+    }
+    let product = |sides: [u32; 3]| sides.map(|side| side.to_string()).join(" x ");
+    row(text, &format!("device {index}"), format!("{name} ({kind}, {driver})"));
+    row(text, "usable", refusal.as_ref().map_or("yes".to_owned(), |reason| format!("no: {reason}")));
+    row(text, "device memory", format!("{:.0} MB", megabytes(limits.device_memory_bytes)));
+    row(text, "largest binding", format!("{:.0} MB", megabytes(limits.storage_range_bytes)));
+    row(text, "buffers bound at once", limits.storage_buffers.to_string());
+    row(text, "push constants", format!("{} B", limits.push_bytes));
+    row(text, "shared memory", format!("{} B", limits.shared_bytes));
+    let invocations = limits.workgroup_invocations;
+    row(text, "workgroup", format!("{invocations} invocations, at most {}", product(limits.workgroup_size)));
+    row(text, "workgroups", product(limits.workgroup_count));
+    let (bits, period) = (limits.timestamp_bits, limits.timestamp_period_ns);
+    row(text, "timestamps", format!("{bits} bits of {period} ns"));
+}
+
+fn describe_scene(text: &mut String, scene: &Scene) {
+    scene.summary().into_iter().for_each(|(label, value)| row(text, &label, value));
+    let Quality { preset, entry_points, cache_points, gather_rays, directions, cells, .. } = scene.quality;
+    row(
+        text,
+        "quality",
+        format!(
+            "{preset}: {entry_points} entry points, {cache_points} cache points, {gather_rays} gather rays, \
+             {directions} directions, {cells} cells"
+        ),
+    );
+    let need = megabytes(memory_need_bytes(scene, scene.cameras[0].size));
+    row(text, "device memory", format!("about {need:.0} MB (time prints what is really used)"));
+    scene.warnings.iter().for_each(|warning| row(text, "warning", warning.clone()));
+}
+
+/// What a scene will need on the device, from what it holds of each thing; within a factor of about 1.5.
+fn memory_need_bytes(scene: &Scene, [width, height]: [u32; 2]) -> u64 {
+    /// Corners, normals, material and a share of the BVH.
+    const TRIANGLE: u64 = 160;
+    /// An entry point and the four or so vertices of its path, with their energies.
+    const PATH: u64 = 128;
+    /// A cache point with its gradients, beside its gather rays.
+    const CACHE_POINT: u64 = 128;
+    /// Index of the cell entry that a ray reads, and its share of the list that reads it.
+    const GATHER_RAY: u64 = 8;
+    /// Visible surface, direct and indirect light, and the list of records that reach the pixel.
+    const PIXEL: u64 = 160;
+    let quality = &scene.quality;
+    let cache_point = CACHE_POINT + GATHER_RAY * u64::from(quality.gather_rays);
+    scene.triangles.len() as u64 * TRIANGLE
+        + u64::from(quality.entry_points) * PATH
+        + u64::from(quality.cache_points) * cache_point
+        + u64::from(width) * u64::from(height) * PIXEL
+}
+
+/// 10⁶ bytes.
+fn megabytes(bytes: u64) -> f64 {
+    bytes as f64 / 1e6
+}
+
+/// Appends a line with a label.
+fn row(text: &mut String, label: &str, value: String) {
+    line(text, format_args!("{label:<22} {value}"));
+}
+
+/// Appends a line.
+fn line(text: &mut String, arguments: std::fmt::Arguments) {
+    writeln!(text, "{arguments}").expect("writing to a string cannot fail");
+}

@@ -1,0 +1,106 @@
+//! The command line: one file a subcommand, exit codes and one-line errors as promised to scripts.
+
+use std::ffi::OsString;
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::error::ErrorKind;
+use clap::{Parser, Subcommand};
+
+use crate::error::{Error, Result};
+
+mod args;
+mod info;
+mod output;
+mod progress;
+mod render;
+mod time;
+
+/// Interactive relighting with full global illumination from precomputed light paths.
+#[derive(Debug, Parser)]
+#[command(name = "lightpaths", version, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Render(render::Render),
+    Time(time::Time),
+    Info(info::Info),
+}
+
+/// Runs the command that `args` (the program's name first) ask for and returns the process exit code: 0 done,
+/// 1 a comparison failed as asked, 2 bad arguments or input, 3 no usable Vulkan device, 4 the device failed.
+///
+/// Results go to stdout; progress, warnings and the one line that explains a failure go to stderr.
+pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let result = match Cli::try_parse_from(args) {
+        Ok(cli) => match cli.command {
+            Command::Render(command) => command.run(),
+            Command::Time(command) => command.run(),
+            Command::Info(command) => command.run(),
+        },
+        Err(refusal) => match refusal.kind() {
+            ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => print(&refusal.render().to_string()),
+            ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+                note(&refusal.render().to_string());
+                return ExitCode::from(2);
+            }
+            _ => Err(Error::Usage(one_line(&refusal.render().to_string()))),
+        },
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            note(&format!("lightpaths: {}\n", error.to_string().replace('\n', " ")));
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// What clap has to say, on one line: its message and its tips, without the usage that `--help` prints.
+fn one_line(message: &str) -> String {
+    let said = message.split("\n\n").map(str::trim).filter(|part| !part.starts_with("Usage:"));
+    let lines = said.map(|part| part.split_whitespace().collect::<Vec<_>>().join(" "));
+    let line = lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ");
+    let line = line.trim_start_matches("error: ").replace("For more information, try", "for more, try");
+    line.trim_end_matches('.').to_owned()
+}
+
+/// Writes results to stdout. A reader that has gone away (`lightpaths time | head`) is no error.
+fn print(text: &str) -> Result<()> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Error::output("standard output", error.to_string()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes to stderr; if that fails there is nobody left to tell.
+fn note(text: &str) {
+    let _ = io::stderr().lock().write_all(text.as_bytes());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn refusals_fit_one_line_and_keep_their_tips() {
+        let refusal = Cli::try_parse_from(["lightpaths", "render", "--presett", "draft"]).unwrap_err();
+        let line = one_line(&refusal.render().to_string());
+        assert!(line.starts_with("unexpected argument '--presett' found; tip:"), "{line}");
+        assert!(line.contains("'--preset'") && line.ends_with("for more, try '--help'"), "{line}");
+        assert!(!line.contains('\n') && !line.contains("Usage"), "{line}");
+    }
+}

@@ -1,0 +1,147 @@
+//! Files that are written whole or not at all.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::error::{Error, Result};
+
+/// A file to be written later, found writable now.
+#[derive(Debug)]
+pub(super) struct OutputFile {
+    /// As the user named it.
+    path: PathBuf,
+    /// What is replaced: `path` with symbolic links followed, so that a link stays a link.
+    target: PathBuf,
+}
+
+impl OutputFile {
+    /// Checks that a file can be created at `path`, so that minutes of work are not lost to a typing error.
+    ///
+    /// # Errors
+    /// [`Error::Output`] when the folder is missing or read-only, or when `path` is no regular file.
+    pub(super) fn check(path: &Path) -> Result<Self> {
+        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let output = Self { path: path.to_owned(), target };
+        match fs::metadata(&output.target) {
+            Ok(found) if found.is_dir() => return Err(Error::output(path, "is a folder; name a file in it")),
+            Ok(found) if !found.is_file() => return Err(Error::output(path, "is not a regular file")),
+            _ => {}
+        }
+        if !output.folder().is_dir() {
+            let folder = output.folder().display();
+            return Err(Error::output(path, format!("there is no folder {folder}; create it first")));
+        }
+        // Only trying tells: permissions, read-only mounts and quotas all have a say. Dropped at once, so that a
+        // process that is killed half-way leaves nothing behind.
+        output.temporary().map_err(|error| output.failed(&error))?;
+        Ok(output)
+    }
+
+    /// Hands `fill` a writer to a temporary file beside the target and renames it into place when all is written.
+    ///
+    /// # Errors
+    /// [`Error::Output`]; the temporary file is then gone and what was at the target before is untouched.
+    pub(super) fn write(&self, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<()> {
+        let write = || -> io::Result<()> {
+            let temporary = self.temporary()?;
+            let mut writer = BufWriter::new(temporary.as_file());
+            fill(&mut writer)?;
+            writer.flush()?;
+            drop(writer);
+            // Without this a crash soon after the rename could leave an empty file under the final name.
+            temporary.as_file().sync_all()?;
+            temporary.persist(&self.target)?;
+            Ok(())
+        };
+        write().map_err(|error| self.failed(&error))
+    }
+
+    /// The file as the user named it.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn folder(&self) -> &Path {
+        match self.target.parent() {
+            Some(folder) if folder != Path::new("") => folder,
+            _ => Path::new("."),
+        }
+    }
+
+    fn temporary(&self) -> io::Result<NamedTempFile> {
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".lightpaths-").suffix(".part");
+        // Temporary files are private by default; this one becomes an ordinary file, subject to the umask.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        builder.tempfile_in(self.folder())
+    }
+
+    fn failed(&self, error: &io::Error) -> Error {
+        // The temporary file's name, which some of these errors carry, means nothing to the user.
+        let reason = match error.raw_os_error() {
+            Some(code) => io::Error::from_raw_os_error(code),
+            None if error.kind() == io::ErrorKind::Other => io::Error::other(error.to_string()),
+            None => error.kind().into(),
+        };
+        Error::output(&self.path, format!("cannot be written: {reason}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn listing(folder: &Path) -> Vec<String> {
+        let names =
+            fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        names.collect()
+    }
+
+    #[test]
+    fn a_failure_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        fs::write(&path, "old").unwrap();
+        let output = OutputFile::check(&path).unwrap();
+        let failure = output.write(|writer| {
+            writer.write_all(&[b'x'; 100_000])?;
+            Err(io::ErrorKind::StorageFull.into())
+        });
+        assert_eq!(failure.unwrap_err().exit_code(), 2);
+        assert_eq!(listing(folder.path()), ["a.txt"]);
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        output.write(|writer| writer.write_all(b"new")).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "new");
+        assert_eq!(listing(folder.path()), ["a.txt"]);
+    }
+
+    #[test]
+    fn a_check_creates_nothing_and_refuses_what_cannot_be_written() {
+        let folder = tempfile::tempdir().unwrap();
+        OutputFile::check(&folder.path().join("a.png")).unwrap();
+        assert!(listing(folder.path()).is_empty());
+        for bad in [folder.path().to_owned(), folder.path().join("missing/a.png")] {
+            assert_eq!(OutputFile::check(&bad).unwrap_err().exit_code(), 2, "{}", bad.display());
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn files_are_as_readable_as_any_other_and_links_stay_links() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let [plain, ours, link] = ["plain", "ours", "link"].map(|name| folder.path().join(name));
+        fs::write(&plain, "").unwrap();
+        OutputFile::check(&ours).unwrap().write(|writer| writer.write_all(b"1")).unwrap();
+        let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(mode(&plain), mode(&ours));
+        symlink(&ours, &link).unwrap();
+        OutputFile::check(&link).unwrap().write(|writer| writer.write_all(b"2")).unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read_to_string(&ours).unwrap(), "2");
+    }
+}

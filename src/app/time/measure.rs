@@ -1,0 +1,149 @@
+//! Runs frames and summarises their times.
+
+use super::paper::COLUMNS;
+use crate::error::Result;
+use crate::gpu::PassTiming;
+use crate::renderer::{Edit, FrameReport, Renderer};
+
+/// Frames compared with as many before them to tell whether times have settled.
+const WINDOW: usize = 3;
+
+/// Medians of two successive windows that differ by less than this share count as settled.
+const SETTLED: f64 = 0.05;
+
+/// Columns before those that hold whole frames.
+pub(super) const STAGES: usize = 5;
+
+/// The edits that are timed, in the order of the columns that hold their whole frames.
+const EDITS: [Edit; COLUMNS.len() - STAGES] = [Edit::Everything, Edit::Light, Edit::View, Edit::Material];
+
+/// Order statistics of a set of times, milliseconds.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub(super) struct Summary {
+    pub(super) median: f64,
+    pub(super) p10: f64,
+    pub(super) p90: f64,
+    pub(super) min: f64,
+}
+
+impl Summary {
+    /// Of at least one time.
+    pub(super) fn of(times: impl IntoIterator<Item = f64>) -> Self {
+        let mut times: Vec<f64> = times.into_iter().collect();
+        times.sort_by(f64::total_cmp);
+        let quantile = |share: f64| {
+            let place = share * (times.len() - 1) as f64;
+            let (low, high) = (times[place.floor() as usize], times[place.ceil() as usize]);
+            low + (high - low) * place.fract()
+        };
+        Self { median: quantile(0.5), p10: quantile(0.1), p90: quantile(0.9), min: times[0] }
+    }
+}
+
+/// One pass of the frame in which everything is new.
+#[derive(Debug)]
+pub(super) struct PassSummary {
+    pub(super) name: &'static str,
+    pub(super) ms: Summary,
+    /// It ran beside a neighbour, so that its time is not its own.
+    pub(super) overlapped: bool,
+    /// Bytes read and written, as the pass counts them.
+    pub(super) bytes: u64,
+    /// Rays traced, for passes that trace.
+    pub(super) rays: Option<u64>,
+}
+
+impl PassSummary {
+    /// Bytes moved per second, in 10⁹; none for a pass too short to be timed.
+    pub(super) fn gbps(&self) -> Option<f64> {
+        (self.ms.median > 0.0).then(|| self.bytes as f64 / (self.ms.median * 1e6))
+    }
+
+    /// Rays per second, in 10⁶.
+    pub(super) fn mrays_per_s(&self) -> Option<f64> {
+        self.rays.filter(|_| self.ms.median > 0.0).map(|rays| rays as f64 / (self.ms.median * 1e3))
+    }
+}
+
+/// What one scene's frames took.
+#[derive(Debug)]
+pub(super) struct Measurement {
+    /// Device time, by [`COLUMNS`].
+    pub(super) columns: [Summary; COLUMNS.len()],
+    /// Wall-clock time of the whole frames, by the columns from `Ttot` on.
+    pub(super) wall: [Summary; EDITS.len()],
+    /// In the order in which they run.
+    pub(super) passes: Vec<PassSummary>,
+    /// Whether warm-up ended because times had settled.
+    pub(super) settled: bool,
+}
+
+/// Warms up until the medians of the whole frame settle, then runs `frames` rounds of all edits in turn, so that
+/// a drift of the clock touches all columns alike.
+pub(super) fn measure(renderer: &mut Renderer, frames: usize) -> Result<Measurement> {
+    let mut warm_up = Vec::new();
+    while !settled(&warm_up) && warm_up.len() < frames.max(2 * WINDOW) {
+        warm_up.push(round(renderer)?[0].frame_ms);
+    }
+    let rounds = (0..frames).map(|_| round(renderer)).collect::<Result<Vec<_>>>()?;
+    let whole: Vec<&FrameReport> = rounds.iter().map(|round| &round[0]).collect();
+    let columns = std::array::from_fn(|column| match column {
+        0..STAGES => Summary::of(whole.iter().map(|frame| stages_ms(frame)[column])),
+        _ => Summary::of(rounds.iter().map(|round| stages_ms(&round[column - STAGES]).iter().sum())),
+    });
+    let wall = std::array::from_fn(|edit| Summary::of(rounds.iter().map(|round| round[edit].frame_ms)));
+    Ok(Measurement { columns, wall, passes: passes(&whole), settled: settled(&warm_up) })
+}
+
+/// One frame after each edit, in the order of [`EDITS`].
+fn round(renderer: &mut Renderer) -> Result<Vec<FrameReport>> {
+    EDITS.into_iter().map(|edit| renderer.frame(edit)).collect()
+}
+
+fn settled(times: &[f64]) -> bool {
+    let Some(start) = times.len().checked_sub(2 * WINDOW) else { return false };
+    let (before, after) = times[start..].split_at(WINDOW);
+    let [before, after] = [before, after].map(|window| Summary::of(window.iter().copied()).median);
+    (after - before).abs() <= SETTLED * before
+}
+
+fn stages_ms(frame: &FrameReport) -> [f64; STAGES] {
+    let columns = &frame.columns;
+    [columns.Tdi, columns.Tlpe, columns.Thvds, columns.Tfg, columns.Tsplat]
+}
+
+fn passes(frames: &[&FrameReport]) -> Vec<PassSummary> {
+    let last = frames.last().expect("at least one frame is timed");
+    let summarise = |pass: &PassTiming| {
+        let times = frames.iter().flat_map(|frame| &frame.passes).filter(|other| other.name == pass.name);
+        PassSummary {
+            name: pass.name,
+            ms: Summary::of(times.map(|other| other.ms)),
+            overlapped: pass.overlapped,
+            bytes: last.bytes.get(pass.name).copied().unwrap_or(0),
+            rays: last.rays.get(pass.name).copied(),
+        }
+    };
+    last.passes.iter().map(summarise).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn summaries_interpolate_between_order_statistics() {
+        let summary = Summary::of((0..=10).rev().map(f64::from));
+        assert_eq!(summary, Summary { median: 5.0, p10: 1.0, p90: 9.0, min: 0.0 });
+        assert_eq!(Summary::of([3.0, 1.0]).median, 2.0);
+        assert_eq!(Summary::of([7.0]), Summary { median: 7.0, p10: 7.0, p90: 7.0, min: 7.0 });
+    }
+
+    #[test]
+    fn times_settle_when_two_windows_agree() {
+        assert!(!settled(&[1.0; 5]));
+        assert!(settled(&[1.0; 6]));
+        assert!(!settled(&[40.0, 2.0, 2.0, 1.0, 1.0, 1.0]));
+        assert!(settled(&[40.0, 9.0, 1.0, 1.0, 1.0, 1.0, 1.04, 1.02]));
+    }
+}

@@ -1,0 +1,102 @@
+//! `lightpaths time`: the paper's tables on this machine.
+
+mod bandwidth;
+mod measure;
+mod paper;
+mod report;
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::args::{DeviceArgs, SceneArgs, device_label};
+use super::output::OutputFile;
+use crate::error::{Error, Result};
+use crate::renderer::{Renderer, Statistics};
+use crate::scene::{Scene, builtin};
+use measure::Measurement;
+
+/// Time frames after each kind of edit and set them beside the paper's
+///
+/// Times are milliseconds by the device's timestamps, medians over frames after warm-up; "on the clock" is what a
+/// frame takes in all, with recording and waiting.
+#[derive(Debug, Args)]
+pub(super) struct Time {
+    /// Scenes, as for render [default: every built-in one]
+    scenes: Vec<String>,
+    /// Frames timed after each kind of edit
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: u32,
+    /// Numbers of lights to time; this version times one
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1")]
+    lights: Vec<u32>,
+    /// Writes the tables as JSON too
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    scene_args: SceneArgs,
+    #[command(flatten)]
+    device_args: DeviceArgs,
+}
+
+/// What one scene showed.
+struct Timed {
+    name: String,
+    triangles: usize,
+    lights: usize,
+    size: [u32; 2],
+    statistics: Statistics,
+    measurement: Measurement,
+}
+
+impl Time {
+    pub(super) fn run(self) -> Result<()> {
+        if self.lights != [1] {
+            return Err(Error::Usage(
+                "--lights: this version times one light; pass 1 or leave it out".to_owned(),
+            ));
+        }
+        let json = self.json.as_deref().map(OutputFile::check).transpose()?;
+        // All scenes are read before any is timed: the last one's typing error shall not cost minutes.
+        let specs =
+            if self.scenes.is_empty() { builtin::NAMES.map(str::to_owned).to_vec() } else { self.scenes };
+        let scenes = specs.iter().map(|spec| self.scene_args.load(spec)).collect::<Result<Vec<_>>>()?;
+        if cfg!(debug_assertions) {
+            self.device_args.warn("this is a debug build; its times mean little");
+        }
+        let context = self.device_args.open()?;
+        let copy_gbps = bandwidth::copy_gbps(&context)?;
+        super::print(&report::header(&device_label(&context), context.driver(), copy_gbps))?;
+
+        let mut all = Vec::new();
+        for scene in scenes {
+            let timed = time_scene(scene, self.frames as usize, &self.device_args)?;
+            super::print(&report::table(&timed, copy_gbps))?;
+            all.push(timed);
+        }
+        if let Some(json) = json {
+            let text = format!("{:#}\n", report::json(&context, copy_gbps, &all));
+            json.write(|out| out.write_all(text.as_bytes()))?;
+        }
+        Ok(())
+    }
+}
+
+fn time_scene(scene: Scene, frames: usize, device_args: &DeviceArgs) -> Result<Timed> {
+    let name = scene.name.clone();
+    for warning in &scene.warnings {
+        device_args.warn(&format!("{name}: {warning}"));
+    }
+    let (triangles, lights) = (scene.triangles.len(), scene.lights.len());
+    // A context for each scene, so that the peak of its memory is that scene's own.
+    let context = device_args.open()?;
+    let mut renderer = Renderer::new(&context, scene, device_args.progress().as_mut())?;
+    let measurement = measure::measure(&mut renderer, frames)?;
+    if !measurement.settled {
+        device_args.warn(&format!("{name}: times had not settled after warm-up; pass more --frames"));
+    }
+    device_args.report_validation(&context);
+    let (size, statistics) = (renderer.size(), renderer.statistics()?);
+    Ok(Timed { name, triangles, lights, size, statistics, measurement })
+}

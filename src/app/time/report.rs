@@ -1,0 +1,192 @@
+//! The tables of `time`, for readers and for scripts.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use serde_json::{Map, Value, json};
+
+use super::Timed;
+use super::measure::{PassSummary, STAGES, Summary};
+use super::paper::{self, COLUMNS};
+use crate::gpu::Context;
+
+/// Numbers of lights in the paper's table 3.
+const LIGHT_COUNTS: [usize; 4] = [1, 2, 4, 8];
+
+/// The lines above all tables.
+pub(super) fn header(device: &str, driver: &str, copy_gbps: Option<f64>) -> String {
+    let copy = copy_gbps.map(|gbps| format!(", copies {gbps:.1} GB/s")).unwrap_or_default();
+    format!("{device}, {driver}{copy}\n")
+}
+
+/// One scene's tables.
+pub(super) fn table(timed: &Timed, copy_gbps: Option<f64>) -> String {
+    let Timed { name, triangles, size: [width, height], .. } = timed;
+    let mut text = format!("\n{name}: {triangles} triangles, {width}x{height}\n\n");
+    columns(&mut text, timed);
+    precompute(&mut text, timed);
+    passes(&mut text, timed, copy_gbps);
+    counts(&mut text, timed);
+    text
+}
+
+fn columns(text: &mut String, timed: &Timed) {
+    let mut row = |label: &str, cells: &mut dyn Iterator<Item = String>| {
+        let cells: String = cells.map(|cell| format!("{cell:>9}")).collect();
+        line(text, format_args!("{label:<16}{cells}"));
+    };
+    row("ms", &mut COLUMNS.iter().map(|&name| name.to_owned()));
+    let ours = timed.measurement.columns;
+    let paper = paper::row(&timed.name);
+    if let Some(paper) = paper {
+        row(&format!("paper's {}", paper.label), &mut paper.ms.iter().map(|ms| format!("{ms:.0}")));
+    }
+    let mut ours_by = |label: &str, pick: fn(&Summary) -> f64| {
+        row(label, &mut ours.iter().map(|summary| milliseconds(pick(summary))));
+    };
+    ours_by("here, median", |summary| summary.median);
+    ours_by("p10", |summary| summary.p10);
+    ours_by("p90", |summary| summary.p90);
+    ours_by("min", |summary| summary.min);
+    let blank = std::iter::repeat_n(String::new(), STAGES);
+    let wall = timed.measurement.wall.iter().map(|summary| milliseconds(summary.median));
+    row("on the clock", &mut blank.chain(wall));
+    if let Some(paper) = paper {
+        let ratios = paper.ms.iter().zip(&ours).map(|(paper, ours)| ratio(*paper, ours.median));
+        row("times faster", &mut ratios.map(|ratio| ratio.map_or("-".to_owned(), |r| format!("{r:.2}"))));
+    }
+}
+
+fn precompute(text: &mut String, timed: &Timed) {
+    let statistics = &timed.statistics;
+    let stages = statistics.precompute_stages.iter().map(|(name, seconds)| format!("{name} {seconds:.2}"));
+    let stages = stages.collect::<Vec<_>>().join(", ");
+    let lights = if timed.lights == 1 { "light" } else { "lights" };
+    line(text, format_args!("\n{:.1} fps with {} {lights}", fps(timed), timed.lights));
+    line(text, format_args!("precompute {:.2} s ({stages})", statistics.precompute_s));
+    line(
+        text,
+        format_args!(
+            "device memory {:.1} MB, at most {:.1} MB, largest binding {:.1} MB\n",
+            megabytes(statistics.memory_bytes),
+            megabytes(statistics.peak_memory_bytes),
+            megabytes(statistics.largest_binding_bytes),
+        ),
+    );
+}
+
+fn passes(text: &mut String, timed: &Timed, copy_gbps: Option<f64>) {
+    let head = ["ms", "p10", "p90", "MB", "GB/s", "of copy", "Mrays/s"];
+    let head: String = head.iter().map(|head| format!("{head:>9}")).collect();
+    line(text, format_args!("{:<16}{head}", "pass"));
+    let or_dash = |value: Option<f64>, unit: &str| {
+        value.map_or_else(|| format!("{:>9}", "-"), |value| format!("{:>9}", format!("{value:.1}{unit}")))
+    };
+    for pass in &timed.measurement.passes {
+        line(
+            text,
+            format_args!(
+                "{:<16}{:>9}{:>9}{:>9}{:>9.1}{}{}{}{}",
+                pass.name,
+                milliseconds(pass.ms.median),
+                milliseconds(pass.ms.p10),
+                milliseconds(pass.ms.p90),
+                megabytes(pass.bytes),
+                or_dash(pass.gbps(), ""),
+                or_dash(share_of_copy(pass, copy_gbps).map(|share| 100.0 * share), " %"),
+                or_dash(pass.mrays_per_s(), ""),
+                if pass.overlapped { "  overlapped" } else { "" },
+            ),
+        );
+    }
+    let [device, wall] =
+        [timed.measurement.columns[STAGES], timed.measurement.wall[0]].map(|whole| whole.median);
+    line(text, format_args!("{:<16}{:>9}", "outside passes", milliseconds(wall - device)));
+}
+
+fn counts(text: &mut String, timed: &Timed) {
+    for (what, share) in &timed.statistics.skipped {
+        line(text, format_args!("skipped: {what} {:.1} %", 100.0 * share));
+    }
+    for (what, count) in &timed.statistics.counts {
+        line(text, format_args!("counted: {what} {count}"));
+    }
+}
+
+/// The same as a document for scripts.
+pub(super) fn json(context: &Context, copy_gbps: Option<f64>, scenes: &[Timed]) -> Value {
+    let scenes = scenes.iter().map(|timed| scene_json(timed, copy_gbps));
+    json!({
+        "device": {"name": context.name(), "driver": context.driver(), "cpu": context.is_cpu()},
+        "version": env!("CARGO_PKG_VERSION"),
+        "debug_build": cfg!(debug_assertions),
+        "copy_gbps": copy_gbps,
+        "scenes": scenes.collect::<Vec<_>>(),
+    })
+}
+
+fn scene_json(timed: &Timed, copy_gbps: Option<f64>) -> Value {
+    let named = || COLUMNS.iter().zip(&timed.measurement.columns);
+    let ms: Map<String, Value> = named().map(|(name, s)| (name.to_string(), s.median.into())).collect();
+    let spread_ms: BTreeMap<&str, &Summary> = named().map(|(name, summary)| (*name, summary)).collect();
+    let wall_ms: BTreeMap<&str, &Summary> =
+        COLUMNS[STAGES..].iter().copied().zip(&timed.measurement.wall).collect();
+    let passes = timed.measurement.passes.iter().map(|pass| {
+        json!({
+            "name": pass.name, "ms": pass.ms.median, "spread_ms": pass.ms, "overlapped": pass.overlapped,
+            "bytes": pass.bytes, "gbps": pass.gbps(), "share_of_copy": share_of_copy(pass, copy_gbps),
+            "mrays_per_s": pass.mrays_per_s(),
+        })
+    });
+    // Light counts that were not timed stay in the document, as null.
+    let mut fps_by_lights: Map<String, Value> =
+        LIGHT_COUNTS.iter().map(|count| (count.to_string(), Value::Null)).collect();
+    fps_by_lights.insert(timed.lights.to_string(), fps(timed).into());
+    let statistics = &timed.statistics;
+    json!({
+        "name": timed.name,
+        "triangles": timed.triangles,
+        "size": timed.size,
+        "precompute_s": statistics.precompute_s,
+        "precompute_stages_s": statistics.precompute_stages,
+        "memory_mb": megabytes(statistics.peak_memory_bytes),
+        "largest_binding_mb": megabytes(statistics.largest_binding_bytes),
+        "ms": ms,
+        "spread_ms": spread_ms,
+        "wall_ms": wall_ms,
+        "settled": timed.measurement.settled,
+        "fps_by_lights": fps_by_lights,
+        "passes": passes.collect::<Vec<_>>(),
+        "skipped": statistics.skipped,
+        "counts": statistics.counts,
+    })
+}
+
+/// Frames per second on the clock when everything is new, as in the paper's tables 1 and 3.
+fn fps(timed: &Timed) -> f64 {
+    1000.0 / timed.measurement.wall[0].median
+}
+
+fn share_of_copy(pass: &PassSummary, copy_gbps: Option<f64>) -> Option<f64> {
+    ratio(pass.gbps()?, copy_gbps?)
+}
+
+fn ratio(numerator: f64, denominator: f64) -> Option<f64> {
+    (denominator > 0.0).then(|| numerator / denominator)
+}
+
+/// 10⁶ bytes.
+fn megabytes(bytes: u64) -> f64 {
+    bytes as f64 / 1e6
+}
+
+/// Three significant digits or so at any speed.
+fn milliseconds(ms: f64) -> String {
+    let decimals = if ms.abs() < 10.0 { 3 } else { 1 };
+    format!("{ms:.decimals$}")
+}
+
+/// Appends a line.
+fn line(text: &mut String, arguments: std::fmt::Arguments) {
+    writeln!(text, "{arguments}").expect("writing to a string cannot fail");
+}

@@ -1,0 +1,334 @@
+//! The command line as scripts see it: exit codes, one line a failure, files whole or absent.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::BufReader;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use tempfile::TempDir;
+
+/// Quality at which a frame of the Box takes no time worth speaking of.
+const SMALL: [&str; 8] = [
+    "--size",
+    "32x32",
+    "--set",
+    "quality.entry_points=2000",
+    "--set",
+    "quality.cache_points=500",
+    "--set",
+    "quality.gather_rays=64",
+];
+
+const ROOM: &str = "[[model]]\nfile = \"room.obj\"\n[camera]\nposition = [0.3, 0.3, 2]\ntarget = [0.3, 0.3, 0]\nup = [0, 1, 0]\n\
+fov_y = 40.0\nsize = [8, 8]\n";
+const LIGHT: &str =
+    "[[light]]\nname = \"lamp\"\nkind = \"point\"\nposition = [0.3, 0.3, 1]\nintensity = [1, 1, 1]\n";
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+/// The program, to be run in `folder`.
+fn lightpaths(folder: &TempDir, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
+    command.current_dir(folder.path()).args(arguments);
+    command
+}
+
+fn run(folder: &TempDir, arguments: &[&str]) -> Output {
+    lightpaths(folder, arguments).output().unwrap()
+}
+
+/// Runs `render SMALL… arguments…` and demands success.
+fn render(folder: &TempDir, arguments: &[&str]) -> Output {
+    let output = run(folder, &[&["render"], &SMALL[..], arguments].concat());
+    assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
+    output
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn listing(folder: &TempDir) -> Vec<String> {
+    let entries = fs::read_dir(folder.path()).unwrap();
+    let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// Demands the exit code, nothing on stdout, and one line on stderr that holds all of `words`.
+fn assert_refused(output: &Output, code: i32, words: &[&str]) {
+    let line = stderr(output);
+    assert_eq!(output.status.code(), Some(code), "{words:?}: {line}");
+    assert_eq!(stdout(output), "", "{words:?}");
+    assert!(line.starts_with("lightpaths: ") && line.ends_with('\n') && line.lines().count() == 1, "{line}");
+    for word in words {
+        assert!(line.contains(word), "no {word:?} in {line}");
+    }
+}
+
+fn folder_with(files: &[(&str, &str)]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    folder
+}
+
+#[test]
+fn help_and_version_succeed_and_no_command_fails() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, words) in [
+        (&["--help"][..], &["render", "time", "info"][..]),
+        (&["render", "--help"], &["--aov", "--exposure", "--set"]),
+        (&["time", "--help"], &["--frames", "--json"]),
+        (&["--version"], &[env!("CARGO_PKG_VERSION")]),
+    ] {
+        let output = run(&folder, arguments);
+        assert!(output.status.success());
+        assert!(words.iter().all(|word| stdout(&output).contains(word)), "{arguments:?}");
+        assert_eq!(stderr(&output), "");
+    }
+    assert_eq!(run(&folder, &[]).status.code(), Some(2));
+    assert_refused(&run(&folder, &["rendre"]), 2, &["rendre", "render"]);
+}
+
+#[test]
+fn bad_scenes_are_refused_and_named() {
+    let whole = format!("{ROOM}{LIGHT}");
+    let unknown_key = format!("{ROOM}{LIGHT}colour = 3\n");
+    let nan = TRIANGLE.replace("v 1 0 0", "v nan 0 0");
+    let wrong_index = TRIANGLE.replace("f 1 2 3", "f 1 2 9");
+    for (case, scene, model, words) in [
+        ("missing model", &*whole, None, &["room.obj"][..]),
+        ("broken number", &whole, Some("v 0 zero 0\n"), &["room.obj:1"]),
+        ("broken index", &whole, Some(&*wrong_index), &["room.obj"]),
+        ("no triangle", &whole, Some("v 0 0 0\n"), &["room.obj", "face"]),
+        ("NaN vertex", &whole, Some(&nan), &["room.obj"]),
+        ("no light", ROOM, Some(TRIANGLE), &["light"]),
+        ("unknown key", &unknown_key, Some(TRIANGLE), &["scene.toml:14", "colour"]),
+        ("no TOML", "[[model\n", Some(TRIANGLE), &["scene.toml:1"]),
+        ("wrong type", "[[model]]\nfile = 3\n", Some(TRIANGLE), &["scene.toml:2", "file"]),
+    ] {
+        let mut files = vec![("scene.toml", scene)];
+        files.extend(model.map(|text| ("room.obj", text)));
+        let folder = folder_with(&files);
+        let before = listing(&folder);
+        println!("{case}");
+        assert_refused(&run(&folder, &["render", "scene.toml", "-q", "-o", "a.png"]), 2, words);
+        assert_refused(&run(&folder, &["time", "box", "scene.toml", "-q", "--json", "a.json"]), 2, words);
+        assert_eq!(listing(&folder), before, "{case}");
+    }
+}
+
+#[test]
+fn bad_arguments_are_refused_and_named() {
+    let folder = folder_with(&[("old.txt", "")]);
+    fs::create_dir(folder.path().join("folder.png")).unwrap();
+    let before = listing(&folder);
+    for (arguments, words) in [
+        ("render -o a.png --size 0x0", &["--size", "0x0"][..]),
+        ("render -o a.png --size 5", &["--size", "WIDTHxHEIGHT"]),
+        ("render -o a.png --size 1000000x1000000", &["--size", "16384"]),
+        ("render", &["--output"]),
+        ("render -o a.jpg", &["a.jpg", ".exr", ".png"]),
+        ("render -o a", &["a: ", ".exr", ".png"]),
+        ("render -o missing/a.png", &["missing/a.png", "no folder missing"]),
+        ("render -o folder.png", &["folder.png", "is a folder"]),
+        ("render -o old.txt/a.png", &["old.txt"]),
+        ("render -o a.png --stats missing/s.json", &["missing/s.json"]),
+        ("render no_such_scene -o a.png", &["no_such_scene", "box"]),
+        ("render no_such_scene.toml -o a.png", &["no_such_scene.toml"]),
+        ("render box -o a.png --camera nobody", &["nobody"]),
+        ("render box -o a.png --preset best", &["--preset", "draft"]),
+        ("render box -o a.png --set quality.entry_point=1", &["entry_point"]),
+        ("render box -o a.png --set nonsense", &["nonsense"]),
+        ("render box -o a.png --set quality.entry_points=-1", &["quality.entry_points"]),
+        ("render box -o a.png --method path", &["path"]),
+        ("render box -o a.png --spp 16", &["--spp"]),
+        ("render box -o a.png --aov depth", &["--aov"]),
+        ("render box -o a.exr --aov colour", &["colour", "albedo"]),
+        ("render box -o a.exr --exposure 1", &["--exposure"]),
+        ("render box -o a.png --exposure nan", &["--exposure"]),
+        ("time box --frames 0", &["--frames"]),
+        ("time box --lights 1,2", &["--lights"]),
+        ("time box --json missing/t.json", &["missing/t.json"]),
+    ] {
+        let arguments: Vec<&str> = arguments.split(' ').collect();
+        assert_refused(&run(&folder, &arguments), 2, words);
+        assert_eq!(listing(&folder), before, "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_folder_without_write_permission_is_refused() {
+    // Root may write anywhere but here.
+    if cfg!(target_os = "linux") {
+        let folder = tempfile::tempdir().unwrap();
+        assert_refused(&run(&folder, &["render", "box", "-o", "/proc/a.png"]), 2, &["/proc/a.png"]);
+    }
+}
+
+#[test]
+fn no_device_is_said_and_the_old_file_survives() {
+    let folder = folder_with(&[("a.png", "old")]);
+    let hidden = |arguments: &[&str]| {
+        let mut command = lightpaths(&folder, arguments);
+        command.env("VK_ICD_FILENAMES", "/nonexistent").env("VK_DRIVER_FILES", "/nonexistent");
+        command.output().unwrap()
+    };
+    for arguments in [&["render", "-o", "a.png"][..], &["time", "-q", "--json", "t.json"], &["info"]] {
+        assert_refused(&hidden(arguments), 3, &["Vulkan", "install"]);
+    }
+    let output = hidden(&["info", "box"]);
+    assert!(output.status.success(), "a scene can be looked at without a device");
+    assert!(stdout(&output).contains("no usable Vulkan device") && stdout(&output).contains("triangles"));
+    let output = run(&folder, &["render", "-o", "a.png", "--device", "no such device"]);
+    assert_refused(&output, 3, &["no such device"]);
+    assert_eq!(listing(&folder), ["a.png"]);
+    assert_eq!(fs::read_to_string(folder.path().join("a.png")).unwrap(), "old");
+}
+
+#[test]
+fn png_and_statistics() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = render(&folder, &["-o", "a.png", "--stats", "s.json"]);
+    assert!(stdout(&output).contains("a.png: 32x32"), "{}", stdout(&output));
+    assert_eq!(listing(&folder), ["a.png", "s.json"]);
+
+    let file = BufReader::new(fs::File::open(folder.path().join("a.png")).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut codes = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut codes).unwrap();
+    assert_eq!((reader.info().width, reader.info().height, codes.len()), (32, 32, 32 * 32 * 3));
+    let mean = codes.iter().map(|&code| f64::from(code)).sum::<f64>() / codes.len() as f64;
+    assert!((16.0..240.0).contains(&mean), "neither black nor white: mean code {mean}");
+
+    let statistics = json(&folder, "s.json");
+    assert_eq!(statistics["quality"]["entry_points"], 2000);
+    assert!(statistics["renderer"]["precompute_s"].as_f64().unwrap() > 0.0);
+    assert!(!statistics["frame"]["passes"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn exr_layers_add_up_and_two_cold_runs_agree() {
+    let folder = tempfile::tempdir().unwrap();
+    let aovs = ["--aov", "depth,direct,indirect,albedo,normal"];
+    let output = render(&folder, &[&["-q", "--validation", "-o", "a.exr"], &aovs[..]].concat());
+    assert_eq!(stderr(&output), "", "the validation layers are silent");
+    render(&folder, &[&["-q", "-o", "b.exr"], &aovs[..]].concat());
+    assert_eq!(listing(&folder), ["a.exr", "b.exr"]);
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert!(bytes("a.exr") == bytes("b.exr"), "two cold runs differ");
+
+    let channels = channels(&folder.path().join("a.exr"));
+    let names = "B G R albedo.B albedo.G albedo.R depth.Z direct.B direct.G direct.R indirect.B indirect.G indirect.R \
+                 normal.X normal.Y normal.Z";
+    assert_eq!(channels.keys().cloned().collect::<Vec<_>>().join(" "), names);
+    for channel in ["R", "G", "B"] {
+        let [beauty, direct, indirect] =
+            ["", "direct.", "indirect."].map(|layer| &channels[&format!("{layer}{channel}")]);
+        for pixel in 0..32 * 32 {
+            let sum = direct[pixel] + indirect[pixel];
+            assert!(
+                (beauty[pixel] - sum).abs() <= 1e-5 * (1e-3 + sum),
+                "pixel {pixel}: {} {sum}",
+                beauty[pixel]
+            );
+        }
+        assert!(indirect.iter().sum::<f32>() > 0.0, "there is indirect light");
+    }
+    let [x, y, z] = ["X", "Y", "Z"].map(|axis| channels[&format!("normal.{axis}")].as_slice());
+    for ((x, y), z) in x.iter().zip(y).zip(z) {
+        let length = (x * x + y * y + z * z).sqrt();
+        assert!((length - 1.0).abs() < 1e-3, "the Box fills the image with unit normals: {length}");
+    }
+    assert!(channels["depth.Z"].iter().all(|&depth| depth > 0.0));
+}
+
+#[test]
+fn the_direct_method_is_the_direct_layer() {
+    let folder = tempfile::tempdir().unwrap();
+    render(&folder, &["-o", "a.exr", "--method", "direct", "--aov", "direct"]);
+    let channels = channels(&folder.path().join("a.exr"));
+    assert_eq!(channels.len(), 6);
+    assert_eq!(channels["R"], channels["direct.R"]);
+    assert!(channels["R"].iter().any(|&value| value > 0.0));
+}
+
+#[test]
+fn time_prints_the_tables_and_writes_the_promised_keys() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["time", "box", "--frames", "2", "--json", "t.json"];
+    let output = run(&folder, &[&arguments, &SMALL[..]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    for word in ["Tdi", "Tlpe", "Thvds", "Tfg", "Tsplat", "Ttot", "Tlight", "Tview", "Tmat", "paper", "1271"]
+    {
+        assert!(stdout(&output).contains(word), "{word}");
+    }
+    assert_eq!(stderr(&output).contains("debug build"), cfg!(debug_assertions));
+
+    let document = json(&folder, "t.json");
+    assert!(document["copy_gbps"].as_f64().unwrap() > 0.0);
+    assert!(document["device"]["name"].is_string() && document["device"]["driver"].is_string());
+    let scene = &document["scenes"][0];
+    assert_eq!(scene["name"], "box");
+    assert_eq!(scene["size"], serde_json::json!([32, 32]));
+    assert_eq!(scene["triangles"], 2914);
+    for key in ["precompute_s", "memory_mb"] {
+        assert!(scene[key].as_f64().unwrap() > 0.0, "{key}");
+    }
+    for column in ["Tdi", "Tlpe", "Thvds", "Tfg", "Tsplat", "Ttot", "Tlight", "Tview", "Tmat"] {
+        assert!(scene["ms"][column].as_f64().unwrap() >= 0.0, "{column}");
+    }
+    assert!(scene["ms"]["Ttot"].as_f64().unwrap() > 0.0);
+    assert!(scene["fps_by_lights"]["1"].as_f64().unwrap() > 0.0);
+    assert!(["2", "4", "8"].iter().all(|count| scene["fps_by_lights"].get(count).is_some()));
+    assert!(scene["skipped"].is_object());
+    let passes = scene["passes"].as_array().unwrap();
+    assert!(!passes.is_empty());
+    for pass in passes {
+        for key in ["name", "ms", "bytes", "gbps", "share_of_copy", "mrays_per_s"] {
+            assert!(pass.get(key).is_some(), "{key} in {pass}");
+        }
+    }
+}
+
+#[test]
+fn a_killed_render_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = lightpaths(&folder, &["render", "-o", "a.png"]).stdout(Stdio::null()).spawn().unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    let finished = child.try_wait().unwrap().is_some();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    // A machine so fast that it was done has a whole picture instead.
+    assert!(finished || listing(&folder).is_empty(), "{:?}", listing(&folder));
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = lightpaths(&folder, &["info", "box"]);
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""));
+}
+
+fn json(folder: &TempDir, name: &str) -> serde_json::Value {
+    serde_json::from_slice(&fs::read(folder.path().join(name)).unwrap()).unwrap()
+}
+
+/// All channels of an EXR file, by name.
+fn channels(path: &Path) -> BTreeMap<String, Vec<f32>> {
+    use exr::prelude::{ReadChannels, ReadLayers};
+    let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
+    let image = reader.first_valid_layer().all_attributes().from_file(path).unwrap();
+    let channels = image.layer_data.channel_data.list;
+    channels.iter().map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect())).collect()
+}

@@ -176,7 +176,7 @@ fn scalar(rust_type: &str) -> String {
     match element.rsplit("::").next().unwrap() {
         "u32" | "UVec2" | "UVec3" | "UVec4" => "uint",
         "i32" | "IVec2" | "IVec3" | "IVec4" => "int",
-        "f32" | "Vec2" | "Vec3" | "Vec4" | "Mat4" => "float",
+        "f32" | "Vec2" | "Vec3" | "Mat3" | "Vec4" | "Mat4" => "float",
         name => name,
     }
     .into()

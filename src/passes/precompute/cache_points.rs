@@ -48,19 +48,29 @@ const BUDGET_SHARE: f64 = 0.9;
 /// Probes for coverage, a round; and the share of them that may stay uncovered.
 const PROBES: u32 = 200_000;
 const UNCOVERED_SHARE: f64 = 5e-5;
+const PROBE_ROUNDS: u32 = 6;
 /// Rays that measure a clearance.
 const CLEARANCE_RAYS: u32 = 64;
+
+/// An accepted cache point.
+#[derive(Clone, Copy, Debug)]
+pub struct Placed {
+    /// The point and its validity radius.
+    pub point: CachePoint,
+    /// Distance to the nearest surface that it or its neighbourhood sees, metres; the radius comes of it.
+    pub clearance: f32,
+}
 
 /// The accepted cache points.
 pub struct Placement {
     /// In order of acceptance.
-    pub points: Vec<CachePoint>,
+    pub points: Vec<Placed>,
     /// Lower clamp of their radii, metres.
     pub least_radius: f32,
     /// Candidates looked at.
     pub candidates: u64,
-    /// Share of the last probes that no record serves.
-    pub uncovered_share: f64,
+    /// The budget sufficed: all but a tiny share of the surface has a record.
+    pub is_covering: bool,
 }
 
 /// Places at most `budget` cache points on the pieces of the active sides.
@@ -85,7 +95,9 @@ pub fn place(
         let neighbourhood = Neighbourhood::new(geometry, &samples, &clearances);
         let mut records = Records::new(geometry, unit);
         let attempt = Attempt { buffers, geometry, clearance: &clearance, neighbourhood, unit, budget, seed };
-        if let Some(placement) = attempt.run(&mut records, &clearances, progress)? {
+        let placement = attempt.run(&mut records, &clearances, progress)?;
+        // Curved surfaces set a floor that no unit gets below: then the budget covers what it can.
+        if placement.is_covering || unit >= f64::from(geometry.scene_size) {
             return Ok(placement);
         }
         unit *= 1.1;
@@ -174,44 +186,44 @@ struct Attempt<'a> {
 }
 
 impl Attempt<'_> {
-    /// None if the budget did not suffice.
     fn run(
         &self,
         records: &mut Records,
         clearances: &[f32],
         progress: &mut dyn Progress,
-    ) -> Result<Option<Placement>> {
+    ) -> Result<Placement> {
         let mut candidates = self.candidates(clearances);
         let mut looked_at = candidates.len() as u64;
         progress.stage("cache points", looked_at);
         let mut first = 0;
         let mut batch = 4096;
-        while first < candidates.len() {
+        let mut has_room = true;
+        while first < candidates.len() && has_room {
             let end = candidates.len().min(first + batch);
-            if !self.accept(records, &candidates[first..end])? {
-                return Ok(None);
-            }
+            has_room = self.accept(records, &candidates[first..end])?;
             progress.advance(end as u64);
             first = end;
             batch *= 2;
         }
-        let mut uncovered_share = 1.0;
-        for round in 0..6 {
+        for round in 0..PROBE_ROUNDS {
+            if !has_room {
+                break;
+            }
             candidates = self.probes(round);
             looked_at += candidates.len() as u64;
             let bare: Vec<CachePoint> =
                 candidates.iter().filter(|probe| !records.cover(probe, 0.0)).copied().collect();
-            uncovered_share = bare.len() as f64 / candidates.len() as f64;
-            if uncovered_share <= UNCOVERED_SHARE {
+            if bare.len() as f64 <= UNCOVERED_SHARE * candidates.len() as f64 {
                 break;
             }
-            if !self.accept(records, &bare)? {
-                return Ok(None);
-            }
+            has_room = self.accept(records, &bare)?;
         }
-        let points = std::mem::take(&mut records.points);
-        let least_radius = (RADIUS_RANGE[0] * self.unit) as f32;
-        Ok(Some(Placement { points, least_radius, candidates: looked_at, uncovered_share }))
+        Ok(Placement {
+            points: std::mem::take(&mut records.points),
+            least_radius: (RADIUS_RANGE[0] * self.unit) as f32,
+            candidates: looked_at,
+            is_covering: has_room,
+        })
     }
 
     /// All candidates in a fixed shuffled order, each piece as densely as its records will stand.
@@ -254,7 +266,7 @@ impl Attempt<'_> {
             let clearance = self.neighbourhood.clamp(&candidate, clearance);
             let [low, high] = RADIUS_RANGE.map(|bound| (bound * self.unit) as f32);
             candidate.radius = (0.5 * clearance).clamp(low, high);
-            records.insert(candidate);
+            records.insert(Placed { point: candidate, clearance });
         }
         Ok(true)
     }
@@ -363,7 +375,7 @@ impl<'a> Neighbourhood<'a> {
 
 /// Accepted records, found by position.
 struct Records {
-    points: Vec<CachePoint>,
+    points: Vec<Placed>,
     low: Vec3,
     inverse_cell: f32,
     cells: UVec3,
@@ -396,10 +408,10 @@ impl Records {
         (z * self.cells.y as usize + y) * self.cells.x as usize + x
     }
 
-    fn insert(&mut self, point: CachePoint) {
-        let cell = self.index(self.cell(point.position));
+    fn insert(&mut self, placed: Placed) {
+        let cell = self.index(self.cell(placed.point.position));
         self.lists[cell].push(self.points.len() as u32);
-        self.points.push(point);
+        self.points.push(placed);
     }
 
     /// Whether some record has more than this weight at the point.
@@ -410,7 +422,8 @@ impl Records {
             (low.y..=high.y).any(|y| {
                 (low.x..=high.x).any(|x| {
                     self.lists[self.index(UVec3::new(x, y, z))].iter().any(|&record| {
-                        record_weight(point.position, point.normal, &self.points[record as usize]) > weight
+                        record_weight(point.position, point.normal, &self.points[record as usize].point)
+                            > weight
                     })
                 })
             })

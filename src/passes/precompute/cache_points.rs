@@ -84,7 +84,10 @@ pub fn place(
     loop {
         let neighbourhood = Neighbourhood::new(geometry, &samples, &clearances);
         let mut records = Records::new(geometry, unit);
-        let attempt = Attempt { buffers, geometry, clearance: &clearance, neighbourhood, unit, budget, seed };
+        // Larger records than the scene serve no more points than these: what turns away from all of them stays bare.
+        let is_last = unit >= f64::from(geometry.scene_size);
+        let attempt =
+            Attempt { buffers, geometry, clearance: &clearance, neighbourhood, unit, budget, seed, is_last };
         if let Some(placement) = attempt.run(&mut records, &clearances, progress)? {
             return Ok(placement);
         }
@@ -171,10 +174,12 @@ struct Attempt<'a> {
     unit: f64,
     budget: u32,
     seed: u32,
+    /// Whether to make do with the budget where it does not suffice.
+    is_last: bool,
 }
 
 impl Attempt<'_> {
-    /// None if the budget did not suffice.
+    /// None if the budget did not suffice, unless this is the last attempt.
     fn run(
         &self,
         records: &mut Records,
@@ -241,6 +246,9 @@ impl Attempt<'_> {
 
     /// Accepts, in order, candidates that nothing covers yet. False once the budget is spent.
     fn accept(&self, records: &mut Records, candidates: &[CachePoint]) -> Result<bool> {
+        if self.is_last && records.points.len() as u32 >= self.budget {
+            return Ok(true);
+        }
         let open: Vec<CachePoint> =
             candidates.iter().filter(|candidate| !records.cover(candidate, COVERED)).copied().collect();
         let clearances = self.clearance.measure(self.buffers, &open, None)?;
@@ -249,7 +257,7 @@ impl Attempt<'_> {
                 continue;
             }
             if records.points.len() as u32 >= self.budget {
-                return Ok(false);
+                return Ok(self.is_last);
             }
             let clearance = self.neighbourhood.clamp(&candidate, clearance);
             let [low, high] = RADIUS_RANGE.map(|bound| (bound * self.unit) as f32);

@@ -31,7 +31,8 @@ fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     let bvh = Bvh::build(&scene.triangles).unwrap();
     scene.triangles = bvh.order.iter().map(|&index| scene.triangles[index as usize]).collect();
     let sees = surfaces::sides_that_see_something(&scene.triangles);
-    let surfaces: Vec<_> = scene.triangles.iter().zip(sees).map(|(t, sees)| surfaces::surface(t, sees)).collect();
+    let surfaces: Vec<_> =
+        scene.triangles.iter().zip(sees).map(|(t, sees)| surfaces::surface(t, sees)).collect();
     let buffers = SceneBuffers::new(context, &bvh, &scene.triangles, &surfaces, &scene.materials).unwrap();
     let (low, high) = scene.bounds();
     let hvds = Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, CELLS), CELLS);
@@ -40,7 +41,8 @@ fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     let entry_points = entry_points::place(context, &buffers, &clusters, &strata).unwrap();
     let base = hvds.levels[0].len() as u32;
     let paths =
-        light_paths::trace(context, &buffers, &clusters, &surfaces, base, &entry_points, 7, &mut Silent).unwrap();
+        light_paths::trace(context, &buffers, &clusters, &surfaces, base, &entry_points, 7, &mut Silent)
+            .unwrap();
     let mut reflectors = Vec::new();
     for step in &paths.steps {
         match step.material {
@@ -124,7 +126,6 @@ fn rows_of_a_closed_box_sum_to_one() {
     let mut scene = shapes::closed_box(Vec3::ONE, 0.9);
     tell_rectangles_apart(&mut scene);
     let walks = walk(&context(), &mut scene);
-    println!("lost {}, vertices {} short {}", walks.lost, walks.reflectors.iter().map(|r| r.len()+1).sum::<usize>(), walks.reflectors.iter().filter(|r| r.len()<6).count());
     assert_eq!(walks.lost, 0);
     // Roulette starts after six reflections at the earliest (0.9⁶ > ½): a shorter path has found a way out of the box.
     assert!(walks.reflectors.iter().all(|reflectors| reflectors.len() >= 6), "no path escapes");
@@ -135,9 +136,18 @@ fn rows_of_a_closed_box_sum_to_one() {
         let total: u32 = row.iter().sum();
         for (to, &count) in (0..6).zip(&row) {
             // A wall's opposite stands three places further on.
-            let expected = if to == from { 0.0 } else if to == (from + 3) % 6 { 0.199_825 } else { 0.200_044 };
+            let expected = if to == from {
+                0.0
+            } else if to == (from + 3) % 6 {
+                0.199_825
+            } else {
+                0.200_044
+            };
             let share = f64::from(count) / f64::from(total);
-            assert!((share - expected).abs() <= 0.003, "from wall {from} to wall {to}: {share} for {expected}");
+            assert!(
+                (share - expected).abs() <= 0.003,
+                "from wall {from} to wall {to}: {share} for {expected}"
+            );
         }
     }
     assert_silent(&context());

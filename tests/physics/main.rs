@@ -3,8 +3,10 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod direct;
 mod energy;
 mod form_factors;
+mod plates;
 mod sphere;
 
 use common::context;
@@ -12,8 +14,14 @@ use lightpaths::renderer::{Edit, Renderer, Silent};
 use lightpaths::scene::{Quality, Scene};
 
 /// Settings for closed scenes of few triangles.
-const SMALL: Quality =
-    Quality { preset: "test", entry_points: 50_000, cache_points: 400, gather_rays: 64, cells: 16, ..Quality::DRAFT };
+const SMALL: Quality = Quality {
+    preset: "test",
+    entry_points: 50_000,
+    cache_points: 400,
+    gather_rays: 64,
+    cells: 16,
+    ..Quality::DRAFT
+};
 
 /// A renderer after its first frame.
 fn render(mut scene: Scene, quality: Quality) -> Renderer {

@@ -23,7 +23,8 @@ fn errors(renderer: &Renderer, albedo: f64) -> [f64; 2] {
         .flat_map(|record| record.irradiance.to_array())
         .map(|irradiance| f64::from(irradiance) / expected - 1.0)
         .collect();
-    let mean = |terms: &dyn Fn(f64) -> f64| errors.iter().map(|e| terms(*e)).sum::<f64>() / errors.len() as f64;
+    let mean =
+        |terms: &dyn Fn(f64) -> f64| errors.iter().map(|e| terms(*e)).sum::<f64>() / errors.len() as f64;
     [mean(&|e| e), mean(&|e| e * e).sqrt()]
 }
 
@@ -36,7 +37,11 @@ fn check(albedo: f32) {
         renderer.move_light(0, light).unwrap();
         renderer.frame(Edit::Light).unwrap();
         let [mean, rms] = errors(&renderer, f64::from(albedo));
-        let figures = format!("albedo {albedo}, light at {light}: mean {:+.3} %, RMS {:.3} %", 100.0 * mean, 100.0 * rms);
+        let figures = format!(
+            "albedo {albedo}, light at {light}: mean {:+.3} %, RMS {:.3} %",
+            100.0 * mean,
+            100.0 * rms
+        );
         println!("{figures}");
         assert!(mean.abs() <= 0.003 && rms <= 0.02, "{figures}");
     }

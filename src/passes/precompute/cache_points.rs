@@ -112,7 +112,9 @@ impl Geometry<'_> {
     fn draw(&self, piece: usize, index: u32, seed: u32) -> CachePoint {
         let Piece { side, corners, .. } = &self.hvds.pieces[piece];
         let u = plane_sequence(index, hash(piece as u32 ^ hash(seed)));
-        self.point(*side, point_in_polygon(corners, u))
+        let corner_mean = self.triangles[*side as usize / 2].positions.iter().sum::<Vec3>() / 3.0;
+        // Off the triangle's edges by a hair: a ray from a point on an edge may slip out between two surfaces.
+        self.point(*side, point_in_polygon(corners, u).lerp(corner_mean, 1.0 / 32_768.0))
     }
 
     fn point(&self, side: u32, position: Vec3) -> CachePoint {

@@ -53,7 +53,9 @@ void main() {
     float u = (float(rank) + (back ? 0.25 : 0.75)) / float(run);
     float v = float(bitfieldReverse(rank) >> 8) * (1.0 / 16777216.0) + 1.0 / 33554432.0;
     float along = sqrt(u);
-    vec3 position = (1.0 - along) * triangle.p0 + along * ((1.0 - v) * triangle.p1 + v * triangle.p2);
+    // Off the edges by a hair: see `hit_position`.
+    vec3 weights = mix(vec3(1.0 - along, along * (1.0 - v), along * v), vec3(1.0 / 3.0), 1.0 / 32768.0);
+    vec3 position = weights.x * triangle.p0 + weights.y * triangle.p1 + weights.z * triangle.p2;
 
     vec3 normal = back ? -surface.normal : surface.normal;
     uint cluster = base_cluster(grid_cell(push.grid, position, normal), side_code(surface.sides, back));

@@ -14,14 +14,8 @@ pub fn frame_around(n: Vec3) -> Mat3 {
     )
 }
 
-/// Moves a ray origin off its surface by a few units in the last place of the coordinate. [WaechterBinder]
-pub fn offset_origin(p: Vec3, normal: Vec3) -> Vec3 {
-    let component = |p: f32, n: f32| {
-        if p.abs() < 1.0 / 32.0 {
-            return p + n / 65536.0;
-        }
-        let steps = (256.0 * n) as i32;
-        f32::from_bits((p.to_bits() as i32 + if p < 0.0 { -steps } else { steps }) as u32)
-    };
-    Vec3::new(component(p.x, normal.x), component(p.y, normal.y), component(p.z, normal.z))
+/// Moves a ray origin off its surface, towards `normal`, by 32 units in the last place of the scene's largest coordinate
+/// `reach`; twin of `offset_origin` in `glsl/include/bvh.glsl`. Metres.
+pub fn offset_origin(p: Vec3, normal: Vec3, reach: f32) -> Vec3 {
+    p + normal * (reach / 262_144.0)
 }

@@ -121,7 +121,9 @@ impl Geometry<'_> {
     fn draw(&self, piece: usize, index: u32, seed: u32) -> CachePoint {
         let Piece { side, corners, .. } = &self.hvds.pieces[piece];
         let u = plane_sequence(index, hash(piece as u32 ^ hash(seed)));
-        self.point(*side, point_in_polygon(corners, u))
+        let corner_mean = self.triangles[*side as usize / 2].positions.iter().sum::<Vec3>() / 3.0;
+        // Off the triangle's edges by a hair: a ray from a point on an edge may slip out between two surfaces.
+        self.point(*side, point_in_polygon(corners, u).lerp(corner_mean, 1.0 / 32_768.0))
     }
 
     fn point(&self, side: u32, position: Vec3) -> CachePoint {
@@ -183,6 +185,8 @@ struct Attempt<'a> {
     unit: f64,
     budget: u32,
     seed: u32,
+    /// Whether to make do with the budget where it does not suffice.
+    is_last: bool,
 }
 
 impl Attempt<'_> {
@@ -253,6 +257,9 @@ impl Attempt<'_> {
 
     /// Accepts, in order, candidates that nothing covers yet. False once the budget is spent.
     fn accept(&self, records: &mut Records, candidates: &[CachePoint]) -> Result<bool> {
+        if self.is_last && records.points.len() as u32 >= self.budget {
+            return Ok(true);
+        }
         let open: Vec<CachePoint> =
             candidates.iter().filter(|candidate| !records.cover(candidate, COVERED)).copied().collect();
         let clearances = self.clearance.measure(self.buffers, &open, None)?;
@@ -261,7 +268,7 @@ impl Attempt<'_> {
                 continue;
             }
             if records.points.len() as u32 >= self.budget {
-                return Ok(false);
+                return Ok(self.is_last);
             }
             let clearance = self.neighbourhood.clamp(&candidate, clearance);
             let [low, high] = RADIUS_RANGE.map(|bound| (bound * self.unit) as f32);

@@ -30,6 +30,8 @@ pub fn deactivate_unreachable(
     let mut sources = Vec::new();
     let side_count = 2 * surfaces.len();
     let outside = side_count;
+    let (low, high) = scene.bounds();
+    let reach = low.abs().max(high.abs()).max_element();
     for side in 0..side_count {
         let (surface, back) = (&surfaces[side / 2], side % 2 == 1);
         if !surface.side_is_active(back) {
@@ -43,7 +45,10 @@ pub fn deactivate_unreachable(
             let position = (1.0 - along) * p0 + along * ((1.0 - u[1]) * p1 + u[1] * p2);
             // Lambert's law needs no frame: the normal plus a point on the unit sphere.
             let direction = normal + sphere([u[2], plastic_sequence(ray ^ side as u32)[0]]);
-            queries.push(RayQuery { origin: crate::cpu::math::offset_origin(position, normal), direction });
+            queries.push(RayQuery {
+                origin: crate::cpu::math::offset_origin(position, normal, reach),
+                direction,
+            });
             sources.push(side);
         }
     }

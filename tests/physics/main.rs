@@ -1,0 +1,39 @@
+//! Light transport against closed forms and against numerical integration.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod direct;
+mod energy;
+mod form_factors;
+mod plates;
+mod sphere;
+
+use common::context;
+use lightpaths::renderer::{Edit, Renderer, Silent};
+use lightpaths::scene::{Quality, Scene};
+
+/// Settings for closed scenes of few triangles.
+const SMALL: Quality = Quality {
+    preset: "test",
+    entry_points: 50_000,
+    cache_points: 400,
+    gather_rays: 64,
+    cells: 16,
+    ..Quality::DRAFT
+};
+
+/// A renderer after its first frame.
+fn render(mut scene: Scene, quality: Quality) -> Renderer {
+    scene.quality = quality;
+    let mut renderer = Renderer::new(&context(), scene, &mut Silent).unwrap();
+    renderer.frame(Edit::Everything).unwrap();
+    renderer
+}
+
+/// Asserts that a number is within a share of what it should be.
+#[track_caller]
+fn assert_close(what: &str, value: f64, expected: f64, tolerance: f64) {
+    let error = value / expected - 1.0;
+    assert!(error.abs() <= tolerance, "{what}: {value} instead of {expected}, {:+.4} %", 100.0 * error);
+}

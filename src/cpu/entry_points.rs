@@ -19,7 +19,7 @@ pub fn entry_points(
         for rank in 0..count {
             let shift = if side % 2 == 1 { 0.25 } else { 0.75 };
             let along = ((f64::from(rank) + shift) / f64::from(count)).sqrt();
-            let v = (f64::from(rank.reverse_bits() >> 8) + 0.5) / 16_777_216.0;
+            let v = f64::from(rank.reverse_bits() >> 8) / 16_777_216.0 + 0.5 / f64::from(count);
             let position = ((1.0 - along) * p0 + along * ((1.0 - v) * p1 + v * p2)).as_vec3();
             let cluster = geometry.cluster(hvds, position, side);
             points.push(PathVertex { position, side, incoming: Vec3::ZERO, weight: 1.0, cluster });

@@ -84,12 +84,18 @@ fn short_paths_equal_the_twin() {
 #[test]
 fn long_paths_equal_the_twin_exactly() {
     // All factors are powers of two: no product is ever rounded, whatever its order.
-    let albedos = [Vec3::ONE, Vec3::new(0.5, 1.0, 0.25), Vec3::new(1.0, 0.5, 1.0)];
+    // In every channel they rise as often as they fall.
+    let albedos = [
+        Vec3::ONE,
+        Vec3::new(1.0, 0.5, 0.25),
+        Vec3::new(0.25, 0.5, 1.0),
+        Vec3::new(0.5, 1.0, 0.5),
+        Vec3::new(1.0, 0.5, 1.0),
+    ];
     let mut random = Random::new(2);
-    let mut step = || match random.below(32) {
-        0 => (1, 2.0),
-        1 => (2, 1.0),
-        2 => (0, 2.0),
+    let mut step = || match random.below(64) {
+        material @ 1..=3 => (material, 2.0),
+        4 => (4, 1.0),
         _ => (0, 1.0),
     };
     for count in COUNTS {

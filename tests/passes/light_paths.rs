@@ -199,20 +199,20 @@ fn paths_are_stored_whole_in_both_orders() {
     assert_silent(&world.context);
 }
 
-/// What the twin's samples promise: each power of two of them is a net in each projection to one or two of its axes.
+/// What the twin's samples promise: 256 of them fall evenly into any 256 boxes of one shape in two neighbouring axes.
 #[test]
 fn samples_are_stratified() {
     for seed in [0, 9] {
         let points: Vec<Vec3> = (0..256).map(|index| sample_3d(index, seed)).collect();
         for (a, b) in [(0, 1), (1, 2)] {
             for bits in 0..=8 {
-                // The third dimension's nets begin at a quality parameter of one in its two-dimensional projections.
                 let (columns, rows) = (1_u32 << bits, 1_u32 << (8 - bits));
                 let mut counts = vec![0; 256];
                 for point in &points {
                     let cell = |value: f32, cells: u32| (value * cells as f32) as u32;
                     counts[(cell(point[a], columns) * rows + cell(point[b], rows)) as usize] += 1;
                 }
+                // The first two dimensions make perfect nets, the second and third nets of quality 1.
                 let bound = if a == 0 { 1 } else { 2 };
                 assert!(counts.iter().all(|&count| count <= bound), "axes {a} and {b}, {columns}×{rows}");
             }

@@ -121,8 +121,8 @@ fn long_paths_equal_the_twin_exactly() {
 
 #[test]
 fn a_path_of_many_blocks_carries_its_throughput_through_all() {
-    // Blocks that one round of the carry step does not hold, in a single path: one factor in the first block only.
-    let count = 256 * 1024 + 2_500;
+    // More blocks than two rounds of the carry step hold, in a single path: one factor in the first block only.
+    let count = 2 * 256 * 1024 + 2_500;
     let albedos = [Vec3::ONE, Vec3::new(0.5, 0.0, 0.25)];
     let mut index = 0;
     let steps = steps(&[count], || {

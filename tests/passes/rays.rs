@@ -4,7 +4,7 @@ use crate::common::{assert_silent, random_words};
 use crate::world::{Random, World};
 use glam::Vec3;
 use lightpaths::passes::precompute::rays::{RayAnswer, RayQuery, Rays};
-use lightpaths::scene::{LoadOptions, Material, Scene, Triangle, shapes};
+use lightpaths::scene::{LoadOptions, Scene, Triangle, shapes};
 use lightpaths::types::NO_SIDE;
 
 /// A few hundred triangles of very different size that pierce each other.
@@ -162,12 +162,29 @@ fn no_ray_escapes_from_a_closed_sphere() {
     }
 }
 
+/// Walls in the planes of the axes have boxes of no thickness.
+#[test]
+fn no_ray_escapes_from_a_closed_box() {
+    for (size, centre) in
+        [(Vec3::new(2.0, 1.5, 1.0), Vec3::ZERO), (Vec3::splat(0.77), Vec3::new(17.3, -5.1, 0.9))]
+    {
+        let mut scene = shapes::closed_box(size, 0.5);
+        for triangle in &mut scene.triangles {
+            triangle.positions = triangle.positions.map(|p| p + centre);
+        }
+        let world = World::new(&scene, 8);
+        let queries = inside_out(&world, centre, 0.5 * size.min_element(), 300_007);
+        let answers = Rays::new(&world.context).unwrap().trace(&world.buffers, &queries).unwrap();
+        assert!(answers.iter().all(|answer| answer.side % 2 == 0), "rays left the box around {centre}");
+        assert_silent(&world.context);
+    }
+}
+
 #[test]
 fn sides_of_nothing_are_odd() {
-    // The test above takes a miss for a back side.
+    // The tests above take a miss for a back side.
     assert_eq!(NO_SIDE % 2, 1);
     let world = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
-    assert!(world.materials.iter().all(|material: &Material| material.diffuse.x == 0.5));
     let past = RayQuery { origin: Vec3::ZERO, direction: Vec3::X };
     let answers = Rays::new(&world.context).unwrap().trace(&world.buffers, &[past]).unwrap();
     assert_eq!((answers[0].side, answers[0].t), (NO_SIDE, -1.0));

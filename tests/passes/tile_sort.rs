@@ -43,10 +43,12 @@ fn sorted_pairs_equal_the_twin() {
 
 #[test]
 fn pairs_of_one_tile_keep_their_order() {
-    // Records descend, so that a sort by both would show; two tiles that differ in the second digit only.
-    let pairs: Vec<_> = (0..3_000_u32).map(|i| [if i % 3 == 0 { 0x101 } else { 0x201 }, 9_999 - i]).collect();
-    let sorted = sort(&pairs, 3_000, 0x202);
-    let of = |tile: u32| pairs.iter().copied().filter(move |pair| pair[0] == tile);
-    assert!(sorted == Vec::from_iter(of(0x101).chain(of(0x201))));
+    // Records descend, so that a sort by both would show. Tiles that one digit tells apart, and that the second does.
+    for [low, high] in [[0x10, 0x20], [0x101, 0x201]] {
+        let pairs: Vec<_> =
+            (0..3_000_u32).map(|i| [if i % 3 == 0 { low } else { high }, 9_999 - i]).collect();
+        let of = |tile: u32| pairs.iter().copied().filter(move |pair| pair[0] == tile);
+        assert!(sort(&pairs, 3_000, high + 1) == Vec::from_iter(of(low).chain(of(high))));
+    }
     assert_silent(&context());
 }

@@ -29,7 +29,7 @@ pub struct Sources<'a> {
     pub least_distance: f32,
 }
 
-/// Gathers the rays of one point with that shading normal. [Krivanek]
+/// Gathers the rays of one point with that shading normal.
 pub fn gather(sources: Sources<'_>, strata: Strata, normal: Vec3, rays: &[GatherRay]) -> Gathered {
     let frame = frame(normal);
     let stratum = PI / f64::from(strata.rays());
@@ -46,6 +46,7 @@ pub fn gather(sources: Sources<'_>, strata: Strata, normal: Vec3, rays: &[Gather
             / PI;
         irradiance += stratum * radiance;
 
+        // [Krivanek]
         let [ring, sector] = strata.of(index);
         let azimuth = strata.azimuth_middle(sector);
         let across = frame * DVec3::new(-azimuth.sin(), azimuth.cos(), 0.0);

@@ -14,8 +14,9 @@ pub fn frame_around(n: Vec3) -> Mat3 {
     )
 }
 
-/// Moves a ray origin off its surface by a few units in the last place of the coordinate. [WaechterBinder]
+/// Moves a ray origin off its surface by a few units in the last place of the coordinate.
 pub fn offset_origin(p: Vec3, normal: Vec3) -> Vec3 {
+    // [WaechterBinder]
     let component = |p: f32, n: f32| {
         if p.abs() < 1.0 / 32.0 {
             return p + n / 65536.0;

@@ -1,4 +1,4 @@
-//! Twin of `glsl/include/sampling.glsl`: scrambled Sobol points, integer for integer. [Burley]
+//! Twin of `glsl/include/sampling.glsl`: scrambled Sobol points, integer for integer.
 
 use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::TAU;
@@ -19,6 +19,7 @@ pub fn hash_pair(a: u32, b: u32) -> u32 {
 
 /// Nested uniform scramble: each bit is flipped depending on the bits above it only.
 pub fn owen_scramble(x: u32, seed: u32) -> u32 {
+    // [Burley]
     let mut bits = x.reverse_bits().wrapping_add(seed);
     for factor in [0x6c50_b47c_u32, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6] {
         bits ^= bits.wrapping_mul(factor);

@@ -330,6 +330,11 @@ impl Splat {
         Ok((pairs, weights))
     }
 
+    /// First weight of each pixel and the end, and the list of `SplatWeight`s, for tests.
+    pub fn lists(&self) -> [&Buffer; 2] {
+        [&self.first_weights, &self.weights]
+    }
+
     /// Bytes of the weight list's room.
     pub fn weight_bytes(&self) -> u64 {
         self.weights.bytes()

@@ -185,8 +185,6 @@ struct Attempt<'a> {
     unit: f64,
     budget: u32,
     seed: u32,
-    /// Whether to make do with the budget where it does not suffice.
-    is_last: bool,
 }
 
 impl Attempt<'_> {
@@ -215,8 +213,7 @@ impl Attempt<'_> {
             }
             candidates = self.probes(round);
             looked_at += candidates.len() as u64;
-            let bare: Vec<CachePoint> =
-                candidates.iter().filter(|probe| !records.cover(probe, 0.0)).copied().collect();
+            let bare = records.uncovered(&candidates, 0.0);
             if bare.len() as f64 <= UNCOVERED_SHARE * candidates.len() as f64 {
                 break;
             }
@@ -257,18 +254,14 @@ impl Attempt<'_> {
 
     /// Accepts, in order, candidates that nothing covers yet. False once the budget is spent.
     fn accept(&self, records: &mut Records, candidates: &[CachePoint]) -> Result<bool> {
-        if self.is_last && records.points.len() as u32 >= self.budget {
-            return Ok(true);
-        }
-        let open: Vec<CachePoint> =
-            candidates.iter().filter(|candidate| !records.cover(candidate, COVERED)).copied().collect();
+        let open = records.uncovered(candidates, COVERED);
         let clearances = self.clearance.measure(self.buffers, &open, None)?;
         for (mut candidate, clearance) in open.into_iter().zip(clearances) {
             if records.cover(&candidate, COVERED) {
                 continue;
             }
             if records.points.len() as u32 >= self.budget {
-                return Ok(self.is_last);
+                return Ok(false);
             }
             let clearance = self.neighbourhood.clamp(&candidate, clearance);
             let [low, high] = RADIUS_RANGE.map(|bound| (bound * self.unit) as f32);
@@ -419,6 +412,20 @@ impl Records {
         let cell = self.index(self.cell(placed.point.position));
         self.lists[cell].push(self.points.len() as u32);
         self.points.push(placed);
+    }
+
+    /// The candidates, in order, where no record has more than this weight.
+    fn uncovered(&self, candidates: &[CachePoint], weight: f32) -> Vec<CachePoint> {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let share = candidates.len().div_ceil(threads).max(1);
+        let open = |share: &[CachePoint]| -> Vec<CachePoint> {
+            share.iter().filter(|candidate| !self.cover(candidate, weight)).copied().collect()
+        };
+        std::thread::scope(|scope| {
+            let workers: Vec<_> =
+                candidates.chunks(share).map(|share| scope.spawn(move || open(share))).collect();
+            workers.into_iter().flat_map(|worker| worker.join().expect("the search does not panic")).collect()
+        })
     }
 
     /// Whether some record has more than this weight at the point.

@@ -1,7 +1,6 @@
 //! Twin of the gather rays: what each ray reads, and the gradient of stratified hemisphere sampling.
 
 use crate::cpu::hemisphere::{Strata, frame};
-use crate::cpu::math::offset_origin;
 use crate::cpu::rays::Geometry;
 use crate::scene::hvds::Hvds;
 use crate::types::{CachePoint, NO_CLUSTER};
@@ -42,7 +41,8 @@ impl Tracing<'_> {
         if direction.dot(normal.as_dvec3()) <= 0.0 {
             return nothing;
         }
-        let Some(hit) = self.geometry.closest(offset_origin(point.position, normal), direction) else {
+        let Some(hit) = self.geometry.closest(self.geometry.offset_origin(point.position, normal), direction)
+        else {
             return nothing;
         };
         let surface = &self.geometry.surfaces[hit.triangle as usize];
@@ -78,7 +78,7 @@ impl Tracing<'_> {
     /// plane; twin of `clearance`.
     pub fn clearance(&self, point: &CachePoint, index: u32, far: f32) -> f64 {
         let normal = self.geometry.normal(point.side);
-        let origin = offset_origin(point.position, normal);
+        let origin = self.geometry.offset_origin(point.position, normal);
         let rays = (0..self.strata.rays()).map(|ray| self.strata.direction(ray, index, self.seed));
         rays.filter(|local| local.z > 0.1736)
             .filter_map(|local| self.geometry.closest(origin, frame(point.normal) * local))

@@ -1,7 +1,6 @@
 //! Twin of the light paths: one vertex at a time.
 
 use crate::cpu::hemisphere::frame;
-use crate::cpu::math::offset_origin;
 use crate::cpu::rays::Geometry;
 use crate::cpu::sampling::{hash_pair, sample_3d, sample_cosine};
 use crate::scene::{Material, hvds::Hvds};
@@ -53,7 +52,7 @@ impl Walk<'_> {
         walker.throughput /= survival;
 
         let direction = frame(normal) * sample_cosine(u.truncate().as_dvec2());
-        let hit = self.geometry.closest(offset_origin(walker.position, normal), direction)?;
+        let hit = self.geometry.closest(self.geometry.offset_origin(walker.position, normal), direction)?;
         walker.position = hit.position.as_vec3();
         walker.side = self.geometry.side(hit.triangle, direction);
         walker.depth += 1;

@@ -1,6 +1,6 @@
 //! Twin of the ray traversal: tries every triangle.
 
-use crate::cpu::math::offset_origin;
+use crate::cpu::math;
 use crate::scene::{Triangle, hvds::Hvds};
 use crate::types::{NO_CLUSTER, Surface};
 use glam::{DVec3, Vec3};
@@ -61,9 +61,15 @@ impl Geometry<'_> {
         closest
     }
 
+    /// A ray origin clear of the side that `normal` faces.
+    pub fn offset_origin(&self, position: Vec3, normal: Vec3) -> Vec3 {
+        let corners = self.triangles.iter().flat_map(|triangle| triangle.positions);
+        math::offset_origin(position, normal, corners.fold(0.0, |reach, p| p.abs().max_element().max(reach)))
+    }
+
     /// Whether nothing stands between a surface point, on the side that `normal` faces, and `target`.
     pub fn is_visible(&self, position: Vec3, normal: Vec3, target: Vec3) -> bool {
-        let origin = offset_origin(position, normal);
+        let origin = self.offset_origin(position, normal);
         let direction = (target - origin).as_dvec3();
         self.closest(origin, direction).is_none_or(|hit| hit.t >= 0.99999)
     }

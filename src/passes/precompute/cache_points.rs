@@ -4,7 +4,7 @@
 //! Deterministic: candidates have a fixed order, and a candidate's fate depends on earlier ones only. Covering: candidates
 //! are drawn as densely as the radii ask, and random probes of the whole surface become candidates themselves where
 //! no record serves them. Radii are clamped in world space, because the camera moves, and by the neighbourhood's
-//! clearance, so that no record reaches over what its own rays missed. [Krivanek]
+//! clearance, so that no record reaches over what its own rays missed. [Krivanek 2006]
 
 use super::{Chunks, Progress};
 use crate::cpu::records::record_weight;

@@ -19,7 +19,7 @@ const REACH: f32 = 2.0;
 const INVERSE_NORMAL_ERROR: f32 = 8.1131;
 
 impl Neighbourhoods {
-    /// Finds the neighbours of all points: within [`REACH`] of both radii and of both clearances, so that no surface can
+    /// Finds the neighbours of all points: within two of both validity radii and within both clearances, so that no surface can
     /// stand between them, and with shading normals within ten degrees.
     pub fn new(points: &[Placed]) -> Self {
         let reach: Vec<f32> = points.iter().map(|p| (REACH * p.point.radius).min(p.clearance)).collect();

@@ -36,7 +36,7 @@ pub const LAYOUTS: &[Layout] = &[ClearancePush::LAYOUT];
 /// A point counts as covered from this record weight on; records then overlap enough to blend.
 const COVERED: f32 = 0.3;
 /// Radii are clamped between these multiples of one length, which the budget decides. [Tabellion: 1.5 and 10 pixels]
-const RADIUS_RANGE: [f64; 2] = [1.5, 10.0];
+const RADIUS_RANGE: [f64; 2] = [1.0, 5.0];
 /// Normals further apart than this do not share a record, radians.
 const NORMAL_RANGE: f64 = 0.174_53;
 /// Records that random sequential packing fits into one squared spacing.
@@ -85,6 +85,14 @@ pub fn place(
     seed: u32,
     progress: &mut dyn Progress,
 ) -> Result<Placement> {
+    if budget == 0 {
+        return Ok(Placement {
+            points: Vec::new(),
+            least_radius: geometry.scene_size,
+            candidates: 0,
+            is_covering: true,
+        });
+    }
     let clearance = Clearance::new(context, geometry.scene_size, seed)?;
     let pieces = &geometry.hvds.pieces;
     progress.stage("clearances", pieces.len() as u64);

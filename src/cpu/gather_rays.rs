@@ -89,7 +89,8 @@ impl Tracing<'_> {
             let Some(hit) = hit.filter(|hit| local.z > 0.1736 && hit.t < nearest.0) else { continue };
             let plane = self.geometry.surfaces[hit.triangle as usize].normal.as_dvec3();
             let distance = plane.dot(hit.position - point.position.as_dvec3());
-            let stands = plane.dot(point.normal.as_dvec3()).abs() < 0.7071 && distance != 0.0;
+            let stands =
+                plane.dot(point.normal.as_dvec3()).abs() < std::f64::consts::FRAC_1_SQRT_2 && distance != 0.0;
             nearest = (hit.t, if stands { plane / distance } else { DVec3::ZERO });
         }
         nearest

@@ -3,7 +3,7 @@
 use crate::cpu::rays::Geometry;
 use crate::scene::hvds::Hvds;
 use crate::types::PathVertex;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Places the points of every active side; `first_points` has the first point of each side, and the total.
 pub fn entry_points(
@@ -20,7 +20,10 @@ pub fn entry_points(
             let shift = if side % 2 == 1 { 0.25 } else { 0.75 };
             let along = ((f64::from(rank) + shift) / f64::from(count)).sqrt();
             let v = f64::from(rank.reverse_bits() >> 8) / 16_777_216.0 + 0.5 / f64::from(count);
-            let position = ((1.0 - along) * p0 + along * ((1.0 - v) * p1 + v * p2)).as_vec3();
+            let weights = DVec3::new(1.0 - along, along * (1.0 - v), along * v);
+            // Off the edges by a hair.
+            let [w0, w1, w2] = weights.lerp(DVec3::splat(1.0 / 3.0), 1.0 / 32_768.0).to_array();
+            let position = (w0 * p0 + w1 * p1 + w2 * p2).as_vec3();
             let cluster = geometry.cluster(hvds, position, side);
             points.push(PathVertex { position, side, incoming: Vec3::ZERO, weight: 1.0, cluster });
         }

@@ -28,7 +28,7 @@ impl Strata {
     /// Local direction (z = normal) of a ray of point `point`, jittered by 16 bits an axis.
     pub fn direction(self, ray: u32, point: u32, seed: u32) -> DVec3 {
         let [ring, sector] = self.of(ray).map(f64::from);
-        let bits = hash_pair(point * self.rays() + ray, seed);
+        let bits = hash_pair(point.wrapping_mul(self.rays()).wrapping_add(ray), seed);
         let jitter = [bits & 0xffff, bits >> 16].map(|bits| (f64::from(bits) + 0.5) / 65536.0);
         sample_cosine(DVec2::new(
             (ring + jitter[0]) / f64::from(self.rings),

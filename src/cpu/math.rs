@@ -1,5 +1,6 @@
 //! Small geometry; twin of `glsl/include/math.glsl`.
 
+use crate::types::Node;
 use glam::{Mat3, Vec3};
 
 /// Orthonormal frame around a unit vector; columns tangent, bitangent, n. [Duff 2017]
@@ -14,8 +15,10 @@ pub fn frame_around(n: Vec3) -> Mat3 {
     )
 }
 
-/// Moves a ray origin off its surface, towards `normal`, by 32 units in the last place of the scene's largest coordinate
-/// `reach`; twin of `offset_origin` in `glsl/include/bvh.glsl`. Metres.
-pub fn offset_origin(p: Vec3, normal: Vec3, reach: f32) -> Vec3 {
-    p + normal * (reach / 262_144.0)
+/// How far ray origins stay off surfaces, metres: some 32 units in the last place of the root node's largest coordinate; twin of
+/// `clear_distance` in `glsl/include/bvh.glsl`.
+pub fn clear_distance(root: &Node) -> f32 {
+    let cell = |axis: u32| f32::from_bits((root.exponents >> (8 * axis) & 0xff) << 23);
+    let high = root.origin + 255.0 * Vec3::new(cell(0), cell(1), cell(2));
+    root.origin.abs().max(high.abs()).max_element() / 262_144.0
 }

@@ -3,6 +3,7 @@
 //! A twin takes what the device was given, f32, and works in f64 from there on. Decisions that the device takes by
 //! integers are integers here, too.
 
+pub mod blend;
 pub mod compose;
 pub mod direct;
 pub mod entry_points;

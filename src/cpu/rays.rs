@@ -1,6 +1,5 @@
 //! Twin of the ray traversal: tries every triangle.
 
-use crate::cpu::math;
 use crate::scene::{Triangle, hvds::Hvds};
 use crate::types::{NO_CLUSTER, Surface};
 use glam::{DVec3, Vec3};
@@ -12,6 +11,8 @@ pub struct Geometry<'a> {
     pub triangles: &'a [Triangle],
     /// In the same order.
     pub surfaces: &'a [Surface],
+    /// How far ray origins stay off surfaces, metres.
+    pub clear_distance: f32,
 }
 
 /// Where a ray meets a triangle.
@@ -63,8 +64,7 @@ impl Geometry<'_> {
 
     /// A ray origin clear of the side that `normal` faces.
     pub fn offset_origin(&self, position: Vec3, normal: Vec3) -> Vec3 {
-        let corners = self.triangles.iter().flat_map(|triangle| triangle.positions);
-        math::offset_origin(position, normal, corners.fold(0.0, |reach, p| p.abs().max_element().max(reach)))
+        position + self.clear_distance * normal
     }
 
     /// Whether nothing stands between a surface point, on the side that `normal` faces, and `target`.

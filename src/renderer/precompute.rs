@@ -1,6 +1,7 @@
 //! The precomputation, in the paper's order. [Yue §1, §2]
 
 use super::Statistics;
+use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::passes::precompute::cache_points::{self, Geometry, Placement};
@@ -162,7 +163,8 @@ fn reachable_surfaces(
     let mut surfaces: Vec<Surface> =
         pairs.map(|(triangle, active)| surfaces::surface(triangle, active)).collect();
     let buffers = SceneBuffers::new(context, bvh, &scene.triangles, &surfaces, &scene.materials)?;
-    sides::deactivate_unreachable(&Rays::new(context)?, &buffers, scene, &mut surfaces)?;
+    let clear_distance = clear_distance(&bvh.nodes[0]);
+    sides::deactivate_unreachable(&Rays::new(context)?, &buffers, scene, clear_distance, &mut surfaces)?;
     buffers.surfaces.write(&surfaces)?;
     if surfaces.is_empty() {
         return Err(Error::Usage("the scene has no triangle".into()));

@@ -13,7 +13,6 @@ use lightpaths::types::{NO_CLUSTER, PathVertex};
 
 const SEED: u32 = 77;
 const STEPS: usize = 8;
-const THRESHOLD: f32 = 0.25;
 
 fn entry_points(world: &World, count: usize) -> Vec<PathVertex> {
     let mut random = Random::new(51);
@@ -37,7 +36,7 @@ fn extend(world: &World, states: &mut Vec<PathState>) -> Vec<Vec<PathVertex>> {
     let counts = Buffer::storage(&world.context, "counts", 4 * states.len() as u64).unwrap();
     world.dispatch(
         light_paths::STEM,
-        &[("STEPS", STEPS as u32), ("ROULETTE_THRESHOLD", THRESHOLD.to_bits())],
+        &[("STEPS", STEPS as u32), ("ROULETTE_THRESHOLD", light_paths::ROULETTE_THRESHOLD.to_bits())],
         |_| states.len() as u32,
         &LightPathsPush { grid: world.hvds.grid, path_count: states.len() as u32, seed: SEED },
         &[
@@ -89,7 +88,7 @@ fn vertices_equal_the_twin() {
         materials: &world.materials,
         hvds: &world.hvds,
         seed: SEED,
-        roulette_threshold: f64::from(THRESHOLD),
+        roulette_threshold: f64::from(light_paths::ROULETTE_THRESHOLD),
     };
     for count in [0, 1, 63, 64, 65, 4_999] {
         let state = |(path, entry): (u32, &PathVertex)| PathState {

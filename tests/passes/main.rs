@@ -8,6 +8,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod blend;
 mod clusters;
 mod energy;
 mod frame;

@@ -5,7 +5,7 @@ use crate::world::{FLOAT, Random, World, assert_near};
 use glam::Vec3;
 use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::frame::{compose::Compose, direct::Direct, primary::Primary};
+use lightpaths::passes::frame::{compose::Compose, direct::Direct, primary::Primary, tonemap::Tonemap};
 use lightpaths::scene::{Camera, shapes};
 use lightpaths::types::{NO_SIDE, PixelSurface, PointLight, View};
 
@@ -120,4 +120,27 @@ fn radiance_equals_the_twin() {
         }
     }
     assert_silent(&world.context);
+}
+
+#[test]
+fn display_codes_equal_the_twin() {
+    let context = crate::common::context();
+    // The curve's toe, its shoulder, over- and underflow, and what is no number; and a fine sweep.
+    let mut values = vec![0.0, 0.003_130_8, 0.18, 0.8, 0.801, 1.0, 8.0, 1e30, -1.0, f32::NAN, f32::INFINITY];
+    values.extend((0..4000).map(|i| i as f32 * 5e-4));
+    values.resize(values.len().next_multiple_of(3), 0.5);
+    for exposure in [0.0, -2.5, 1.0] {
+        let pixels = values.len() as u32 / 3;
+        let radiance = Buffer::from_slice(&context, "radiance", &values).unwrap();
+        let pass = Tonemap::new(&context, pixels).unwrap();
+        context.run(|rec| pass.record(rec, &radiance, exposure)).unwrap();
+        let codes: Vec<[u8; 4]> = pass.display.read().unwrap();
+        for (code, value) in codes.iter().flat_map(|code| &code[..3]).zip(&values) {
+            let twin = cpu::tonemap::display_value(value * exposure.exp2());
+            // The device's pow is good to some units in the last place: a code's border may move.
+            assert!(code.abs_diff(twin) <= 1, "{value} at {exposure}: {code}, {twin} by the twin");
+        }
+        assert!(codes.iter().all(|code| code[3] == 255));
+    }
+    assert_silent(&context);
 }

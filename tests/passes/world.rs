@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::common::{context, random_words};
 use glam::{DVec3, Vec3};
+use lightpaths::cpu::math::clear_distance;
 use lightpaths::cpu::rays::Geometry;
 use lightpaths::gpu::{Buffer, Context, Pipeline, Recorder};
 use lightpaths::layout::GpuStruct;
@@ -68,6 +69,7 @@ pub(crate) struct World {
     pub hvds: Hvds,
     pub buffers: SceneBuffers,
     pub clusters: ClusterBuffers,
+    pub clear_distance: f32,
 }
 
 impl World {
@@ -87,7 +89,8 @@ impl World {
         let buffers = SceneBuffers::new(&context, &bvh, &triangles, &surfaces, &materials).unwrap();
         let hvds = Hvds::build(&triangles, &surfaces, grid, cells);
         let clusters = ClusterBuffers::new(&context, &hvds).unwrap();
-        Self { context, triangles, surfaces, materials, hvds, buffers, clusters }
+        let clear_distance = clear_distance(&bvh.nodes[0]);
+        Self { context, triangles, surfaces, materials, hvds, buffers, clusters, clear_distance }
     }
 
     /// A closed room of 2×1.5×1 m with sixty triangles adrift in it, whose shading normals lean away from their planes.
@@ -96,7 +99,7 @@ impl World {
     }
 
     pub(crate) fn geometry(&self) -> Geometry<'_> {
-        Geometry { triangles: &self.triangles, surfaces: &self.surfaces }
+        Geometry { triangles: &self.triangles, surfaces: &self.surfaces, clear_distance: self.clear_distance }
     }
 
     /// A uniform point of a random side, its interpolated shading normal, and the side.

@@ -52,7 +52,7 @@ const STEPS: u32 = 8;
 /// Paths of one dispatch at most: bounds the vertex buffer to 18 MiB.
 const LIMIT: u32 = 1 << 16;
 /// Throughput below which Russian roulette may end a path. Lower values trade vertices for less noise.
-const ROULETTE_THRESHOLD: f32 = 0.5;
+pub const ROULETTE_THRESHOLD: f32 = 0.5;
 
 /// Where on its path a vertex was found, and what becomes of it.
 #[derive(Clone, Copy)]

@@ -16,7 +16,8 @@ const RAYS_PER_SIDE: u32 = 16;
 /// Rays from each light and camera.
 const RAYS_PER_POINT: u32 = 256;
 
-/// Clears the activity of sides that light cannot reach. Surfaces and triangles in BVH order.
+/// Clears the activity of sides that light cannot reach. Surfaces and triangles in BVH order; rays start `clear_distance`
+/// (metres) off their surface.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -24,14 +25,13 @@ pub fn deactivate_unreachable(
     rays: &Rays,
     buffers: &SceneBuffers,
     scene: &Scene,
+    clear_distance: f32,
     surfaces: &mut [Surface],
 ) -> Result<()> {
     let mut queries = Vec::new();
     let mut sources = Vec::new();
     let side_count = 2 * surfaces.len();
     let outside = side_count;
-    let (low, high) = scene.bounds();
-    let reach = low.abs().max(high.abs()).max_element();
     for side in 0..side_count {
         let (surface, back) = (&surfaces[side / 2], side % 2 == 1);
         if !surface.side_is_active(back) {
@@ -45,10 +45,7 @@ pub fn deactivate_unreachable(
             let position = (1.0 - along) * p0 + along * ((1.0 - u[1]) * p1 + u[1] * p2);
             // Lambert's law needs no frame: the normal plus a point on the unit sphere.
             let direction = normal + sphere([u[2], plastic_sequence(ray ^ side as u32)[0]]);
-            queries.push(RayQuery {
-                origin: crate::cpu::math::offset_origin(position, normal, reach),
-                direction,
-            });
+            queries.push(RayQuery { origin: position + clear_distance * normal, direction });
             sources.push(side);
         }
     }

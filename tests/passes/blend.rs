@@ -1,0 +1,99 @@
+//! Blending: lists of any length, and what the neighbourhoods promise.
+
+use crate::common::{assert_silent, context};
+use crate::world::{Random, World};
+use glam::{DMat3, DVec3, Mat3, Vec3};
+use lightpaths::cpu;
+use lightpaths::gpu::Buffer;
+use lightpaths::passes::frame::blend::{Blend, Neighbour};
+use lightpaths::passes::precompute::cache_points::Placed;
+use lightpaths::passes::precompute::neighbours::Neighbourhoods;
+use lightpaths::types::{CachePoint, Record};
+
+/// Relative to the sum of the terms' sizes, which may cancel.
+const SUM: f64 = 1e-5;
+
+fn random_record(random: &mut Random, point: &CachePoint) -> Record {
+    let mut matrix = || Mat3::from_cols(random.cube(), random.cube(), random.cube());
+    let (translation, rotation) = (matrix(), matrix());
+    Record { position: point.position, irradiance: 1.0 + random.cube(), translation, rotation }
+}
+
+fn largest(columns: &DMat3) -> f64 {
+    columns.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()))
+}
+
+#[test]
+fn blended_records_equal_the_twin() {
+    let (context, world) = (context(), World::room());
+    let mut random = Random::new(7);
+    for count in [1, 63, 64, 65, 257] {
+        let points = world.cache_points(&mut random, count, 0.2);
+        let records: Vec<Record> = points.iter().map(|point| random_record(&mut random, point)).collect();
+        let mut lists = Neighbourhoods { first: vec![0], list: Vec::new() };
+        for _ in 0..count {
+            // An empty list now and then: nothing but zeros may come of it.
+            for _ in 0..random.below(9) {
+                let record = random.below(count as u32);
+                lists.list.push(Neighbour { record, weight: random.unit() });
+            }
+            lists.first.push(lists.list.len() as u32);
+        }
+        let cache_points = Buffer::from_slice(&context, "cache points", &points).unwrap();
+        let given = Buffer::from_slice(&context, "records", &records).unwrap();
+        let pass = Blend::new(&context, &lists).unwrap();
+        context.run(|rec| pass.record(rec, &cache_points, &given)).unwrap();
+        let blended: Vec<Record> = pass.records.read().unwrap();
+        for (i, (point, device)) in points.iter().zip(&blended).enumerate() {
+            let own = &lists.list[lists.first[i] as usize..lists.first[i + 1] as usize];
+            let shares: Vec<_> = own.iter().map(|n| (records[n.record as usize], n.weight)).collect();
+            let (irradiance, translation, rotation) = cpu::blend::blend(point, &shares);
+            let bound = SUM * 10.0 * (1.0 + shares.len() as f64);
+            assert_eq!(device.position, point.position);
+            let off: DVec3 = device.irradiance.as_dvec3() - irradiance;
+            assert!(off.abs().max_element() <= bound, "record {i}: {off}");
+            assert!(largest(&(device.translation.as_dmat3() - translation)) <= bound);
+            assert!(largest(&(device.rotation.as_dmat3() - rotation)) <= bound);
+        }
+    }
+    assert_silent(&context);
+}
+
+#[test]
+fn neighbours_lie_within_both_clearances_and_shares_sum_to_one() {
+    let world = World::room();
+    let mut random = Random::new(8);
+    let place = |point| Placed { point, clearance: 0.3 * random_clearance(&point) };
+    let placed: Vec<Placed> = world.cache_points(&mut random, 700, 0.1).into_iter().map(place).collect();
+    let lists = Neighbourhoods::new(&placed);
+    assert_eq!(lists.first.len(), placed.len() + 1);
+    let mut pairs = 0;
+    for (i, own) in placed.iter().enumerate() {
+        let list = &lists.list[lists.first[i] as usize..lists.first[i + 1] as usize];
+        assert!(list.iter().any(|n| n.record as usize == i), "a record is its own neighbour");
+        let sum: f32 = list.iter().map(|n| n.weight).sum();
+        assert!((sum - 1.0).abs() < 1e-5, "{sum}");
+        assert!(list.is_sorted_by(|a, b| a.record < b.record));
+        for other in list.iter().map(|n| &placed[n.record as usize]) {
+            let distance = own.point.position.distance(other.point.position);
+            let reach = |p: &Placed| p.clearance.min(2.0 * p.point.radius);
+            assert!(distance <= reach(own).min(reach(other)));
+            assert!(own.point.normal.dot(other.point.normal) > 0.98);
+            pairs += 1;
+        }
+        // The search by cells misses nobody that brute force finds well inside.
+        let reach = |p: &Placed| p.clearance.min(2.0 * p.point.radius);
+        let near = placed.iter().filter(|other| {
+            own.point.position.distance(other.point.position) < 0.99 * reach(own).min(reach(other))
+                && own.point.normal.dot(other.point.normal) > 0.99
+        });
+        assert!(near.count() <= list.len());
+    }
+    assert!(pairs > 2 * placed.len(), "{pairs} pairs");
+}
+
+/// Different from point to point, the same every time.
+fn random_clearance(point: &CachePoint) -> f32 {
+    let Vec3 { x, y, z } = point.position;
+    (x * 12.3 + y * 45.6 + z * 78.9).fract().abs()
+}

@@ -246,6 +246,7 @@ impl Renderer {
             cluster_flux: &self.pyramid.flux,
             cluster_irradiance: &self.pyramid.irradiance,
             cache_points: &self.gather.cache_points,
+            gather_rays: &self.gather.rays,
             records: &self.gather.records,
         }
     }
@@ -263,6 +264,8 @@ pub struct StageBuffers<'a> {
     pub cluster_irradiance: &'a Buffer,
     /// `CachePoint`s.
     pub cache_points: &'a Buffer,
+    /// `GatherRay`s, a row a cache point.
+    pub gather_rays: &'a Buffer,
     /// `Record`s of the cache points.
     pub records: &'a Buffer,
 }

@@ -23,7 +23,7 @@ fn placed(scale: f64, to: DVec3) -> Scene {
 
 #[test]
 fn scale_and_place_change_nothing() {
-    let quality = Quality { entry_points: 50_000, gather_rays: 144, ..SMALL };
+    let quality = Quality { entry_points: 50_000, cache_points: 8_000, gather_rays: 144, ..SMALL };
     let picture = |scale: f64, to: f64| {
         let renderer = render(placed(scale, DVec3::new(to, -to, 0.7 * to)), quality.clone());
         assert_eq!(count(&renderer, "path vertices outside all clusters"), 0, "scale {scale}, moved by {to}");

@@ -80,18 +80,17 @@ pub fn place(
     progress.stage("clearances", pieces.len() as u64);
     let samples: Vec<CachePoint> = (0..pieces.len()).map(|piece| geometry.draw(piece, 0, seed)).collect();
     let clearances = clearance.measure(buffers, &samples, Some(progress))?;
-    let mut unit = spread(geometry, &clearances, budget);
+    let (mut unit, mut is_last) = spread(geometry, &clearances, budget);
     loop {
         let neighbourhood = Neighbourhood::new(geometry, &samples, &clearances);
         let mut records = Records::new(geometry, unit);
-        // Larger records than the scene serve no more points than these: what turns away from all of them stays bare.
-        let is_last = unit >= f64::from(geometry.scene_size);
         let attempt =
             Attempt { buffers, geometry, clearance: &clearance, neighbourhood, unit, budget, seed, is_last };
         if let Some(placement) = attempt.run(&mut records, &clearances, progress)? {
             return Ok(placement);
         }
         unit *= 1.1;
+        is_last = unit >= f64::from(geometry.scene_size);
     }
 }
 
@@ -147,24 +146,40 @@ impl Geometry<'_> {
 
     /// Records that a piece needs at a given unit of length, where `clearance` is what its rays see.
     fn expected_records(&self, piece: usize, clearance: f32, unit: f64) -> f64 {
-        let radius = (0.5 * f64::from(clearance)).clamp(RADIUS_RANGE[0] * unit, RADIUS_RANGE[1] * unit);
+        let radius = radius(clearance, unit);
         let spacing = f64::from(1.0 - COVERED);
         let [across, along] = self.normal_reach(piece).map(|reach| spacing * radius.min(reach));
         PACKING * self.hvds.pieces[piece].area_m2 / (across * along)
     }
+
+    /// The same if it were flat.
+    fn expected_flat_records(&self, piece: usize, clearance: f32, unit: f64) -> f64 {
+        let spacing = f64::from(1.0 - COVERED) * radius(clearance, unit);
+        PACKING * self.hvds.pieces[piece].area_m2 / (spacing * spacing)
+    }
 }
 
-/// The length that scales all radii: such that the expected number of records meets the budget.
-fn spread(geometry: &Geometry<'_>, clearances: &[f32], budget: u32) -> f64 {
-    let expected = |unit: f64| -> f64 {
-        (0..geometry.hvds.pieces.len()).map(|i| geometry.expected_records(i, clearances[i], unit)).sum()
-    };
-    let (mut low, mut high) = (1e-7 * f64::from(geometry.scene_size), f64::from(geometry.scene_size));
+/// Radius of a record, metres.
+fn radius(clearance: f32, unit: f64) -> f64 {
+    (0.5 * f64::from(clearance)).clamp(RADIUS_RANGE[0] * unit, RADIUS_RANGE[1] * unit)
+}
+
+/// The length that scales all radii: such that the expected number of records meets the budget. True if none does, because
+/// curvature alone asks for more records; then the length is the one for a flat scene.
+fn spread(geometry: &Geometry<'_>, clearances: &[f32], budget: u32) -> (f64, bool) {
+    let size = f64::from(geometry.scene_size);
+    let sum = |expected: &dyn Fn(usize) -> f64| (0..geometry.hvds.pieces.len()).map(expected).sum::<f64>();
+    let curved = |unit: f64| sum(&|i| geometry.expected_records(i, clearances[i], unit));
+    let flat = |unit: f64| sum(&|i| geometry.expected_flat_records(i, clearances[i], unit));
+    let wanted = BUDGET_SHARE * f64::from(budget);
+    let is_too_curved = curved(size) > wanted;
+    let (mut low, mut high) = (1e-7 * size, size);
     for _ in 0..60 {
         let middle = (low * high).sqrt();
-        if expected(middle) > BUDGET_SHARE * f64::from(budget) { low = middle } else { high = middle }
+        let expected = if is_too_curved { flat(middle) } else { curved(middle) };
+        if expected > wanted { low = middle } else { high = middle }
     }
-    high
+    (high, is_too_curved)
 }
 
 /// One try at a given unit of length.
@@ -209,7 +224,7 @@ impl Attempt<'_> {
             let bare: Vec<CachePoint> =
                 candidates.iter().filter(|probe| !records.cover(probe, 0.0)).copied().collect();
             uncovered_share = bare.len() as f64 / candidates.len() as f64;
-            if uncovered_share <= UNCOVERED_SHARE {
+            if uncovered_share <= UNCOVERED_SHARE || self.is_last && self.is_spent(records) {
                 break;
             }
             if !self.accept(records, &bare)? {
@@ -246,9 +261,13 @@ impl Attempt<'_> {
         probes
     }
 
+    fn is_spent(&self, records: &Records) -> bool {
+        records.points.len() as u32 >= self.budget
+    }
+
     /// Accepts, in order, candidates that nothing covers yet. False once the budget is spent.
     fn accept(&self, records: &mut Records, candidates: &[CachePoint]) -> Result<bool> {
-        if self.is_last && records.points.len() as u32 >= self.budget {
+        if self.is_last && self.is_spent(records) {
             return Ok(true);
         }
         let open: Vec<CachePoint> =
@@ -258,7 +277,7 @@ impl Attempt<'_> {
             if records.cover(&candidate, COVERED) {
                 continue;
             }
-            if records.points.len() as u32 >= self.budget {
+            if self.is_spent(records) {
                 return Ok(self.is_last);
             }
             let clearance = self.neighbourhood.clamp(&candidate, clearance);

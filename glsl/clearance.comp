@@ -40,9 +40,13 @@ void main() {
     vec3 origin = offset_origin(point.position, normal);
     mat3 frame = frame_around(point.normal);
 
+    // The point itself names its rays: what is measured must not depend on how the work was cut up.
+    uvec3 bits = floatBitsToUint(point.position);
+    uint name = hash(bits.x, hash(bits.y, hash(bits.z, point.side)));
+
     float closest = push.scene_size;
     for (uint ray = gl_LocalInvocationIndex; ray < RINGS * SECTORS; ray += gl_WorkGroupSize.x) {
-        vec3 local = stratum_direction(stratum_of(ray), index, push.seed);
+        vec3 local = stratum_direction(stratum_of(ray), name, push.seed);
         Hit hit;
         if (local.z > 0.1736 && trace(Ray(origin, frame * local, closest), false, hit)) {
             closest = hit.t;

@@ -47,11 +47,12 @@ void main() {
     bool back = (side & 1u) != 0u;
 
     // Hammersley points over the side, mapped to the triangle with constant density. Half a step of offset per side
-    // keeps the two sides of one triangle from sharing their points.
+    // keeps the two sides of one triangle from sharing their points; in v it keeps the first point off the edge, where
+    // a ray would start in the plane of the next wall and leave a closed room.
     uint run = first_points[slot + 1u] - first_points[slot];
     uint rank = index - first_points[slot];
     float u = (float(rank) + (back ? 0.25 : 0.75)) / float(run);
-    float v = float(bitfieldReverse(rank) >> 8) * (1.0 / 16777216.0) + 1.0 / 33554432.0;
+    float v = float(bitfieldReverse(rank) >> 8) * (1.0 / 16777216.0) + 0.5 / float(run);
     float along = sqrt(u);
     // Off the edges by a hair: see `hit_position`.
     vec3 weights = mix(vec3(1.0 - along, along * (1.0 - v), along * v), vec3(1.0 / 3.0), 1.0 / 32768.0);

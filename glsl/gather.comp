@@ -18,10 +18,11 @@ struct GatherPush {
 };
 
 layout(scalar, binding = 0) readonly buffer CachePoints { CachePoint cache_points[]; };
-layout(scalar, binding = 1) readonly buffer GatherRays { GatherRay gather_rays[]; };
-layout(scalar, binding = 2) readonly buffer Materials { Reflectance materials[]; };
-layout(scalar, binding = 3) readonly buffer Irradiance { vec3 irradiance[]; };
-layout(scalar, binding = 4) writeonly buffer Records { Record records[]; };
+layout(scalar, binding = 1) readonly buffer Turns { vec2 turns[]; };  // of each stratum: tanθ across its azimuth
+layout(scalar, binding = 2) readonly buffer GatherRays { GatherRay gather_rays[]; };
+layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
+layout(scalar, binding = 4) readonly buffer Irradiance { vec3 irradiance[]; };
+layout(scalar, binding = 5) writeonly buffer Records { Record records[]; };
 layout(scalar, push_constant) uniform Push { GatherPush push; };
 
 const uint SUMS = 5u;  // irradiance; translation and rotation along tangent and bitangent
@@ -38,16 +39,13 @@ void main() {
         GatherRay ray = gather_rays[index * RINGS * SECTORS + i];
         if (ray.target == NO_TARGET) continue;
         vec3 radiance = materials[ray.target >> push.cluster_bits].diffuse * irradiance[ray.target & mask] * (1.0 / PI);
-        // Turning the normal by dω changes a ray's cosine by dω·(n×ω): tanθ across its azimuth, at the stratum's middle.
-        float sin2 = (float(i / SECTORS) + 0.5) / float(RINGS);
-        float azimuth = 2.0 * PI * (float(i % SECTORS) + 0.5) / float(SECTORS);
-        float tangent = sqrt(sin2 / (1.0 - sin2));
         vec2 movement = unpackHalf2x16(ray.gradient);
+        vec2 turn = turns[i];
         sum[0] += radiance;
         sum[1] += movement.x * radiance;
         sum[2] += movement.y * radiance;
-        sum[3] -= tangent * sin(azimuth) * radiance;
-        sum[4] += tangent * cos(azimuth) * radiance;
+        sum[3] += turn.x * radiance;
+        sum[4] += turn.y * radiance;
     }
     for (uint k = 0u; k < SUMS; ++k) sums[k * gl_WorkGroupSize.x + thread] = sum[k];
     barrier();

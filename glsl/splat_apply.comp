@@ -1,4 +1,4 @@
-// Splatting, step 4: indirect irradiance at every pixel, each record extrapolated to it by its gradients. [Yue §4; Krivanek]
+// Splatting, step 5: indirect irradiance at every pixel, each record extrapolated to it by its gradients. [Yue §4; Krivanek]
 // A sparse matrix–vector product: all that a light edit under a still camera has to do. Deterministic.
 // One invocation = one pixel. In: weights, records. Out: irradiance, W/m².
 #version 460

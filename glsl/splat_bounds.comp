@@ -1,5 +1,5 @@
-// Splatting, step 1: which 16×16-pixel tiles a record's sphere of validity can touch. [Yue §4] Deterministic.
-// One invocation = one record. In: cache points, camera. Out: tile rectangle and its tile count.
+// Splatting, step 1: which pixels a record's sphere of validity can touch, and so which 16×16 tiles. [Yue §4] Deterministic.
+// One invocation = one record. In: cache points, camera. Out: pixel rectangle and the number of its tiles.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -15,8 +15,9 @@ struct SplatBoundsPush {
 };
 
 layout(scalar, binding = 0) readonly buffer CachePoints { CachePoint cache_points[]; };
-layout(scalar, binding = 1) writeonly buffer Rectangles { TileRectangle rectangles[]; };
+layout(scalar, binding = 1) writeonly buffer Rectangles { PixelRectangle rectangles[]; };
 layout(scalar, binding = 2) writeonly buffer TileCounts { uint tile_counts[]; };
+layout(scalar, binding = 3) writeonly buffer Tally { SplatTally tally; };
 layout(scalar, push_constant) uniform Push { SplatBoundsPush push; };
 
 // Range of x/z over a circle of radius r around (x, z): the slopes of its two tangents through the origin.
@@ -28,6 +29,7 @@ vec2 tangent_slopes(float x, float z, float r) {
 
 void main() {
     uint index = flat_invocation();
+    if (index == 0u) tally = SplatTally(0u);
     if (index >= push.record_count) return;
     View view = push.view;
     CachePoint point = cache_points[index];
@@ -46,8 +48,9 @@ void main() {
     vec2 high = clamp((vec2(x.y, y.y) * 0.5 + 0.5) * size + 1.0, vec2(0.0), size);
     bool visible = !faces_away && depth > -point.radius && all(lessThan(low, high));
 
-    uvec2 first = uvec2(low) / 16u;
-    uvec2 end = visible ? (uvec2(ceil(high)) + 15u) / 16u : first;
-    rectangles[index] = TileRectangle(first.x | (first.y << 16), end.x | (end.y << 16));
-    tile_counts[index] = (end.x - first.x) * (end.y - first.y);
+    uvec2 first = visible ? uvec2(low) : uvec2(0u);
+    uvec2 end = visible ? uvec2(ceil(high)) : uvec2(0u);
+    rectangles[index] = PixelRectangle(first.x | (first.y << 16), end.x | (end.y << 16));
+    uvec2 tiles = (end + 15u) / 16u - first / 16u;
+    tile_counts[index] = tiles.x * tiles.y;
 }

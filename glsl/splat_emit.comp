@@ -1,5 +1,5 @@
 // Splatting, step 2: one (tile, record) pair for every tile that a record may touch, in record order. Deterministic.
-// One invocation = one record. In: tile rectangles, running pair counts. Out: pairs.
+// One invocation = one record. In: pixel rectangles, running pair counts. Out: pairs.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -14,7 +14,7 @@ struct SplatEmitPush {
     uint capacity;  // pairs that fit; what does not is seen by the host, which makes room and repeats
 };
 
-layout(scalar, binding = 0) readonly buffer Rectangles { TileRectangle rectangles[]; };
+layout(scalar, binding = 0) readonly buffer Rectangles { PixelRectangle rectangles[]; };
 layout(scalar, binding = 1) readonly buffer FirstPairs { uint first_pairs[]; };  // of each record, and the total
 layout(scalar, binding = 2) writeonly buffer Pairs { TilePair pairs[]; };
 layout(scalar, push_constant) uniform Push { SplatEmitPush push; };
@@ -23,9 +23,11 @@ void main() {
     uint record = flat_invocation();
     if (record >= push.record_count) return;
     uint slot = first_pairs[record];
-    TileRectangle rectangle = rectangles[record];
-    for (uint y = rectangle.low >> 16; y < rectangle.high >> 16; ++y) {
-        for (uint x = rectangle.low & 0xffffu; x < (rectangle.high & 0xffffu) && slot < push.capacity; ++x) {
+    PixelRectangle rectangle = rectangles[record];
+    uvec2 first = uvec2(rectangle.low & 0xffffu, rectangle.low >> 16) / 16u;
+    uvec2 end = (uvec2(rectangle.high & 0xffffu, rectangle.high >> 16) + 15u) / 16u;
+    for (uint y = first.y; y < end.y; ++y) {
+        for (uint x = first.x; x < end.x && slot < push.capacity; ++x) {
             pairs[slot++] = TilePair(y * push.tile_columns + x, record);
         }
     }

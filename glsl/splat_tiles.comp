@@ -1,7 +1,8 @@
 // Splatting, step 3: the records that serve each pixel, and their weights. [Yue §4, Tabellion] Deterministic: a tile's records
 // are visited in ascending order. Run twice: first to count each pixel's records, then, behind a running sum over
 // the counts, to write them. One workgroup = one tile of 16×16 pixels.
-// In: pixels, sorted (tile, record) pairs. Out: counts, or lists of (record, weight) whose weights sum to 1.
+// In: pixels, sorted (tile, record) pairs. Out: counts, or lists of (record, weight) whose weights sum to 1; pixels that no
+// record covers, each counted as one weight to come.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -13,11 +14,6 @@
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(constant_id = 0) const uint WRITES = 2;  // 0: count, 1: write
 
-// What the splat could not do as it should; a tally, the same in any order.
-struct SplatTally {
-    uint relaxed;    // pixels that no record covers and that take the nearest one
-    uint uncovered;  // pixels without even that
-};
 struct SplatTilesPush {
     uint width;
     uint height;
@@ -30,16 +26,20 @@ struct SplatTilesPush {
 layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 1) readonly buffer Pixels { PixelSurface pixels[]; };
 layout(scalar, binding = 2) readonly buffer CachePoints { CachePoint cache_points[]; };
-layout(scalar, binding = 3) readonly buffer FirstPairs { uint first_pairs[]; };
-layout(scalar, binding = 4) readonly buffer SortedPairs { TilePair sorted_pairs[]; };
-layout(scalar, binding = 5) buffer PixelCounts { uint pixel_counts[]; };    // counts, then first weight of each pixel
-layout(scalar, binding = 6) buffer Weights { SplatWeight weights[]; };
-layout(scalar, binding = 7) buffer Tally { SplatTally tally; };
+layout(scalar, binding = 3) readonly buffer Rectangles { PixelRectangle rectangles[]; };
+layout(scalar, binding = 4) readonly buffer FirstPairs { uint first_pairs[]; };
+layout(scalar, binding = 5) readonly buffer SortedPairs { TilePair sorted_pairs[]; };
+layout(scalar, binding = 6) buffer PixelCounts { uint pixel_counts[]; };    // counts, then first weight of each pixel
+layout(scalar, binding = 7) buffer Weights { SplatWeight weights[]; };
+layout(scalar, binding = 8) buffer Tally { SplatTally tally; };
+layout(scalar, binding = 9) writeonly buffer BarePixels { uint bare_pixels[]; };  // in any order: each stands for itself
 layout(scalar, push_constant) uniform Push { SplatTilesPush push; };
 
 const uint BATCH = 256u;
 shared CachePoint batch[BATCH];
 shared uint batch_records[BATCH];
+shared uint batch_bounds[BATCH];  // columns of the tile that the record may touch, a bit each; rows in the upper half
+shared uint touching[BATCH];      // the same transposed, for groups of 32 records: 16 columns and 16 rows, a bit a record
 shared uint tile_range[2];
 
 // First of the sorted pairs whose tile is not below `tile`.
@@ -54,6 +54,16 @@ uint lower_bound(uint tile, uint pair_count) {
     return low;
 }
 
+// A record's pixel rectangle cut to the tile at `corner`, as a mask of columns and a mask of rows.
+uint bounds_in_tile(PixelRectangle rectangle, uvec2 corner) {
+    uvec2 low = uvec2(rectangle.low & 0xffffu, rectangle.low >> 16);
+    uvec2 high = uvec2(rectangle.high & 0xffffu, rectangle.high >> 16);
+    low = max(low, corner) - corner;
+    high = clamp(high, corner, corner + 16u) - corner;
+    uvec2 bits = (uvec2(1u) << high) - (uvec2(1u) << min(low, high));
+    return bits.x | (bits.y << 16);
+}
+
 void main() {
     uint thread = gl_LocalInvocationIndex;
     uint tile = gl_WorkGroupID.y * push.tile_columns + gl_WorkGroupID.x;
@@ -66,45 +76,49 @@ void main() {
     PixelSurface pixel = PixelSurface(vec3(0.0), NO_SIDE, vec3(0.0), 0.0);
     if (in_image) pixel = pixels[index];
     // A side that sees no surface receives no indirect light, and has no records.
-    bool wants_records = pixel.side != NO_SIDE
-        && side_is_active(surfaces[pixel.side >> 1].sides, (pixel.side & 1u) != 0u);
+    bool wants_records = pixel.side != NO_SIDE && side_is_active(surfaces[pixel.side >> 1].sides, (pixel.side & 1u) != 0u);
 
     uint first = WRITES == 1u && in_image ? pixel_counts[index] : 0u;
     uint count = 0u;
     float sum = 0.0;
-    uint nearest = NO_TARGET;
-    float nearest_weight = -1e30;
     for (uint base = tile_range[0]; base < tile_range[1]; base += BATCH) {
         uint size = min(BATCH, tile_range[1] - base);
         barrier();
+        batch_bounds[thread] = 0u;
         if (thread < size) {
-            batch_records[thread] = sorted_pairs[base + thread].record;
-            batch[thread] = cache_points[batch_records[thread]];
+            uint record = sorted_pairs[base + thread].record;
+            batch_records[thread] = record;
+            batch_bounds[thread] = bounds_in_tile(rectangles[record], 16u * gl_WorkGroupID.xy);
+            batch[thread] = cache_points[record];
         }
         barrier();
+        // Most records of a tile touch few of its pixels: two words tell a pixel which of 32 records to ask.
+        uint transposed = 0u;
+        for (uint i = 0u; i < 32u; ++i) {
+            transposed |= ((batch_bounds[(thread & ~31u) + i] >> (thread & 31u)) & 1u) << i;
+        }
+        touching[thread] = transposed;
+        barrier();
         if (!wants_records) continue;
-        for (uint i = 0u; i < size; ++i) {
-            float weight = record_weight(pixel.position, pixel.normal, batch[i]);
-            if (weight > 0.0) {
+        for (uint group = 0u; group < size; group += 32u) {
+            uint records = touching[group + gl_LocalInvocationID.x] & touching[group + 16u + gl_LocalInvocationID.y];
+            for (; records != 0u; records &= records - 1u) {
+                uint i = group + uint(findLSB(records));
+                float weight = record_weight(pixel.position, pixel.normal, batch[i]);
+                if (weight <= 0.0) continue;
                 if (WRITES == 1u && first + count < push.weight_capacity) {
                     weights[first + count] = SplatWeight(batch_records[i], weight);
                 }
                 ++count;
                 sum += weight;
-            } else if (count == 0u && weight > nearest_weight && dot(pixel.normal, batch[i].normal) > 0.5) {
-                nearest = batch_records[i];
-                nearest_weight = weight;
             }
         }
     }
     if (!in_image) return;
-    bool relaxed = wants_records && count == 0u && nearest != NO_TARGET;
     if (WRITES == 0u) {
-        pixel_counts[index] = relaxed ? 1u : count;
-        if (relaxed) atomicAdd(tally.relaxed, 1u);
-        else if (wants_records && count == 0u) atomicAdd(tally.uncovered, 1u);
-    } else if (relaxed) {
-        if (first < push.weight_capacity) weights[first] = SplatWeight(nearest, 1.0);
+        bool is_bare = wants_records && count == 0u && push.record_count > 0u;
+        if (is_bare) bare_pixels[atomicAdd(tally.bare, 1u)] = index;
+        pixel_counts[index] = is_bare ? 1u : count;
     } else {
         for (uint i = first; i < min(first + count, push.weight_capacity); ++i) weights[i].weight /= sum;
     }

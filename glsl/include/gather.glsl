@@ -5,7 +5,7 @@ struct Stratum { uint ring; uint sector; };
 
 Stratum stratum_of(uint ray) { return Stratum(ray / SECTORS, ray % SECTORS); }
 
-// Local direction (z = normal) of a ray of cache point `point`.
+// Local direction (z = normal) of a ray of the hemisphere that `point` names.
 vec3 stratum_direction(Stratum s, uint point, uint seed) {
     uint bits = hash(point * (RINGS * SECTORS) + s.ring * SECTORS + s.sector, seed);
     vec2 jitter = vec2(bits & 0xffffu, bits >> 16) * (1.0 / 65536.0) + 0.5 / 65536.0;

@@ -1,8 +1,8 @@
 // Structs that the steps of the splat hand to each other.
 
-// Tiles that a record may touch.
-struct TileRectangle {
-    uint low;   // first tile column | first tile row << 16
+// Pixels that a record may touch.
+struct PixelRectangle {
+    uint low;   // first column | first row << 16
     uint high;  // one past the last column and row, packed alike
 };
 
@@ -17,6 +17,9 @@ struct SplatWeight {
     uint record;
     float weight;
 };
+
+// Pixels that no record covers.
+struct SplatTally { uint bare; };
 
 // Push block of both sort kernels.
 struct SortPush {

@@ -1,5 +1,25 @@
 //! Slow, obvious twins of the passes: same inputs, same outputs, no cleverness. Tests hold the device against them.
+//!
+//! A twin takes what the device was given, f32, and works in f64 from there on. Decisions that the device takes by
+//! integers are integers here, too.
 
+pub mod compose;
+pub mod direct;
+pub mod entry_points;
+pub mod form_factors;
+pub mod gather;
+pub mod gather_rays;
+pub mod hemisphere;
+pub mod hvds;
+pub mod light_paths;
 pub mod math;
+pub mod path_flux;
+pub mod path_scan;
 pub mod prefix_sum;
+pub mod primary;
+pub mod rays;
 pub mod records;
+pub mod sampling;
+pub mod splat;
+pub mod splat_apply;
+pub mod tile_sort;

@@ -1,9 +1,9 @@
-//! Validity of cache records; twin of `glsl/include/records.glsl`, and what placement decides by. [Tabellion]
+//! Validity of cache records; twin of `glsl/include/records.glsl`, and what placement decides by.
 
 use crate::types::CachePoint;
 use glam::Vec3;
 
-/// 1 / sqrt(1 - cos 10°).
+/// 1 / sqrt(1 - cos 10°). [Tabellion]
 const INVERSE_NORMAL_ERROR: f32 = 8.1131;
 
 /// Weight of a record at a point `x` with shading normal `n`: positive inside its validity, 1 at its centre.

@@ -25,6 +25,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::path_scan::LAYOUTS,
         frame::hvds::LAYOUTS,
         frame::gather::LAYOUTS,
+        frame::blend::LAYOUTS,
         frame::prefix_sum::LAYOUTS,
         frame::tile_sort::LAYOUTS,
         frame::splat::LAYOUTS,

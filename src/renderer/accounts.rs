@@ -3,7 +3,7 @@
 use super::Renderer;
 use crate::gpu::PassTiming;
 use crate::passes::frame::{
-    compose::Compose, direct::Direct, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
+    blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
     path_scan::PathScan, primary::Primary, splat::Splat,
 };
 use std::collections::BTreeMap;
@@ -35,6 +35,7 @@ impl Renderer {
                 PathScan::STEM => 2 * self.path_scan.step_bytes() + deposits,
                 Pyramid::STEM => deposits + 12 * paths + 3 * clusters,
                 Gather::STEM => self.gather.rays.bytes() + clusters + records,
+                Blend::STEM => self.blend.list_bytes() + 2 * records + self.gather.cache_points.bytes(),
                 Splat::STEM => {
                     surface + self.gather.cache_points.bytes() + 4 * self.splat.pair_bytes() + weights
                 }

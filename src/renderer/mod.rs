@@ -12,7 +12,7 @@ use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Recorder};
 use crate::passes::SceneBuffers;
 use crate::passes::frame::{
-    compose::Compose, direct::Direct, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
+    blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
     path_scan::PathScan, primary::Primary, splat::Splat,
 };
 use crate::scene::{Light, LightKind, Scene};
@@ -36,6 +36,7 @@ pub struct Renderer {
     path_scan: PathScan,
     pyramid: Pyramid,
     gather: Gather,
+    blend: Blend,
     splat: Splat,
     compose: Compose,
     statistics: Statistics,
@@ -71,6 +72,7 @@ impl Renderer {
                 made.hemisphere,
                 made.code,
             )?,
+            blend: Blend::new(context, &made.neighbourhoods)?,
             splat: Splat::new(context, made.point_count, size)?,
             compose: Compose::new(context, pixels)?,
             buffers: made.buffers,
@@ -128,6 +130,8 @@ impl Renderer {
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.gather.record(rec, &self.buffers.materials, &self.pyramid.irradiance);
             rec.barrier(COMPUTE_TO_COMPUTE);
+            self.blend.record(rec, &self.gather.cache_points, &self.gather.records);
+            rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.view {
             let (surfaces, points) = (&self.buffers.surfaces, &self.gather.cache_points);
@@ -135,7 +139,7 @@ impl Renderer {
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.picture {
-            self.splat.record_apply(rec, &self.primary.pixels, &self.gather.records);
+            self.splat.record_apply(rec, &self.primary.pixels, &self.blend.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
             let (direct, indirect) = (&self.direct.irradiance, &self.splat.irradiance);
             self.compose.record(rec, &self.buffers, &self.primary.pixels, direct, indirect);
@@ -225,12 +229,10 @@ impl Renderer {
         statistics.memory_bytes = memory.current_bytes;
         statistics.peak_memory_bytes = memory.peak_bytes;
         statistics.largest_binding_bytes = memory.largest_binding_bytes;
-        let tally = self.splat.tally()?;
         let (pairs, weights) = self.splat.list_lengths()?;
         let counts = [
             ("pixels", self.size()[0] * self.size()[1]),
-            ("pixels served by a relaxed record", tally.relaxed),
-            ("pixels without a record", tally.uncovered),
+            ("pixels without a covering record", self.splat.bare_pixel_count()?),
             ("splat tile pairs", pairs),
             ("splat weights", weights),
         ];
@@ -247,7 +249,8 @@ impl Renderer {
             cluster_irradiance: &self.pyramid.irradiance,
             cache_points: &self.gather.cache_points,
             gather_rays: &self.gather.rays,
-            records: &self.gather.records,
+            gathered: &self.gather.records,
+            records: &self.blend.records,
         }
     }
 }
@@ -266,7 +269,9 @@ pub struct StageBuffers<'a> {
     pub cache_points: &'a Buffer,
     /// `GatherRay`s, a row a cache point.
     pub gather_rays: &'a Buffer,
-    /// `Record`s of the cache points.
+    /// `Record`s of the cache points as gathered.
+    pub gathered: &'a Buffer,
+    /// `Record`s of the cache points, blended.
     pub records: &'a Buffer,
 }
 

@@ -7,10 +7,11 @@ use crate::passes::precompute::cache_points::{self, Geometry, Placement};
 use crate::passes::precompute::entry_points::{self, Strata};
 use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
 use crate::passes::precompute::light_paths::{self, LightPaths};
+use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::{Progress, rays::Rays, sides};
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, surfaces};
-use crate::types::{PathVertex, Surface};
+use crate::types::{CachePoint, PathVertex, Surface};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -25,6 +26,7 @@ pub(super) struct Precomputed {
     pub(super) paths: LightPaths,
     pub(super) point_count: u32,
     pub(super) cache_points: Buffer,
+    pub(super) neighbourhoods: Neighbourhoods,
     pub(super) rays: Buffer,
     pub(super) hemisphere: Hemisphere,
     pub(super) code: GatherCode,
@@ -95,8 +97,16 @@ pub(super) fn precompute(
     };
     let mut placement =
         cache_points::place(context, &buffers, &geometry, quality.cache_points, seed, progress)?;
-    entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |point| point.position);
-    let cache_points = Buffer::from_slice(context, "cache points", &placement.points)?;
+    entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
+    let points: Vec<CachePoint> = placement.points.iter().map(|placed| placed.point).collect();
+    let cache_points = Buffer::from_slice(context, "cache points", &points)?;
+    let neighbourhoods = Neighbourhoods::new(&placement.points);
+    if !placement.is_covering {
+        scene.warnings.push(format!(
+            "{} cache points do not cover the scene's curved surfaces; pixels without one take the nearest; raise quality.cache_points",
+            quality.cache_points
+        ));
+    }
     watch.lap("cache points");
 
     let hemisphere = Hemisphere::new(quality.gather_rays);
@@ -133,6 +143,7 @@ pub(super) fn precompute(
         paths,
         point_count,
         cache_points,
+        neighbourhoods,
         rays,
         hemisphere,
         code,

@@ -2,7 +2,7 @@
 
 use crate::gpu::PassTiming;
 use crate::passes::frame::{
-    compose::Compose, direct::Direct, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
+    blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
     path_scan::PathScan, primary::Primary, splat::Splat,
 };
 use std::collections::BTreeMap;
@@ -80,7 +80,7 @@ pub struct Columns {
     pub Tlpe: f64,
     /// Construction of the volumetric hierarchy.
     pub Thvds: f64,
-    /// Final gathering.
+    /// Final gathering, blending included.
     pub Tfg: f64,
     /// Splatting, composition included.
     pub Tsplat: f64,
@@ -95,7 +95,7 @@ impl Columns {
                 Primary::STEM | Direct::STEM => &mut columns.Tdi,
                 FormFactors::STEM | FormFactors::FLUX_STEM | PathScan::STEM => &mut columns.Tlpe,
                 Pyramid::STEM => &mut columns.Thvds,
-                Gather::STEM => &mut columns.Tfg,
+                Gather::STEM | Blend::STEM => &mut columns.Tfg,
                 Splat::STEM | Splat::APPLY_STEM | Compose::STEM => &mut columns.Tsplat,
                 other => unreachable!("pass `{other}` has no column"),
             } += pass.ms;

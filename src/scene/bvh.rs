@@ -1,4 +1,4 @@
-//! The acceleration structure: built by `obvhs` on the host, traversed by our own compute code. [Ylitie]
+//! The acceleration structure: built by `obvhs` on the host, traversed by our own compute code. [Ylitie 2017]
 
 use crate::error::{Error, Result};
 use crate::scene::Triangle;

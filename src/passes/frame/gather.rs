@@ -6,6 +6,7 @@ use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::precompute::gather_rays::{GatherCode, Hemisphere};
 use crate::types::Record;
+use glam::{DVec2, Vec2};
 use std::sync::Arc;
 
 gpu_struct! {
@@ -28,6 +29,7 @@ pub struct Gather {
     pipeline: Pipeline,
     point_count: u32,
     code: GatherCode,
+    turns: Buffer,
     /// `CachePoint`s.
     pub cache_points: Buffer,
     /// `GatherRay`s, a row a cache point.
@@ -56,6 +58,7 @@ impl Gather {
             pipeline: Pipeline::new(context, Self::STEM, &hemisphere.constants())?,
             point_count,
             code,
+            turns: Buffer::from_slice(context, "turns", &turns(hemisphere))?,
             cache_points,
             rays,
             records: Buffer::storage(
@@ -84,6 +87,7 @@ impl Gather {
             &push,
             &[
                 ("CachePoints", &self.cache_points),
+                ("Turns", &self.turns),
                 ("GatherRays", &self.rays),
                 ("Materials", materials),
                 ("Irradiance", irradiance),
@@ -91,4 +95,16 @@ impl Gather {
             ],
         );
     }
+}
+
+/// What the radiance of each stratum adds to the rotational gradient, along tangent and bitangent: turning the normal by dω
+/// changes a ray's cosine by dω·(n×ω), which is tanθ across its azimuth, at the stratum's middle. [Krivanek]
+fn turns(hemisphere: Hemisphere) -> Vec<Vec2> {
+    let turn = |ray: u32| {
+        let (ring, sector) = (ray / hemisphere.sectors, ray % hemisphere.sectors);
+        let sin2 = (f64::from(ring) + 0.5) / f64::from(hemisphere.rings);
+        let azimuth = std::f64::consts::TAU * (f64::from(sector) + 0.5) / f64::from(hemisphere.sectors);
+        ((sin2 / (1.0 - sin2)).sqrt() * DVec2::new(-azimuth.sin(), azimuth.cos())).as_vec2()
+    };
+    (0..hemisphere.rays()).map(turn).collect()
 }

@@ -4,7 +4,7 @@
 //! The two halves are timed apart: weights change with the view, values with the light.
 
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, TRANSFER_TO_COMPUTE};
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::prefix_sum::PrefixSum;
@@ -13,9 +13,9 @@ use crate::types::View;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Tiles that a record may touch.
-    pub struct TileRectangle {
-        /// First tile column | first tile row << 16.
+    /// Pixels that a record may touch.
+    pub struct PixelRectangle {
+        /// First column | first row << 16.
         pub low: u32,
         /// One past the last column and row, packed alike.
         pub high: u32,
@@ -36,9 +36,7 @@ gpu_struct! {
     /// What the splat could not do as it should.
     pub struct SplatTally {
         /// Pixels that no record covers and that take the nearest one.
-        pub relaxed: u32,
-        /// Pixels without even that.
-        pub uncovered: u32,
+        pub bare: u32,
     }
 }
 
@@ -83,6 +81,16 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// Push constants of the fourth step.
+    pub struct SplatNearestPush {
+        /// Records.
+        pub record_count: u32,
+        /// Weights that fit.
+        pub weight_capacity: u32,
+    }
+}
+
+gpu_struct! {
     /// Push constants of the last step.
     pub struct SplatApplyPush {
         /// Pixels.
@@ -94,17 +102,20 @@ gpu_struct! {
 
 /// What this pass shares with its shaders.
 pub const LAYOUTS: &[Layout] = &[
-    TileRectangle::LAYOUT,
+    PixelRectangle::LAYOUT,
     SplatWeight::LAYOUT,
     SplatTally::LAYOUT,
     SplatBoundsPush::LAYOUT,
     SplatEmitPush::LAYOUT,
     SplatTilesPush::LAYOUT,
+    SplatNearestPush::LAYOUT,
     SplatApplyPush::LAYOUT,
 ];
 
 /// Edge of a tile in pixels: the workgroup of `splat_tiles`.
 const TILE: u32 = 16;
+/// Workgroups that share the bare pixels, of which there are few or none.
+const NEAREST_GROUPS: u32 = 64;
 
 /// The pipelines and all lists between records and pixels.
 pub struct Splat {
@@ -113,6 +124,7 @@ pub struct Splat {
     emit: Pipeline,
     count: Pipeline,
     write: Pipeline,
+    nearest: Pipeline,
     apply: Pipeline,
     record_sums: PrefixSum,
     pixel_sums: PrefixSum,
@@ -125,6 +137,7 @@ pub struct Splat {
     weights: Buffer,
     weight_capacity: u32,
     tally: Buffer,
+    bare_pixels: Buffer,
     /// Indirect irradiance of each pixel, W/m²; three floats.
     pub irradiance: Buffer,
 }
@@ -149,18 +162,20 @@ impl Splat {
             emit: Pipeline::new(context, "splat_emit", &[])?,
             count: tiles(0)?,
             write: tiles(1)?,
+            nearest: Pipeline::new(context, "splat_nearest", &[])?,
             apply: Pipeline::new(context, Self::APPLY_STEM, &[])?,
             record_sums: PrefixSum::new(context, record_count)?,
             pixel_sums: PrefixSum::new(context, pixel_count)?,
             sort: TileSort::new(context, 4 * record_count)?,
             record_count,
             size,
-            rectangles: Buffer::storage(context, "tile rectangles", 8 * u64::from(record_count))?,
+            rectangles: Buffer::storage(context, "pixel rectangles", 8 * u64::from(record_count))?,
             first_pairs: Buffer::storage(context, "first pairs", 4 * (u64::from(record_count) + 1))?,
             first_weights: Buffer::storage(context, "first weights", 4 * (u64::from(pixel_count) + 1))?,
             weights: Buffer::storage(context, "splat weights", 8 * u64::from(weight_capacity))?,
             weight_capacity,
-            tally: Buffer::storage(context, "splat tally", 8)?,
+            tally: Buffer::storage(context, "splat tally", 4)?,
+            bare_pixels: Buffer::storage(context, "bare pixels", 4 * u64::from(pixel_count))?,
             irradiance: Buffer::storage(context, "indirect irradiance", 12 * u64::from(pixel_count))?,
         })
     }
@@ -177,15 +192,15 @@ impl Splat {
         let tiles = self.size.map(|pixels| pixels.div_ceil(TILE));
         let records = [self.record_count, 1, 1];
         let mut pass = rec.pass(Self::STEM);
-        pass.fill_zero(&self.tally);
         pass.dispatch(
             &self.bounds,
-            records,
+            [self.record_count.max(1), 1, 1],
             &SplatBoundsPush { view: *view, record_count: self.record_count },
             &[
                 ("CachePoints", cache_points),
                 ("Rectangles", &self.rectangles),
                 ("TileCounts", &self.first_pairs),
+                ("Tally", &self.tally),
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
@@ -207,13 +222,26 @@ impl Splat {
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
         let sorted = self.sort.record(&mut pass, &self.first_pairs, self.record_count, tiles[0] * tiles[1]);
-        pass.barrier(TRANSFER_TO_COMPUTE);
         pass.barrier(COMPUTE_TO_COMPUTE);
         self.tiles(&mut pass, &self.count, surfaces, cache_points, pixels, sorted);
         pass.barrier(COMPUTE_TO_COMPUTE);
         self.pixel_sums.record(&mut pass, &self.first_weights, self.size[0] * self.size[1]);
         pass.barrier(COMPUTE_TO_COMPUTE);
         self.tiles(&mut pass, &self.write, surfaces, cache_points, pixels, sorted);
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.dispatch(
+            &self.nearest,
+            [NEAREST_GROUPS * self.nearest.local_size()[0], 1, 1],
+            &SplatNearestPush { record_count: self.record_count, weight_capacity: self.weight_capacity },
+            &[
+                ("Pixels", pixels),
+                ("CachePoints", cache_points),
+                ("FirstWeights", &self.first_weights),
+                ("Tally", &self.tally),
+                ("BarePixels", &self.bare_pixels),
+                ("Weights", &self.weights),
+            ],
+        );
     }
 
     fn tiles(
@@ -242,11 +270,13 @@ impl Splat {
                 ("Surfaces", surfaces),
                 ("Pixels", pixels),
                 ("CachePoints", cache_points),
+                ("Rectangles", &self.rectangles),
                 ("FirstPairs", &self.first_pairs),
                 ("SortedPairs", sorted),
                 ("PixelCounts", &self.first_weights),
                 ("Weights", &self.weights),
                 ("Tally", &self.tally),
+                ("BarePixels", &self.bare_pixels),
             ],
         );
     }
@@ -300,6 +330,11 @@ impl Splat {
         Ok((pairs, weights))
     }
 
+    /// First weight of each pixel and the end, and the list of `SplatWeight`s, for tests.
+    pub fn lists(&self) -> [&Buffer; 2] {
+        [&self.first_weights, &self.weights]
+    }
+
     /// Bytes of the weight list's room.
     pub fn weight_bytes(&self) -> u64 {
         self.weights.bytes()
@@ -310,11 +345,11 @@ impl Splat {
         self.sort.input().bytes()
     }
 
-    /// What the last view could not be given.
+    /// Pixels of the last view that no record covers: they take the nearest one.
     ///
     /// # Errors
     /// The device failed.
-    pub fn tally(&self) -> Result<SplatTally> {
-        Ok(self.tally.read::<SplatTally>()?[0])
+    pub fn bare_pixel_count(&self) -> Result<u32> {
+        Ok(self.tally.read::<SplatTally>()?[0].bare)
     }
 }

@@ -4,7 +4,7 @@
 //! Deterministic: candidates have a fixed order, and a candidate's fate depends on earlier ones only. Covering: candidates
 //! are drawn as densely as the radii ask, and random probes of the whole surface become candidates themselves where
 //! no record serves them. Radii are clamped in world space, because the camera moves, and by the neighbourhood's
-//! clearance, so that no record reaches over what its own rays missed. [Krivanek]
+//! clearance, so that no record reaches over what its own rays missed. [Krivanek 2006]
 
 use super::{Chunks, Progress};
 use crate::cpu::records::record_weight;
@@ -48,19 +48,29 @@ const BUDGET_SHARE: f64 = 0.9;
 /// Probes for coverage, a round; and the share of them that may stay uncovered.
 const PROBES: u32 = 200_000;
 const UNCOVERED_SHARE: f64 = 5e-5;
+const PROBE_ROUNDS: u32 = 6;
 /// Rays that measure a clearance.
 const CLEARANCE_RAYS: u32 = 64;
+
+/// An accepted cache point.
+#[derive(Clone, Copy, Debug)]
+pub struct Placed {
+    /// The point and its validity radius.
+    pub point: CachePoint,
+    /// Distance to the nearest surface that it or its neighbourhood sees, metres; the radius comes of it.
+    pub clearance: f32,
+}
 
 /// The accepted cache points.
 pub struct Placement {
     /// In order of acceptance.
-    pub points: Vec<CachePoint>,
+    pub points: Vec<Placed>,
     /// Lower clamp of their radii, metres.
     pub least_radius: f32,
     /// Candidates looked at.
     pub candidates: u64,
-    /// Share of the last probes that no record serves.
-    pub uncovered_share: f64,
+    /// The budget sufficed: all but a tiny share of the surface has a record.
+    pub is_covering: bool,
 }
 
 /// Places at most `budget` cache points on the pieces of the active sides.
@@ -80,17 +90,17 @@ pub fn place(
     progress.stage("clearances", pieces.len() as u64);
     let samples: Vec<CachePoint> = (0..pieces.len()).map(|piece| geometry.draw(piece, 0, seed)).collect();
     let clearances = clearance.measure(buffers, &samples, Some(progress))?;
-    let (mut unit, mut is_last) = spread(geometry, &clearances, budget);
+    let (mut unit, is_too_curved) = spread(geometry, &clearances, budget);
     loop {
         let neighbourhood = Neighbourhood::new(geometry, &samples, &clearances);
         let mut records = Records::new(geometry, unit);
-        let attempt =
-            Attempt { buffers, geometry, clearance: &clearance, neighbourhood, unit, budget, seed, is_last };
-        if let Some(placement) = attempt.run(&mut records, &clearances, progress)? {
+        let attempt = Attempt { buffers, geometry, clearance: &clearance, neighbourhood, unit, budget, seed };
+        let placement = attempt.run(&mut records, &clearances, progress)?;
+        // Where no unit gets below the budget, it covers what it can.
+        if placement.is_covering || is_too_curved || unit >= f64::from(geometry.scene_size) {
             return Ok(placement);
         }
         unit *= 1.1;
-        is_last = unit >= f64::from(geometry.scene_size);
     }
 }
 
@@ -146,26 +156,26 @@ impl Geometry<'_> {
 
     /// Records that a piece needs at a given unit of length, where `clearance` is what its rays see.
     fn expected_records(&self, piece: usize, clearance: f32, unit: f64) -> f64 {
-        let radius = radius(clearance, unit);
         let spacing = f64::from(1.0 - COVERED);
-        let [across, along] = self.normal_reach(piece).map(|reach| spacing * radius.min(reach));
+        let reach = self.normal_reach(piece);
+        let [across, along] = reach.map(|reach| spacing * reach.min(radius(clearance, unit)));
         PACKING * self.hvds.pieces[piece].area_m2 / (across * along)
     }
 
-    /// The same if it were flat.
+    /// The same if the piece were flat.
     fn expected_flat_records(&self, piece: usize, clearance: f32, unit: f64) -> f64 {
         let spacing = f64::from(1.0 - COVERED) * radius(clearance, unit);
         PACKING * self.hvds.pieces[piece].area_m2 / (spacing * spacing)
     }
 }
 
-/// Radius of a record, metres.
+/// Radius of a record before its neighbourhood is known, metres.
 fn radius(clearance: f32, unit: f64) -> f64 {
     (0.5 * f64::from(clearance)).clamp(RADIUS_RANGE[0] * unit, RADIUS_RANGE[1] * unit)
 }
 
-/// The length that scales all radii: such that the expected number of records meets the budget. True if none does, because
-/// curvature alone asks for more records; then the length is the one for a flat scene.
+/// The length that scales all radii: such that the expected number of records meets the budget. True where none does,
+/// because curvature alone asks for more records; the length is then the one for flat pieces.
 fn spread(geometry: &Geometry<'_>, clearances: &[f32], budget: u32) -> (f64, bool) {
     let size = f64::from(geometry.scene_size);
     let sum = |expected: &dyn Fn(usize) -> f64| (0..geometry.hvds.pieces.len()).map(expected).sum::<f64>();
@@ -191,49 +201,46 @@ struct Attempt<'a> {
     unit: f64,
     budget: u32,
     seed: u32,
-    /// Whether to make do with the budget where it does not suffice.
-    is_last: bool,
 }
 
 impl Attempt<'_> {
-    /// None if the budget did not suffice, unless this is the last attempt.
     fn run(
         &self,
         records: &mut Records,
         clearances: &[f32],
         progress: &mut dyn Progress,
-    ) -> Result<Option<Placement>> {
+    ) -> Result<Placement> {
         let mut candidates = self.candidates(clearances);
         let mut looked_at = candidates.len() as u64;
         progress.stage("cache points", looked_at);
         let mut first = 0;
         let mut batch = 4096;
-        while first < candidates.len() {
+        let mut has_room = true;
+        while first < candidates.len() && has_room {
             let end = candidates.len().min(first + batch);
-            if !self.accept(records, &candidates[first..end])? {
-                return Ok(None);
-            }
+            has_room = self.accept(records, &candidates[first..end])?;
             progress.advance(end as u64);
             first = end;
             batch *= 2;
         }
-        let mut uncovered_share = 1.0;
-        for round in 0..6 {
-            candidates = self.probes(round);
-            looked_at += candidates.len() as u64;
-            let bare: Vec<CachePoint> =
-                candidates.iter().filter(|probe| !records.cover(probe, 0.0)).copied().collect();
-            uncovered_share = bare.len() as f64 / candidates.len() as f64;
-            if uncovered_share <= UNCOVERED_SHARE || self.is_last && self.is_spent(records) {
+        for round in 0..PROBE_ROUNDS {
+            if !has_room {
                 break;
             }
-            if !self.accept(records, &bare)? {
-                return Ok(None);
+            candidates = self.probes(round);
+            looked_at += candidates.len() as u64;
+            let bare = records.uncovered(&candidates, 0.0);
+            if bare.len() as f64 <= UNCOVERED_SHARE * candidates.len() as f64 {
+                break;
             }
+            has_room = self.accept(records, &bare)?;
         }
-        let points = std::mem::take(&mut records.points);
-        let least_radius = (RADIUS_RANGE[0] * self.unit) as f32;
-        Ok(Some(Placement { points, least_radius, candidates: looked_at, uncovered_share }))
+        Ok(Placement {
+            points: std::mem::take(&mut records.points),
+            least_radius: (RADIUS_RANGE[0] * self.unit) as f32,
+            candidates: looked_at,
+            is_covering: has_room,
+        })
     }
 
     /// All candidates in a fixed shuffled order, each piece as densely as its records will stand.
@@ -261,29 +268,21 @@ impl Attempt<'_> {
         probes
     }
 
-    fn is_spent(&self, records: &Records) -> bool {
-        records.points.len() as u32 >= self.budget
-    }
-
     /// Accepts, in order, candidates that nothing covers yet. False once the budget is spent.
     fn accept(&self, records: &mut Records, candidates: &[CachePoint]) -> Result<bool> {
-        if self.is_last && self.is_spent(records) {
-            return Ok(true);
-        }
-        let open: Vec<CachePoint> =
-            candidates.iter().filter(|candidate| !records.cover(candidate, COVERED)).copied().collect();
+        let open = records.uncovered(candidates, COVERED);
         let clearances = self.clearance.measure(self.buffers, &open, None)?;
         for (mut candidate, clearance) in open.into_iter().zip(clearances) {
             if records.cover(&candidate, COVERED) {
                 continue;
             }
-            if self.is_spent(records) {
-                return Ok(self.is_last);
+            if records.points.len() as u32 >= self.budget {
+                return Ok(false);
             }
             let clearance = self.neighbourhood.clamp(&candidate, clearance);
             let [low, high] = RADIUS_RANGE.map(|bound| (bound * self.unit) as f32);
             candidate.radius = (0.5 * clearance).clamp(low, high);
-            records.insert(candidate);
+            records.insert(Placed { point: candidate, clearance });
         }
         Ok(true)
     }
@@ -392,7 +391,7 @@ impl<'a> Neighbourhood<'a> {
 
 /// Accepted records, found by position.
 struct Records {
-    points: Vec<CachePoint>,
+    points: Vec<Placed>,
     low: Vec3,
     inverse_cell: f32,
     cells: UVec3,
@@ -425,10 +424,24 @@ impl Records {
         (z * self.cells.y as usize + y) * self.cells.x as usize + x
     }
 
-    fn insert(&mut self, point: CachePoint) {
-        let cell = self.index(self.cell(point.position));
+    fn insert(&mut self, placed: Placed) {
+        let cell = self.index(self.cell(placed.point.position));
         self.lists[cell].push(self.points.len() as u32);
-        self.points.push(point);
+        self.points.push(placed);
+    }
+
+    /// The candidates, in order, where no record has more than this weight.
+    fn uncovered(&self, candidates: &[CachePoint], weight: f32) -> Vec<CachePoint> {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let share = candidates.len().div_ceil(threads).max(1);
+        let open = |share: &[CachePoint]| -> Vec<CachePoint> {
+            share.iter().filter(|candidate| !self.cover(candidate, weight)).copied().collect()
+        };
+        std::thread::scope(|scope| {
+            let workers: Vec<_> =
+                candidates.chunks(share).map(|share| scope.spawn(move || open(share))).collect();
+            workers.into_iter().flat_map(|worker| worker.join().expect("the search does not panic")).collect()
+        })
     }
 
     /// Whether some record has more than this weight at the point.
@@ -439,7 +452,8 @@ impl Records {
             (low.y..=high.y).any(|y| {
                 (low.x..=high.x).any(|x| {
                     self.lists[self.index(UVec3::new(x, y, z))].iter().any(|&record| {
-                        record_weight(point.position, point.normal, &self.points[record as usize]) > weight
+                        record_weight(point.position, point.normal, &self.points[record as usize].point)
+                            > weight
                     })
                 })
             })

@@ -5,6 +5,7 @@ pub mod cache_points;
 pub mod entry_points;
 pub mod gather_rays;
 pub mod light_paths;
+pub mod neighbours;
 pub mod rays;
 pub mod sides;
 
@@ -32,7 +33,7 @@ impl Progress for Silent {
     fn finish(&mut self) {}
 }
 
-/// Cuts a batch into dispatches of about [`DISPATCH_MS`], from their measured device time.
+/// Cuts a batch into dispatches of about 50 ms, from their measured device time.
 pub struct Chunks {
     size: u32,
     limit: u32,

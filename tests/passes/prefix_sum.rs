@@ -1,10 +1,6 @@
-//! Each pass on the device against its slow twin on the processor, at awkward sizes.
+//! The running sum: integers, exact.
 
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
-
-mod common;
-
-use common::{assert_silent, context, random_words};
+use crate::common::{assert_silent, context, random_words};
 use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::prefix_sum::PrefixSum;

@@ -1,0 +1,44 @@
+// Blends every record with what its neighbours, extrapolated by their gradients, say of its place: the gather's sampling
+// noise, independent from record to record, averages out, while the light, smooth between points that see each other,
+// stays. Neighbours and weights are geometry: a fixed sparse matrix. Deterministic. One invocation = one record.
+// In: records, lists of (neighbour, weight) whose weights sum to 1. Out: blended records.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+
+layout(local_size_x = 64) in;
+
+struct Neighbour {
+    uint record;
+    float weight;
+};
+struct BlendPush { uint record_count; };
+
+layout(scalar, binding = 0) readonly buffer CachePoints { CachePoint cache_points[]; };
+layout(scalar, binding = 1) readonly buffer FirstNeighbours { uint first_neighbours[]; };  // of each record, and the end
+layout(scalar, binding = 2) readonly buffer Neighbours { Neighbour neighbours[]; };
+layout(scalar, binding = 3) readonly buffer Records { Record records[]; };
+layout(scalar, binding = 4) writeonly buffer Blended { Record blended[]; };
+layout(scalar, push_constant) uniform Push { BlendPush push; };
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= push.record_count) return;
+    CachePoint point = cache_points[index];
+    vec3 irradiance = vec3(0.0);
+    mat3 translation = mat3(0.0);
+    mat3 rotation = mat3(0.0);
+    for (uint i = first_neighbours[index]; i < first_neighbours[index + 1u]; ++i) {
+        Record record = records[neighbours[i].record];
+        float weight = neighbours[i].weight;
+        vec3 change = (point.position - record.position) * record.translation + point.normal * record.rotation;
+        irradiance += weight * max(record.irradiance + change, vec3(0.0));
+        translation += weight * record.translation;
+        rotation += weight * record.rotation;
+    }
+    // A rotation counts from the record's own normal; what the neighbours' mean says along it is no rotation.
+    rotation -= outerProduct(point.normal, point.normal * rotation);
+    blended[index] = Record(point.position, irradiance, translation, rotation);
+}

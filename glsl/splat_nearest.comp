@@ -1,0 +1,56 @@
+// Splatting, step 4: a pixel that no record covers takes the one that fits it best, of all there are. Deterministic: of
+// equal ones the first. One workgroup = one pixel at a time. In: bare pixels, records. Out: the pixel's only weight.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/splat.glsl"
+#include "include/records.glsl"
+
+layout(local_size_x = 256) in;
+
+struct SplatNearestPush {
+    uint record_count;
+    uint weight_capacity;
+};
+
+layout(scalar, binding = 0) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(scalar, binding = 1) readonly buffer CachePoints { CachePoint cache_points[]; };
+layout(scalar, binding = 2) readonly buffer FirstWeights { uint first_weights[]; };
+layout(scalar, binding = 3) readonly buffer Tally { SplatTally tally; };
+layout(scalar, binding = 4) readonly buffer BarePixels { uint bare_pixels[]; };
+layout(scalar, binding = 5) writeonly buffer Weights { SplatWeight weights[]; };
+layout(scalar, push_constant) uniform Push { SplatNearestPush push; };
+
+shared SplatWeight best[gl_WorkGroupSize.x];
+
+bool is_better(SplatWeight a, SplatWeight b) {
+    return a.weight > b.weight || (a.weight == b.weight && a.record < b.record);
+}
+
+void main() {
+    uint thread = gl_LocalInvocationIndex;
+    for (uint bare = flat_workgroup(); bare < tally.bare; bare += gl_NumWorkGroups.x) {
+        uint index = bare_pixels[bare];
+        PixelSurface pixel = pixels[index];
+        SplatWeight mine = SplatWeight(0xffffffffu, -1e30);
+        for (uint record = thread; record < push.record_count; record += gl_WorkGroupSize.x) {
+            // Behind or in front of the record's plane the metric knows no weight: there, the further, the worse.
+            CachePoint point = cache_points[record];
+            float weight = record_weight(pixel.position, pixel.normal, point);
+            if (weight == 0.0) weight = -1e10 * distance(pixel.position, point.position);
+            SplatWeight candidate = SplatWeight(record, weight);
+            if (is_better(candidate, mine)) mine = candidate;
+        }
+        best[thread] = mine;
+        for (uint stride = gl_WorkGroupSize.x / 2u; stride > 0u; stride /= 2u) {
+            barrier();
+            if (thread < stride && is_better(best[thread + stride], best[thread])) best[thread] = best[thread + stride];
+        }
+        if (thread == 0u && first_weights[index] < push.weight_capacity) {
+            weights[first_weights[index]] = SplatWeight(best[0].record, 1.0);
+        }
+        barrier();
+    }
+}

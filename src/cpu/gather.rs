@@ -1,0 +1,79 @@
+//! Twin of the final gathering.
+
+use crate::cpu::hemisphere::{Strata, frame};
+use crate::types::{GatherRay, NO_TARGET};
+use glam::{DMat3, DVec2, DVec3, Vec3};
+use std::f64::consts::PI;
+
+/// Irradiance at a cache point and its gradients, as [`crate::types::Record`] has them.
+#[derive(Clone, Copy, Debug)]
+pub struct Gathered {
+    /// W/m².
+    pub irradiance: DVec3,
+    /// Column c: gradient of channel c under movement, W/m³.
+    pub translation: DMat3,
+    /// Column c: its dot product with a normal is the change of channel c under rotation, W/m².
+    pub rotation: DMat3,
+}
+
+/// How rays are packed, and what they read.
+#[derive(Clone, Copy)]
+pub struct Sources<'a> {
+    /// Albedo of each material.
+    pub albedos: &'a [Vec3],
+    /// Of each cluster, W/m².
+    pub irradiance: &'a [Vec3],
+    /// Bits of the cluster index in a target.
+    pub cluster_bits: u32,
+    /// Unit of the rays' gradients, metres.
+    pub least_distance: f32,
+}
+
+/// Gathers the rays of one point with that shading normal.
+pub fn gather(sources: Sources<'_>, strata: Strata, normal: Vec3, rays: &[GatherRay]) -> Gathered {
+    let frame = frame(normal);
+    let stratum = PI / f64::from(strata.rays());
+    let mut irradiance = DVec3::ZERO;
+    let [mut translation, mut turn] = [[DVec3::ZERO; 3]; 2];
+    for (index, ray) in (0..).zip(rays) {
+        if ray.target == NO_TARGET {
+            continue;
+        }
+        let material = ray.target >> sources.cluster_bits;
+        let cluster = ray.target & ((1 << sources.cluster_bits) - 1);
+        let radiance = sources.albedos[material as usize].as_dvec3()
+            * sources.irradiance[cluster as usize].as_dvec3()
+            / PI;
+        irradiance += stratum * radiance;
+
+        // [Krivanek]
+        let [ring, sector] = strata.of(index);
+        let azimuth = strata.azimuth_middle(sector);
+        let across = frame * DVec3::new(-azimuth.sin(), azimuth.cos(), 0.0);
+        let movement = unpack(ray.gradient) / f64::from(sources.least_distance);
+        for channel in 0..3 {
+            translation[channel] += radiance[channel] * (frame * movement.extend(0.0));
+            turn[channel] += stratum * strata.polar_middle(ring).tan() * radiance[channel] * across;
+        }
+    }
+    let rotation = turn.map(|gradient| gradient.cross(normal.as_dvec3()));
+    Gathered {
+        irradiance,
+        translation: DMat3::from_cols(translation[0], translation[1], translation[2]),
+        rotation: DMat3::from_cols(rotation[0], rotation[1], rotation[2]),
+    }
+}
+
+/// The two halves of a word, low bits first.
+pub fn unpack(word: u32) -> DVec2 {
+    let half = |bits: u32| {
+        let (sign, exponent, fraction) = (bits >> 15, bits >> 10 & 31, f64::from(bits & 0x3ff) / 1024.0);
+        let size = match exponent {
+            0 => fraction * 2f64.powi(-14),
+            31 => f64::NAN,
+            _ => (1.0 + fraction) * 2f64.powi(exponent as i32 - 15),
+        };
+        if sign == 1 { -size } else { size }
+    };
+    DVec2::new(half(word & 0xffff), half(word >> 16))
+}

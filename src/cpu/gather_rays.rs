@@ -1,0 +1,121 @@
+//! Twin of the gather rays: what each ray reads, and the gradient of stratified hemisphere sampling.
+
+use crate::cpu::hemisphere::{Strata, frame};
+use crate::cpu::rays::Geometry;
+use crate::scene::hvds::Hvds;
+use crate::types::{CachePoint, NO_CLUSTER};
+use glam::DVec2;
+use std::f64::consts::{PI, SQRT_2};
+
+/// What gather rays are traced through, and by which rules.
+#[derive(Clone, Copy)]
+pub struct Tracing<'a> {
+    /// What they hit.
+    pub geometry: Geometry<'a>,
+    /// The clusters that they read.
+    pub hvds: &'a Hvds,
+    /// The hemisphere.
+    pub strata: Strata,
+    /// Seed of all decisions.
+    pub seed: u32,
+    /// Clusters smaller than this are not read, m².
+    pub least_area_m2: f32,
+}
+
+/// What one ray found.
+#[derive(Clone, Copy, Debug)]
+pub struct Found {
+    /// Cluster and material that it reads; none where the ray left the scene or met a side without light.
+    pub target: Option<(u32, u32)>,
+    /// To the hit, metres; infinite where the ray left the scene.
+    pub distance: f64,
+}
+
+impl Tracing<'_> {
+    /// Traces a ray of cache point number `index`.
+    pub fn trace(&self, point: &CachePoint, index: u32, ray: u32) -> Found {
+        let normal = self.geometry.normal(point.side);
+        let local = self.strata.direction(ray, index, self.seed);
+        let direction = frame(point.normal) * local;
+        let nothing = Found { target: None, distance: f64::INFINITY };
+        if direction.dot(normal.as_dvec3()) <= 0.0 {
+            return nothing;
+        }
+        let Some(hit) = self.geometry.closest(self.geometry.offset_origin(point.position, normal), direction)
+        else {
+            return nothing;
+        };
+        let surface = &self.geometry.surfaces[hit.triangle as usize];
+        let side = self.geometry.side(hit.triangle, direction);
+        let mut cluster = NO_CLUSTER;
+        if surface.side_is_active(side % 2 == 1) {
+            cluster = self.geometry.cluster(self.hvds, hit.position.as_vec3(), side);
+        }
+        if cluster == NO_CLUSTER {
+            return Found { target: None, distance: hit.t };
+        }
+        let facing = surface.normal.as_dvec3().dot(direction).abs().max(0.1);
+        let solid_angle = PI / (f64::from(self.strata.rays()) * local.z);
+        let footprint = hit.t * (solid_angle / facing).sqrt();
+        Found { target: Some((self.coarsen(cluster, footprint), surface.material)), distance: hit.t }
+    }
+
+    /// The cluster of the level whose cells are nearest to the footprint in size, in octaves; or coarser, until it is
+    /// large enough to be trusted.
+    fn coarsen(&self, base: u32, footprint: f64) -> u32 {
+        let mut cluster = base;
+        let mut cell = self.hvds.grid.cell_size();
+        while self.hvds.parents[cluster as usize] != NO_CLUSTER
+            && (footprint >= SQRT_2 * cell || self.hvds.areas_m2[cluster as usize] < self.least_area_m2)
+        {
+            cluster = self.hvds.parents[cluster as usize];
+            cell *= 2.0;
+        }
+        cluster
+    }
+
+    /// Distance to the nearest hit of a point's hemisphere, at most `far`, without rays within 10° of the tangent
+    /// plane; twin of `clearance`.
+    pub fn clearance(&self, point: &CachePoint, index: u32, far: f32) -> f64 {
+        let normal = self.geometry.normal(point.side);
+        let origin = self.geometry.offset_origin(point.position, normal);
+        let rays = (0..self.strata.rays()).map(|ray| self.strata.direction(ray, index, self.seed));
+        rays.filter(|local| local.z > 0.1736)
+            .filter_map(|local| self.geometry.closest(origin, frame(point.normal) * local))
+            .fold(f64::from(far), |nearest, hit| nearest.min(hit.t))
+    }
+}
+
+/// ∂E/∂(tangent, bitangent) of rays that found `distances` (m) and bring `radiance`, term by term as Krivanek has it,
+/// distances bounded from below.
+pub fn translational_gradient(
+    strata: Strata,
+    distances: &[f64],
+    radiance: impl Fn(u32) -> f64,
+    least_distance: f64,
+) -> DVec2 {
+    let mut gradient = DVec2::ZERO;
+    let inverse_nearer =
+        |a: u32, b: u32| 1.0 / distances[a as usize].min(distances[b as usize]).max(least_distance);
+    for sector in 0..strata.sectors {
+        let before = (sector + strata.sectors - 1) % strata.sectors;
+        let (middle, edge) = (strata.azimuth_middle(sector), strata.azimuth_edge(sector));
+        let outward = DVec2::new(middle.cos(), middle.sin());
+        let around = DVec2::new(-edge.sin(), edge.cos());
+        for ring in 0..strata.rings {
+            let [low, high] = [ring, ring + 1].map(|ring| strata.polar_edge(ring));
+            let here = ring * strata.sectors + sector;
+            if ring > 0 {
+                let below = here - strata.sectors;
+                let width = std::f64::consts::TAU / f64::from(strata.sectors);
+                let size = width * low.cos().powi(2) * low.sin() * inverse_nearer(here, below);
+                gradient += size * (radiance(here) - radiance(below)) * outward;
+            }
+            let beside = ring * strata.sectors + before;
+            let theta = strata.polar_middle(ring);
+            let size = theta.cos() * (low.cos() - high.cos()) / theta.sin() * inverse_nearer(here, beside);
+            gradient += size * (radiance(here) - radiance(beside)) * around;
+        }
+    }
+    gradient
+}

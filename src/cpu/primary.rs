@@ -1,0 +1,34 @@
+//! Twin of the primary visibility.
+
+use crate::cpu::rays::{Geometry, Hit};
+use crate::types::View;
+use glam::DVec3;
+
+/// What a pixel's central ray sees.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// The hit itself.
+    pub hit: Hit,
+    /// 2·triangle + (1 if the back side).
+    pub side: u32,
+    /// Unit shading normal on the visible side.
+    pub normal: DVec3,
+    /// Area that the pixel covers on the surface, m².
+    pub footprint: f64,
+}
+
+/// Traces the ray of pixel (x, y); none where it leaves the scene.
+pub fn primary(geometry: Geometry<'_>, view: &View, x: u32, y: u32) -> Option<Seen> {
+    let across = (f64::from(x) + 0.5) / f64::from(view.width) * 2.0 - 1.0;
+    let down = (f64::from(y) + 0.5) / f64::from(view.height) * 2.0 - 1.0;
+    let direction = view.forward.as_dvec3() + across * view.right.as_dvec3() - down * view.up.as_dvec3();
+    let hit = geometry.closest(view.position, direction)?;
+    let surface = &geometry.surfaces[hit.triangle as usize];
+    let side = geometry.side(hit.triangle, direction);
+    let [n0, n1, n2] = [surface.n0, surface.n1, surface.n2].map(|normal| normal.as_dvec3());
+    let shading = (hit.barycentric.x * n0 + hit.barycentric.y * n1 + hit.barycentric.z * n2).normalize();
+    // A pixel's area grows with the square of the depth, and with the slant of the surface against the ray.
+    let cosine = surface.normal.as_dvec3().dot(direction.normalize()).abs().max(1e-4);
+    let footprint = f64::from(view.pixel_area) * hit.t * hit.t / cosine;
+    Some(Seen { hit, side, normal: if side % 2 == 1 { -shading } else { shading }, footprint })
+}

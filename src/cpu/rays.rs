@@ -1,0 +1,97 @@
+//! Twin of the ray traversal: tries every triangle.
+
+use crate::cpu::math;
+use crate::scene::{Triangle, hvds::Hvds};
+use crate::types::{NO_CLUSTER, Surface};
+use glam::{DVec3, Vec3};
+
+/// What a ray can hit: triangles, and what is known of each.
+#[derive(Clone, Copy)]
+pub struct Geometry<'a> {
+    /// Corners.
+    pub triangles: &'a [Triangle],
+    /// In the same order.
+    pub surfaces: &'a [Surface],
+}
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit {
+    /// Distance in units of the direction's length.
+    pub t: f64,
+    /// Index of the triangle.
+    pub triangle: u32,
+    /// Weights of its corners, which sum to 1.
+    pub barycentric: DVec3,
+    /// The point itself, metres.
+    pub position: DVec3,
+}
+
+/// Where the line from `origin` along `direction` meets a triangle in front of the origin; its edges belong to it.
+///
+/// The volumes that edge and direction span have one sign inside. Of an edge that two triangles share the two volumes
+/// are each other's exact negative, so that no ray passes between them.
+pub fn intersect(corners: [Vec3; 3], origin: DVec3, direction: DVec3) -> Option<(f64, DVec3)> {
+    let [a, b, c] = corners.map(|corner| corner.as_dvec3() - origin);
+    let volumes = DVec3::new(direction.dot(c.cross(b)), direction.dot(a.cross(c)), direction.dot(b.cross(a)));
+    let sum = volumes.element_sum();
+    if (volumes.min_element() < 0.0 && volumes.max_element() > 0.0) || sum == 0.0 {
+        return None;
+    }
+    let barycentric = volumes / sum;
+    let point = barycentric.x * a + barycentric.y * b + barycentric.z * c;
+    let t = point.dot(direction) / direction.length_squared();
+    (t > 0.0).then_some((t, barycentric))
+}
+
+impl Geometry<'_> {
+    /// The nearest hit of a ray.
+    pub fn closest(&self, origin: Vec3, direction: DVec3) -> Option<Hit> {
+        let mut closest: Option<Hit> = None;
+        for (index, triangle) in self.triangles.iter().enumerate() {
+            let Some((t, barycentric)) = intersect(triangle.positions, origin.as_dvec3(), direction) else {
+                continue;
+            };
+            if closest.is_none_or(|closest| t < closest.t) {
+                let [p0, p1, p2] = triangle.positions.map(Vec3::as_dvec3);
+                let position = barycentric.x * p0 + barycentric.y * p1 + barycentric.z * p2;
+                closest = Some(Hit { t, triangle: index as u32, barycentric, position });
+            }
+        }
+        closest
+    }
+
+    /// A ray origin clear of the side that `normal` faces.
+    pub fn offset_origin(&self, position: Vec3, normal: Vec3) -> Vec3 {
+        let corners = self.triangles.iter().flat_map(|triangle| triangle.positions);
+        math::offset_origin(position, normal, corners.fold(0.0, |reach, p| p.abs().max_element().max(reach)))
+    }
+
+    /// Whether nothing stands between a surface point, on the side that `normal` faces, and `target`.
+    pub fn is_visible(&self, position: Vec3, normal: Vec3, target: Vec3) -> bool {
+        let origin = self.offset_origin(position, normal);
+        let direction = (target - origin).as_dvec3();
+        self.closest(origin, direction).is_none_or(|hit| hit.t >= 0.99999)
+    }
+
+    /// 2·triangle + (1 if the ray comes from behind).
+    pub fn side(&self, triangle: u32, direction: DVec3) -> u32 {
+        let normal = self.surfaces[triangle as usize].normal.as_dvec3();
+        2 * triangle + u32::from(normal.dot(direction) > 0.0)
+    }
+
+    /// Unit geometric normal of a side.
+    pub fn normal(&self, side: u32) -> Vec3 {
+        let normal = self.surfaces[side as usize / 2].normal;
+        if side % 2 == 1 { -normal } else { normal }
+    }
+
+    /// The base cluster that holds a point of a side; twin of `glsl/include/grid.glsl`.
+    pub fn cluster(&self, hvds: &Hvds, position: Vec3, side: u32) -> u32 {
+        let cell = hvds.grid.index_of(hvds.grid.cell_of(position, self.normal(side)));
+        let code = self.surfaces[side as usize / 2].side_code(side % 2 == 1);
+        let listed = &hvds.cell_clusters[hvds.cell_first[cell] as usize..hvds.cell_first[cell + 1] as usize];
+        let found = listed.iter().find(|&&entry| entry >> 27 == code);
+        found.map_or(NO_CLUSTER, |&entry| entry & 0x07ff_ffff)
+    }
+}

@@ -1,0 +1,82 @@
+//! Blends each record with its neighbours' extrapolations, which averages out the gather's sampling noise.
+//! In: records, neighbour lists. Out: blended records.
+
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::precompute::neighbours::Neighbourhoods;
+use crate::types::Record;
+use std::sync::Arc;
+
+gpu_struct! {
+    /// A record that speaks for another's place.
+    pub struct Neighbour {
+        /// Record.
+        pub record: u32,
+        /// Its share; a record's shares sum to 1.
+        pub weight: f32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants.
+    pub struct BlendPush {
+        /// Records.
+        pub record_count: u32,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[Neighbour::LAYOUT, BlendPush::LAYOUT];
+
+/// The pipeline, the lists and the result.
+pub struct Blend {
+    pipeline: Pipeline,
+    record_count: u32,
+    first_neighbours: Buffer,
+    neighbours: Buffer,
+    /// Blended `Record` of each cache point.
+    pub records: Buffer,
+}
+
+impl Blend {
+    /// The name that shader, twin and timing share.
+    pub const STEM: &str = "blend";
+
+    /// Uploads the lists.
+    ///
+    /// # Errors
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn new(context: &Arc<Context>, neighbourhoods: &Neighbourhoods) -> Result<Self> {
+        let record_count = neighbourhoods.first.len() as u32 - 1;
+        let bytes = u64::from(record_count) * size_of::<Record>() as u64;
+        Ok(Self {
+            pipeline: Pipeline::new(context, Self::STEM, &[])?,
+            record_count,
+            first_neighbours: Buffer::from_slice(context, "first neighbours", &neighbourhoods.first)?,
+            neighbours: Buffer::from_slice(context, "neighbours", &neighbourhoods.list)?,
+            records: Buffer::storage(context, "blended records", bytes)?,
+        })
+    }
+
+    /// Bytes of the neighbour lists.
+    pub fn list_bytes(&self) -> u64 {
+        self.neighbours.bytes()
+    }
+
+    /// Blends all records.
+    pub fn record(&self, rec: &mut Recorder, cache_points: &Buffer, records: &Buffer) {
+        rec.pass(Self::STEM).dispatch(
+            &self.pipeline,
+            [self.record_count, 1, 1],
+            &BlendPush { record_count: self.record_count },
+            &[
+                ("CachePoints", cache_points),
+                ("FirstNeighbours", &self.first_neighbours),
+                ("Neighbours", &self.neighbours),
+                ("Records", records),
+                ("Blended", &self.records),
+            ],
+        );
+    }
+}

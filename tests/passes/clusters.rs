@@ -1,0 +1,96 @@
+//! From points to clusters: entry points fall where the tables say, and none is lost however walls lie in the grid.
+
+use crate::common::assert_silent;
+use crate::world::{Random, World};
+use glam::{UVec3, Vec3};
+use lightpaths::cpu;
+use lightpaths::passes::precompute::entry_points::{Strata, place};
+use lightpaths::passes::precompute::{Silent, light_paths};
+use lightpaths::scene::shapes;
+use lightpaths::types::{Grid, NO_CLUSTER, PathVertex};
+
+/// For each point of the device, the nearest unused twin on the same side.
+fn match_points(device: &[PathVertex], mut twins: Vec<PathVertex>) {
+    assert_eq!(device.len(), twins.len());
+    for point in device {
+        let distance = |twin: &PathVertex| match twin.side == point.side {
+            true => twin.position.distance(point.position),
+            false => f32::INFINITY,
+        };
+        let nearest = (0..twins.len()).min_by(|&a, &b| distance(&twins[a]).total_cmp(&distance(&twins[b])));
+        let twin = twins.swap_remove(nearest.unwrap());
+        assert!(distance(&twin) < 1e-6, "{point:?} has no twin: {twin:?}");
+        assert_eq!((point.weight, point.incoming), (1.0, Vec3::ZERO));
+    }
+}
+
+#[test]
+fn entry_points_equal_the_twin() {
+    let world = World::room();
+    for count in [0, 1, 63, 64, 65, 2_003] {
+        let strata = Strata::new(&world.triangles, &world.surfaces, count);
+        let points = place(&world.context, &world.buffers, &world.clusters, &strata).unwrap();
+        for point in &points {
+            let cluster = world.geometry().cluster(&world.hvds, point.position, point.side);
+            assert!(cluster == point.cluster && cluster != NO_CLUSTER, "{point:?} belongs to {cluster}");
+        }
+        let twins = cpu::entry_points::entry_points(
+            world.geometry(),
+            &world.hvds,
+            &strata.sides,
+            &strata.first_points,
+        );
+        match_points(&points, twins);
+    }
+    assert_silent(&world.context);
+}
+
+#[test]
+fn no_random_point_of_a_surface_is_lost() {
+    let world = World::room();
+    let mut random = Random::new(61);
+    let mut lost = 0;
+    for _ in 0..200_000 {
+        let (position, _, side) = world.surface_point(&mut random);
+        let is_active = world.surfaces[side as usize / 2].side_is_active(side % 2 == 1);
+        lost += u32::from(is_active && world.geometry().cluster(&world.hvds, position, side) == NO_CLUSTER);
+    }
+    assert_eq!(lost, 0);
+}
+
+/// Walls exactly on cell boundaries, a pull beside them, and in between. The grid's numbers are powers of two.
+#[test]
+fn no_vertex_of_a_box_is_lost_wherever_its_walls_lie_in_the_grid() {
+    let cell = 0.125;
+    for offset in (0..=64).step_by(4).chain([1, 63]) {
+        let mut scene = shapes::closed_box(Vec3::new(10.0, 6.0, 8.0) * cell, 0.7);
+        let shift = Vec3::splat(offset as f32 * cell / 64.0);
+        for triangle in &mut scene.triangles {
+            triangle.positions = triangle.positions.map(|p| p + shift);
+        }
+        let grid = Grid {
+            low: Vec3::splat(-8.0 * cell),
+            inverse_cell: 1.0 / cell,
+            cells: UVec3::splat(16),
+            pull: cell / 64.0,
+        };
+        let world = World::on_grid(&scene, grid, 16);
+        let strata = Strata::new(&world.triangles, &world.surfaces, 1_009);
+        let points = place(&world.context, &world.buffers, &world.clusters, &strata).unwrap();
+        assert!(points.iter().all(|point| point.cluster != NO_CLUSTER), "{offset}/64 of a cell");
+        let paths = light_paths::trace(
+            &world.context,
+            &world.buffers,
+            &world.clusters,
+            &world.surfaces,
+            world.hvds.levels[0].len() as u32,
+            &points,
+            0,
+            &mut Silent,
+        )
+        .unwrap();
+        assert!(paths.steps.len() > 3_000);
+        assert_eq!(paths.lost, 0, "{offset}/64 of a cell");
+        assert_silent(&world.context);
+    }
+}

@@ -1,0 +1,124 @@
+//! Final gathering: irradiance and both gradients, from rays that are given.
+
+use crate::common::{assert_silent, context};
+use crate::world::{Random, SUM, assert_near};
+use glam::{DMat3, Mat3, Vec3};
+use lightpaths::cpu::gather::{Sources, gather, unpack};
+use lightpaths::cpu::hemisphere::Strata;
+use lightpaths::gpu::Buffer;
+use lightpaths::passes::frame::gather::Gather;
+use lightpaths::passes::precompute::gather_rays::{GatherCode, Hemisphere};
+use lightpaths::types::{CachePoint, GatherRay, NO_TARGET, Record, Reflectance};
+
+const CLUSTERS: u32 = 501;
+const ALBEDOS: [Vec3; 3] = [Vec3::new(0.9, 0.5, 0.1), Vec3::ZERO, Vec3::new(0.2, 0.4, 0.8)];
+
+/// Rays that read anything, and gradients of any sign and size up to 2, subnormal halves among them.
+fn random_rays(random: &mut Random, code: GatherCode, count: u32) -> Vec<GatherRay> {
+    let ray = |_| {
+        let target = random.below(CLUSTERS) | random.below(3) << code.cluster_bits;
+        let target = if random.below(5) == 0 { NO_TARGET } else { target };
+        GatherRay { target, gradient: random.word() & 0xbfff_bfff }
+    };
+    (0..count).map(ray).collect()
+}
+
+fn random_points(random: &mut Random, count: u32) -> Vec<CachePoint> {
+    let point = |index| {
+        // The frame's own awkward cases first.
+        let normal = [Vec3::Z, Vec3::NEG_Z].get(index as usize).copied().unwrap_or_else(|| random.sphere());
+        CachePoint { position: random.cube(), radius: 1.0, normal, side: 0 }
+    };
+    (0..count).map(point).collect()
+}
+
+#[test]
+fn irradiance_and_gradients_equal_the_twin() {
+    let context = context();
+    let mut random = Random::new(31);
+    let code = GatherCode::new(CLUSTERS, ALBEDOS.len(), 0.037).unwrap();
+    let reflectance = |diffuse| Reflectance { diffuse, exponent: 1.0, specular: Vec3::ZERO, flags: 0 };
+    let materials = Buffer::from_slice(&context, "materials", &ALBEDOS.map(reflectance)).unwrap();
+    // Eight orders of magnitude.
+    let irradiance: Vec<Vec3> =
+        (0..CLUSTERS).map(|_| (1.0 + random.cube()) * 10f32.powf(8.0 * random.unit() - 4.0)).collect();
+    let irradiance_buffer = Buffer::from_slice(&context, "irradiance", &irradiance).unwrap();
+    let sources = Sources {
+        albedos: &ALBEDOS,
+        irradiance: &irradiance,
+        cluster_bits: code.cluster_bits,
+        least_distance: code.least_distance,
+    };
+    for (rings, point_count) in [(1, 0), (1, 1), (1, 65), (3, 17), (4, 63), (8, 1), (8, 67)] {
+        let strata = Strata { rings, sectors: 4 * rings };
+        let points = random_points(&mut random, point_count);
+        let mut rays = random_rays(&mut random, code, point_count * strata.rays());
+        if let Some(last) = rays.last_chunk_mut::<4>().filter(|_| rings == 1) {
+            last.fill(GatherRay { target: NO_TARGET, gradient: 0x3c00_3c00 });
+        }
+        let pass = Gather::new(
+            &context,
+            Buffer::from_slice(&context, "cache points", &points).unwrap(),
+            point_count,
+            Buffer::from_slice(&context, "gather rays", &rays).unwrap(),
+            Hemisphere { rings, sectors: strata.sectors },
+            code,
+        )
+        .unwrap();
+        context.run(|rec| pass.record(rec, &materials, &irradiance_buffer)).unwrap();
+        let records: Vec<Record> = pass.records.read().unwrap();
+        assert_eq!(records.len(), points.len());
+        for ((record, point), row) in
+            records.iter().zip(&points).zip(rays.chunks_exact(strata.rays() as usize))
+        {
+            assert_eq!(record.position, point.position);
+            let twin = gather(sources, strata, point.normal, row);
+            assert_near(record.irradiance, twin.irradiance, SUM, 0.0, "irradiance");
+            // Terms of both signs cancel in a gradient: an error is relative to what they would add up to. Steepest is
+            // the outermost ring, a turn of which counts √(2·rings) times.
+            let brightest = twin.irradiance.max_element();
+            let steepness = row.iter().map(|ray| unpack(ray.gradient).abs().max_element()).sum::<f64>();
+            let scale = brightest * steepness / f64::from(code.least_distance);
+            assert_columns(&record.translation, twin.translation, scale, "translation");
+            let scale = brightest * f64::from(2 * rings).sqrt();
+            assert_columns(&record.rotation, twin.rotation, scale, "rotation");
+        }
+        if rings == 1 && point_count > 0 {
+            assert_eq!(records.last().unwrap().irradiance, Vec3::ZERO, "no ray, no light");
+        }
+    }
+    assert_silent(&context);
+}
+
+#[track_caller]
+fn assert_columns(device: &Mat3, twin: DMat3, scale: f64, what: &str) {
+    for channel in 0..3 {
+        assert_near(device.col(channel), twin.col(channel), 1e-5, scale, what);
+    }
+}
+
+/// What the twin's gradients mean: irradiance over a slanted source, against a difference quotient.
+#[test]
+fn the_rotational_gradient_is_a_derivative() {
+    let strata = Strata { rings: 64, sectors: 256 };
+    // A radiance field that depends on the direction in the world only, one cluster for each of 64 steps of height.
+    let irradiance: Vec<Vec3> = (0..64).map(|step| Vec3::splat(step as f32)).collect();
+    let sources =
+        Sources { albedos: &[Vec3::ONE], irradiance: &irradiance, cluster_bits: 8, least_distance: 1.0 };
+    let gathered = |normal: Vec3| {
+        let frame = lightpaths::cpu::hemisphere::frame(normal);
+        let ray = |ray| {
+            let direction = frame * strata.direction(ray, 0, 0);
+            GatherRay { target: (32.0 * (1.0 + direction.x)) as u32, gradient: 0 }
+        };
+        gather(sources, strata, normal, &(0..strata.rays()).map(ray).collect::<Vec<_>>())
+    };
+    let at = gathered(Vec3::Z);
+    for turned in [Vec3::new(0.05, 0.0, 1.0), Vec3::new(0.0, 0.05, 1.0), Vec3::new(-0.03, 0.04, 1.0)] {
+        let normal = turned.normalize();
+        let change = (gathered(normal).irradiance - at.irradiance).x;
+        let predicted = at.rotation.col(0).dot(normal.as_dvec3());
+        assert!((change - predicted).abs() < 0.005 * at.irradiance.x, "{change} came, {predicted} foretold");
+        assert!(turned.x == 0.0 || predicted.abs() > 0.01 * at.irradiance.x);
+    }
+}

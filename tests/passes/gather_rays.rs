@@ -1,0 +1,137 @@
+//! Gather rays and clearances: what each ray of a cache point finds, and its weight in the translational gradient.
+
+use crate::common::assert_silent;
+use crate::world::{Random, World};
+use lightpaths::cpu::gather::unpack;
+use lightpaths::cpu::gather_rays::{Tracing, translational_gradient};
+use lightpaths::cpu::hemisphere::Strata;
+use lightpaths::gpu::Buffer;
+use lightpaths::passes::precompute::Silent;
+use lightpaths::passes::precompute::cache_points::ClearancePush;
+use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
+use lightpaths::types::{CachePoint, GatherRay, NO_TARGET};
+
+const SEED: u32 = 5;
+const LEAST_AREA_M2: f32 = 0.02;
+
+fn tracing(world: &World, rings: u32) -> Tracing<'_> {
+    let strata = Strata { rings, sectors: 4 * rings };
+    Tracing {
+        geometry: world.geometry(),
+        hvds: &world.hvds,
+        strata,
+        seed: SEED,
+        least_area_m2: LEAST_AREA_M2,
+    }
+}
+
+fn trace(world: &World, points: &[CachePoint], rings: u32, code: GatherCode) -> Vec<GatherRay> {
+    let buffer = Buffer::from_slice(&world.context, "cache points", points).unwrap();
+    let rays = gather_rays::trace(
+        &world.context,
+        &world.buffers,
+        &world.clusters,
+        &buffer,
+        points.len() as u32,
+        Hemisphere { rings, sectors: 4 * rings },
+        code,
+        LEAST_AREA_M2,
+        SEED,
+        &mut Silent,
+    );
+    rays.unwrap().read().unwrap()
+}
+
+#[test]
+fn targets_and_gradient_weights_equal_the_twin() {
+    let world = World::room();
+    let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
+    let mut random = Random::new(41);
+    let (mut rays_in_all, mut disagree, mut coarse, mut lost, mut compared) = (0, 0, 0, 0, 0);
+    for (rings, count) in [(1, 0), (1, 1), (1, 130), (3, 7), (4, 65), (8, 23)] {
+        let points = world.cache_points(&mut random, count, 0.1);
+        let tracing = tracing(&world, rings);
+        let rays = trace(&world, &points, rings, code);
+        let per_point = tracing.strata.rays();
+        assert_eq!(rays.len(), count * per_point as usize);
+        for ((index, point), row) in (0..).zip(&points).zip(rays.chunks_exact(per_point as usize)) {
+            let found: Vec<_> = (0..per_point).map(|ray| tracing.trace(point, index, ray)).collect();
+            let target = |target: Option<(u32, u32)>| {
+                target.map_or(NO_TARGET, |(cluster, material)| cluster | material << code.cluster_bits)
+            };
+            let wrong =
+                row.iter().zip(&found).filter(|(ray, found)| ray.target != target(found.target)).count();
+            rays_in_all += row.len();
+            disagree += wrong;
+            let base = world.hvds.levels[0].end;
+            coarse +=
+                found.iter().filter(|found| found.target.is_some_and(|(cluster, _)| cluster >= base)).count();
+            lost += found.iter().filter(|found| found.target.is_none() && found.distance.is_finite()).count();
+            if wrong > 0 {
+                continue;
+            }
+            let distances: Vec<_> = found.iter().map(|found| found.distance).collect();
+            for ray in 0..per_point {
+                // The gradient is linear in the radiances: a ray's weight is its gradient when it alone is bright.
+                let alone = |other: u32| f64::from(u8::from(other == ray));
+                let least_distance = f64::from(code.least_distance);
+                let weight = translational_gradient(tracing.strata, &distances, alone, least_distance)
+                    * least_distance;
+                let stored = unpack(row[ray as usize].gradient);
+                // Half of the last bit of a half, and what f32 distances of grazing rays lack.
+                let bound = weight.abs().max_element() / 1024.0 + 1e-6;
+                assert!(
+                    (stored - weight).abs().max_element() < bound,
+                    "ray {ray}: {stored}, {weight} by the twin"
+                );
+                compared += 1;
+            }
+        }
+    }
+    // Rays on an edge of a triangle, of a cell, or between two levels.
+    assert!(disagree * 500 <= rays_in_all, "{disagree} of {rays_in_all} rays disagree");
+    assert!(compared * 10 > rays_in_all * 7, "{compared} of {rays_in_all} weights were compared");
+    assert!(
+        coarse * 10 > rays_in_all && coarse < rays_in_all,
+        "{coarse} of {rays_in_all} read coarser levels"
+    );
+    assert!(lost * 100 < rays_in_all, "{lost} of {rays_in_all} hits have no cluster");
+    assert_silent(&world.context);
+}
+
+#[test]
+fn clearances_equal_the_twin() {
+    let world = World::room();
+    let mut random = Random::new(42);
+    let far = 0.4;
+    for (rings, count) in [(1, 0), (1, 1), (4, 63), (4, 64), (4, 65), (8, 31)] {
+        let points = world.cache_points(&mut random, count, 0.1);
+        let tracing = tracing(&world, rings);
+        let candidates = Buffer::from_slice(&world.context, "candidates", &points).unwrap();
+        let clearances =
+            Buffer::from_slice(&world.context, "clearances", &vec![-1.0_f32; count + 2]).unwrap();
+        world.dispatch(
+            "clearance",
+            &[("RINGS", rings), ("SECTORS", 4 * rings)],
+            |pipeline| count as u32 * pipeline.local_size()[0],
+            &ClearancePush { candidate_count: count as u32, seed: SEED, scene_size: far },
+            &[
+                ("Nodes", &world.buffers.nodes),
+                ("Triangles", &world.buffers.triangles),
+                ("Surfaces", &world.buffers.surfaces),
+                ("Candidates", &candidates),
+                ("Clearances", &clearances),
+            ],
+        );
+        let mut found: Vec<f32> = clearances.read().unwrap();
+        assert_eq!(found.split_off(count), [-1.0; 2], "nothing is written past the last candidate");
+        let twin: Vec<_> =
+            (0..).zip(&points).map(|(index, point)| tracing.clearance(point, index, far)).collect();
+        // A ray that an edge lets through by f32 may have been the nearest.
+        let differs = |(device, twin): (&f32, &f64)| (f64::from(*device) - twin).abs() > 1e-4 * twin;
+        let differ = found.iter().zip(&twin).filter(|&pair| differs(pair)).count();
+        assert!(differ * 30 <= count, "{differ} of {count} clearances differ");
+        assert!(count < 60 || (twin.iter().any(|&t| t == f64::from(far)) && twin.iter().any(|&t| t < 0.1)));
+    }
+    assert_silent(&world.context);
+}

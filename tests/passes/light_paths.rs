@@ -1,0 +1,228 @@
+//! Light paths, vertex by vertex, and the two orders that they are stored in.
+
+use crate::common::assert_silent;
+use crate::world::{Random, World};
+use glam::{DVec3, Vec3};
+use lightpaths::cpu::light_paths::{Walk, Walker};
+use lightpaths::cpu::sampling::{owen_scramble, sample_3d, sobol};
+use lightpaths::gpu::Buffer;
+use lightpaths::passes::frame::path_scan::HEAD;
+use lightpaths::passes::precompute::Silent;
+use lightpaths::passes::precompute::light_paths::{self, LightPathsPush, PathState};
+use lightpaths::types::{NO_CLUSTER, PathVertex};
+
+const SEED: u32 = 77;
+const STEPS: usize = 8;
+const THRESHOLD: f32 = 0.25;
+
+fn entry_points(world: &World, count: usize) -> Vec<PathVertex> {
+    let mut random = Random::new(51);
+    let mut points = Vec::new();
+    while points.len() < count {
+        let (position, _, side) = world.surface_point(&mut random);
+        let cluster = world.geometry().cluster(&world.hvds, position, side);
+        // The outside of the room has no clusters.
+        if cluster != NO_CLUSTER {
+            points.push(PathVertex { position, side, incoming: Vec3::ZERO, weight: 1.0, cluster });
+        }
+    }
+    points
+}
+
+/// Extends live paths on the device; returns the vertices of each.
+fn extend(world: &World, states: &mut Vec<PathState>) -> Vec<Vec<PathVertex>> {
+    let paths = Buffer::from_slice(&world.context, "paths", states).unwrap();
+    let bytes = states.len() * STEPS * size_of::<PathVertex>();
+    let vertices = Buffer::storage(&world.context, "vertices", bytes as u64).unwrap();
+    let counts = Buffer::storage(&world.context, "counts", 4 * states.len() as u64).unwrap();
+    world.dispatch(
+        light_paths::STEM,
+        &[("STEPS", STEPS as u32), ("ROULETTE_THRESHOLD", THRESHOLD.to_bits())],
+        |_| states.len() as u32,
+        &LightPathsPush { grid: world.hvds.grid, path_count: states.len() as u32, seed: SEED },
+        &[
+            ("Nodes", &world.buffers.nodes),
+            ("Triangles", &world.buffers.triangles),
+            ("Surfaces", &world.buffers.surfaces),
+            ("Materials", &world.buffers.materials),
+            ("CellFirst", &world.clusters.cell_first),
+            ("CellClusters", &world.clusters.cell_clusters),
+            ("Paths", &paths),
+            ("Vertices", &vertices),
+            ("VertexCounts", &counts),
+        ],
+    );
+    *states = paths.read().unwrap();
+    let counts: Vec<u32> = counts.read().unwrap();
+    let vertices: Vec<PathVertex> = vertices.read().unwrap();
+    vertices.chunks_exact(STEPS).zip(counts).map(|(row, count)| row[..count as usize].to_vec()).collect()
+}
+
+/// Walks along what the device found; true if device and twin part somewhere. After each step the twin goes on from the
+/// device's vertex, so that errors do not add up.
+fn parts(walk: &Walk<'_>, walker: &mut Walker, found: &[PathVertex], goes_on: bool) -> bool {
+    for vertex in found {
+        let Some(twin) = walk.step(walker) else { return true };
+        let error = (twin.position - vertex.position).length();
+        let weight_error = (twin.weight - vertex.weight).abs();
+        if twin.side != vertex.side
+            || error > 1e-4
+            || weight_error > 1e-5 * twin.weight
+            || (twin.incoming - vertex.incoming).length() > 1e-4
+        {
+            return true;
+        }
+        // The cluster of the very point that the device found.
+        if vertex.cluster != walk.geometry.cluster(walk.hvds, vertex.position, vertex.side) {
+            return true;
+        }
+        walker.position = vertex.position;
+    }
+    !goes_on && walk.step(&mut walker.clone()).is_some()
+}
+
+#[test]
+fn vertices_equal_the_twin() {
+    let world = World::room();
+    let walk = Walk {
+        geometry: world.geometry(),
+        materials: &world.materials,
+        hvds: &world.hvds,
+        seed: SEED,
+        roulette_threshold: f64::from(THRESHOLD),
+    };
+    for count in [0, 1, 63, 64, 65, 4_999] {
+        let state = |(path, entry): (u32, &PathVertex)| PathState {
+            position: entry.position,
+            side: entry.side,
+            throughput: Vec3::ONE,
+            path,
+            depth: 0,
+            is_alive: 1,
+        };
+        let mut states: Vec<_> = (0..).zip(&entry_points(&world, count)).map(state).collect();
+        let walker = |state: &PathState| Walker {
+            position: state.position,
+            side: state.side,
+            throughput: DVec3::ONE,
+            path: state.path,
+            depth: 0,
+        };
+        let mut walkers: Vec<_> = states.iter().map(walker).collect();
+        let (mut parted, mut vertices, mut rounds) = (0, 0, 0);
+        while !states.is_empty() {
+            let rows = extend(&world, &mut states);
+            let mut survivors = Vec::new();
+            for (state, row) in states.iter().zip(&rows) {
+                let walker = &mut walkers[state.path as usize];
+                vertices += row.len();
+                let goes_on = state.is_alive == 1;
+                if parts(&walk, walker, row, goes_on) {
+                    parted += 1;
+                } else if goes_on {
+                    survivors.push(*state);
+                }
+            }
+            states = survivors;
+            rounds += 1;
+        }
+        // Rays by an edge, and roulette by a hair.
+        assert!(parted * 500 <= count, "{parted} of {count} paths part from the twin");
+        assert!(
+            count < 1_000 || (vertices > 2 * count && rounds > 1),
+            "{vertices} vertices in {rounds} rounds"
+        );
+    }
+    assert_silent(&world.context);
+}
+
+#[test]
+fn paths_are_stored_whole_in_both_orders() {
+    let world = World::room();
+    for count in [0, 1, 64, 65, 9_001] {
+        let entries = entry_points(&world, count);
+        let base = world.hvds.levels[0].len();
+        let paths = light_paths::trace(
+            &world.context,
+            &world.buffers,
+            &world.clusters,
+            &world.surfaces,
+            base as u32,
+            &entries,
+            SEED,
+            &mut Silent,
+        )
+        .unwrap();
+        assert_eq!(paths.first_deposits.len(), base + 1);
+        assert_eq!(paths.deposits.len(), paths.first_deposits[base] as usize + 1);
+        assert_eq!(paths.steps.len() as u64, u64::from(paths.first_deposits[base]) + paths.lost);
+
+        // The same walk in rounds of our own.
+        let mut expected: Vec<Vec<PathVertex>> = entries.iter().map(|&entry| vec![entry]).collect();
+        let mut states: Vec<_> = (0..)
+            .zip(&entries)
+            .map(|(path, e)| PathState {
+                position: e.position,
+                side: e.side,
+                throughput: Vec3::ONE,
+                path,
+                depth: 0,
+                is_alive: 1,
+            })
+            .collect();
+        while !states.is_empty() {
+            for (row, state) in extend(&world, &mut states).into_iter().zip(&states) {
+                expected[state.path as usize].extend(row);
+            }
+            states.retain(|state| state.is_alive == 1);
+        }
+        let mut steps = paths.steps.iter();
+        let mut taken = vec![false; paths.deposits.len()];
+        for (path, vertices) in expected.iter().enumerate() {
+            let mut material = HEAD;
+            for vertex in vertices {
+                let step = steps.next().unwrap();
+                assert_eq!((step.material, step.weight), (material, vertex.weight));
+                material = world.surfaces[vertex.side as usize / 2].material;
+                assert_ne!(vertex.cluster, NO_CLUSTER, "no vertex is lost");
+                let cluster = vertex.cluster as usize;
+                assert!(
+                    (paths.first_deposits[cluster]..paths.first_deposits[cluster + 1]).contains(&step.slot)
+                );
+                assert!(!std::mem::replace(&mut taken[step.slot as usize], true), "slots are used once");
+                assert_eq!(paths.deposits[step.slot as usize].path, path as u32);
+            }
+        }
+        assert!(steps.next().is_none());
+        assert_eq!(paths.lost, 0);
+    }
+    assert_silent(&world.context);
+}
+
+/// What the twin's samples promise: 256 of them fall evenly into any 256 boxes of one shape in two neighbouring axes.
+#[test]
+fn samples_are_stratified() {
+    for seed in [0, 9] {
+        let points: Vec<Vec3> = (0..256).map(|index| sample_3d(index, seed)).collect();
+        for (a, b) in [(0, 1), (1, 2)] {
+            for bits in 0..=8 {
+                let (columns, rows) = (1_u32 << bits, 1_u32 << (8 - bits));
+                let mut counts = vec![0; 256];
+                for point in &points {
+                    let cell = |value: f32, cells: u32| (value * cells as f32) as u32;
+                    counts[(cell(point[a], columns) * rows + cell(point[b], rows)) as usize] += 1;
+                }
+                // The first two dimensions make perfect nets, the second and third nets of quality 1.
+                let bound = if a == 0 { 1 } else { 2 };
+                assert!(counts.iter().all(|&count| count <= bound), "axes {a} and {b}, {columns}×{rows}");
+            }
+        }
+    }
+    assert_eq!(sobol(1), [1 << 31; 3]);
+    assert_eq!(sobol(3), [0xc000_0000, 0x4000_0000, 0x4000_0000]);
+    // A scramble keeps the order of halves, quarters and so on: equal prefixes stay equal.
+    for bits in 1..32 {
+        let (x, y) = (0x1234_5678_u32, 0x1234_5678 ^ 0xffff_ffff_u32 >> bits);
+        assert_eq!((owen_scramble(x, 3) ^ owen_scramble(y, 3)) >> (32 - bits), 0);
+    }
+}

@@ -1,0 +1,23 @@
+//! Each pass on the device against its slow twin on the processor, at awkward sizes.
+//!
+//! Integers are exact. Floats agree to 1e-5, sums to 1e-4, each relative to the largest value in play unless a test says
+//! otherwise and why. Where a ray grazes an edge, f32 and f64 may take different sides: such tests state the share.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod clusters;
+mod energy;
+mod frame;
+mod gather;
+mod gather_rays;
+mod light_paths;
+mod path_scan;
+mod pixels;
+mod prefix_sum;
+mod rays;
+mod splat;
+mod tile_sort;
+mod world;

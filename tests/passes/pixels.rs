@@ -1,0 +1,123 @@
+//! Primary visibility, direct light and composition.
+
+use crate::common::assert_silent;
+use crate::world::{FLOAT, Random, World, assert_near};
+use glam::Vec3;
+use lightpaths::cpu;
+use lightpaths::gpu::Buffer;
+use lightpaths::passes::frame::{compose::Compose, direct::Direct, primary::Primary};
+use lightpaths::scene::{Camera, shapes};
+use lightpaths::types::{NO_SIDE, PixelSurface, PointLight, View};
+
+/// Around a workgroup of 8×8 pixels.
+const SIZES: [[u32; 2]; 6] = [[1, 1], [7, 9], [8, 8], [9, 7], [31, 17], [64, 3]];
+
+fn camera(size: [u32; 2], distance: f32) -> Camera {
+    let name = "camera".to_owned();
+    let position = Vec3::new(0.1, 0.05, 0.48) * distance;
+    Camera { name, position, target: Vec3::new(-0.1, -0.2, 0.0), up: Vec3::Y, fov_y_degrees: 95.0, size }
+}
+
+#[test]
+fn pixels_equal_the_twin() {
+    let room = World::room();
+    // Squares in the open, so that rays also miss.
+    let squares = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
+    for (world, distance) in [(&room, 1.0), (&squares, 4.0)] {
+        for size in SIZES {
+            let view = View::from(&camera(size, distance));
+            let pass = Primary::new(&world.context, size[0] * size[1]).unwrap();
+            world.context.run(|rec| pass.record(rec, &world.buffers, &view)).unwrap();
+            let pixels: Vec<PixelSurface> = pass.pixels.read().unwrap();
+            let mut other_sides = 0;
+            for (index, pixel) in (0..).zip(&pixels) {
+                let seen = cpu::primary::primary(world.geometry(), &view, index % size[0], index / size[0]);
+                let Some(seen) = seen.filter(|seen| seen.side == pixel.side) else {
+                    other_sides += u32::from(pixel.side != NO_SIDE || seen.is_some());
+                    continue;
+                };
+                // At a slant of 1 in 100 the hit moves a hundred times as far as the ray's error.
+                assert_near(pixel.position, seen.hit.position, 1e-4, 1.0, "position");
+                assert_near(pixel.normal, seen.normal, 1e-4, 1.0, "normal");
+                let footprint = f64::from(pixel.footprint);
+                assert!(
+                    (footprint / seen.footprint - 1.0).abs() < 1e-3,
+                    "{footprint} m², {} by the twin",
+                    seen.footprint
+                );
+            }
+            assert!(other_sides * 500 <= size[0] * size[1], "{other_sides} pixels see something else");
+        }
+    }
+    assert_silent(&room.context);
+}
+
+#[test]
+fn direct_irradiance_equals_the_twin() {
+    let world = World::room();
+    let mut random = Random::new(71);
+    let lights = [
+        PointLight { position: Vec3::new(0.1, 0.7, -0.2), intensity: Vec3::new(1.0, 2.0, 3.0) },
+        PointLight { position: Vec3::new(-0.9, -0.7, 0.45), intensity: Vec3::new(100.0, 0.0, 1e-4) },
+    ];
+    let buffer = Buffer::from_slice(&world.context, "lights", &lights).unwrap();
+    for (size, light_count) in SIZES.into_iter().zip([1, 2, 2, 2, 2, 0]) {
+        let count = size[0] * size[1];
+        let mut pixels = world.pixels(&mut random, count as usize);
+        for pixel in pixels.iter_mut().step_by(7).skip(1) {
+            pixel.side = NO_SIDE;
+        }
+        let surfaces = Buffer::from_slice(&world.context, "pixels", &pixels).unwrap();
+        let pass = Direct::new(&world.context, count).unwrap();
+        world
+            .context
+            .run(|rec| pass.record(rec, &world.buffers, &buffer, light_count, &surfaces, size))
+            .unwrap();
+        let irradiance: Vec<Vec3> = pass.irradiance.read().unwrap();
+        let mut differ = 0;
+        for (device, pixel) in irradiance.iter().zip(&pixels) {
+            let lights = &lights[..light_count as usize];
+            let twin = cpu::direct::direct(world.geometry(), lights, pixel);
+            // Relative to a light overhead: the cosine cancels where light grazes.
+            let overhead = |light: &PointLight| {
+                f64::from(light.intensity.max_element() / (light.position - pixel.position).length_squared())
+            };
+            let bound = FLOAT * lights.iter().map(overhead).sum::<f64>();
+            differ += u32::from((device.as_dvec3() - twin).abs().max_element() > bound);
+        }
+        // Shadow rays past an edge.
+        assert!(differ * 250 <= count, "{differ} of {count} pixels differ");
+        assert!(count < 100 || light_count == 0 || irradiance.iter().filter(|e| e.x > 0.0).count() > 50);
+    }
+    assert_silent(&world.context);
+}
+
+#[test]
+fn radiance_equals_the_twin() {
+    let world = World::room();
+    let mut random = Random::new(72);
+    for count in [0, 1, 63, 64, 65, 997] {
+        let mut pixels = world.pixels(&mut random, count);
+        for pixel in pixels.iter_mut().step_by(5).skip(1) {
+            pixel.side = NO_SIDE;
+        }
+        let irradiances = [(); 2].map(|()| (0..count).map(|_| 1.0 + random.cube()).collect::<Vec<Vec3>>());
+        let upload = |name: &str, values: &[Vec3]| Buffer::from_slice(&world.context, name, values).unwrap();
+        let [direct, indirect] = [upload("direct", &irradiances[0]), upload("indirect", &irradiances[1])];
+        let surfaces = Buffer::from_slice(&world.context, "pixels", &pixels).unwrap();
+        let pass = Compose::new(&world.context, count as u32).unwrap();
+        world.context.run(|rec| pass.record(rec, &world.buffers, &surfaces, &direct, &indirect)).unwrap();
+        let radiance: Vec<Vec3> = pass.radiance.read().unwrap();
+        for (index, (device, pixel)) in radiance.iter().zip(&pixels).enumerate() {
+            if pixel.side == NO_SIDE {
+                assert_eq!(*device, Vec3::ZERO);
+                continue;
+            }
+            let material = world.surfaces[pixel.side as usize / 2].material;
+            let albedo = world.materials[material as usize].diffuse;
+            let twin = cpu::compose::compose(albedo, irradiances[0][index], irradiances[1][index]);
+            assert_near(*device, twin, FLOAT, 0.0, "radiance");
+        }
+    }
+    assert_silent(&world.context);
+}

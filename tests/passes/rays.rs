@@ -1,0 +1,191 @@
+//! Traversal: nearest hits, against every triangle in f64; and that closed surfaces are closed.
+
+use crate::common::{assert_silent, random_words};
+use crate::world::{Random, World};
+use glam::Vec3;
+use lightpaths::passes::precompute::rays::{RayAnswer, RayQuery, Rays};
+use lightpaths::scene::{LoadOptions, Scene, Triangle, shapes};
+use lightpaths::types::NO_SIDE;
+
+/// A few hundred triangles of very different size that pierce each other.
+fn soup() -> Scene {
+    let mut scene = shapes::facing_squares(1.0, 1.0, 0.5);
+    let mut random = Random::new(3);
+    let triangle = |size: f32| {
+        let centre = random.cube();
+        let positions = [0; 3].map(|_| centre + size * random.cube());
+        Triangle { positions, normals: [Vec3::Y; 3], material: 0 }
+    };
+    scene.triangles = [0.01, 0.1, 1.0].repeat(101).into_iter().map(triangle).collect();
+    scene
+}
+
+/// Rays of every awkward kind around a scene of about unit size.
+fn awkward_rays(world: &World, count: usize) -> Vec<RayQuery> {
+    let mut random = Random::new(count as u64);
+    let mut queries = Vec::new();
+    for index in 0..count {
+        let origin = 1.3 * random.cube();
+        let (target, normal, _) = world.surface_point(&mut random);
+        let along = (target - origin).normalize();
+        let direction = match index % 6 {
+            0 => random.sphere() * 10f32.powf(4.0 * random.unit() - 2.0),
+            1 => target - origin,
+            // Parallel to an axis, and to a plane of two; of both signs of zero.
+            2 => [Vec3::X, Vec3::NEG_Y, Vec3::Z, -Vec3::Z][random.below(4) as usize],
+            3 => Vec3::new(random.unit() - 0.5, -0.0, random.unit() - 0.5),
+            4 => Vec3::new(0.0, random.unit() - 0.5, random.unit() - 0.5),
+            // Half a degree off the plane of a triangle that it hits.
+            _ => {
+                let grazing = (along - 0.992 * along.dot(normal) * normal).normalize();
+                queries.push(RayQuery { origin: target - grazing, direction: grazing });
+                continue;
+            }
+        };
+        queries.push(RayQuery { origin, direction });
+    }
+    queries
+}
+
+/// Rays of which device and twin disagree: each, by f32, passes an edge on the other side.
+fn disagreements(world: &World, queries: &[RayQuery], answers: &[RayAnswer]) -> usize {
+    let geometry = world.geometry();
+    let disagrees = |(query, answer): (&RayQuery, &RayAnswer)| {
+        let direction = query.direction.as_dvec3();
+        let Some(hit) = geometry.closest(query.origin, direction) else { return answer.side != NO_SIDE };
+        // The distance from the twin's plane to the device's hit: t itself grows inexact as the ray grazes the plane.
+        let normal = world.surfaces[hit.triangle as usize].normal.as_dvec3();
+        let off_plane = ((f64::from(answer.t) - hit.t) * direction.dot(normal)).abs();
+        let same_side = answer.side == geometry.side(hit.triangle, direction);
+        off_plane > 1e-5 || !(same_side || hit.barycentric.min_element() < 1e-4)
+    };
+    queries.iter().zip(answers).filter(|&pair| disagrees(pair)).count()
+}
+
+#[test]
+fn nearest_hits_equal_brute_force() {
+    let teapot = Scene::load("box", &LoadOptions::default()).unwrap();
+    let worlds = [World::room(), World::new(&soup(), 8), World::new(&teapot, 8)];
+    for (world, largest) in worlds.iter().zip([16_385, 9_973, 3_989]) {
+        let rays = Rays::new(&world.context).unwrap();
+        for count in [0, 1, 63, 64, 65, largest] {
+            let queries = awkward_rays(world, count);
+            let answers = rays.trace(&world.buffers, &queries).unwrap();
+            assert_eq!(answers.len(), count);
+            let found = disagreements(world, &queries, &answers);
+            assert!(found * 2_000 <= count, "{found} of {count} rays disagree");
+        }
+    }
+    assert_silent(&worlds[0].context);
+}
+
+#[test]
+fn rays_that_agree_with_the_twin_are_not_all_misses() {
+    let world = World::room();
+    let mut answers =
+        Rays::new(&world.context).unwrap().trace(&world.buffers, &awkward_rays(&world, 600)).unwrap();
+    let queries = awkward_rays(&world, 600);
+    assert_eq!(disagreements(&world, &queries, &answers), 0);
+    assert!(answers.iter().filter(|answer| answer.side == NO_SIDE).count() < 300);
+    for answer in &mut answers {
+        answer.t *= 1.001;
+    }
+    assert!(disagreements(&world, &queries, &answers) > 300, "the comparison sees a distance that is off");
+}
+
+#[test]
+fn edges_and_corners_of_a_box_are_hit() {
+    let world = World::new(&shapes::closed_box(Vec3::new(2.0, 1.0, 4.0), 0.5), 8);
+    let mut queries = Vec::new();
+    for x in [-1.0, 0.0, 1.0] {
+        for y in [-0.5, 0.0, 0.5] {
+            for z in [-2.0, 0.0, 2.0] {
+                queries.push(RayQuery { origin: Vec3::ZERO, direction: Vec3::new(x, y, z) });
+            }
+        }
+    }
+    queries.retain(|query| query.direction != Vec3::ZERO);
+    let answers = Rays::new(&world.context).unwrap().trace(&world.buffers, &queries).unwrap();
+    for (query, answer) in queries.iter().zip(&answers) {
+        assert!((answer.t - 1.0).abs() < 1e-6, "towards {}: {answer:?}", query.direction);
+        assert_eq!(answer.side % 2, 0, "the fronts are inside");
+    }
+    assert_silent(&world.context);
+}
+
+/// Rays from inside the sphere around `centre`: towards every corner and the middle of every edge, then at random.
+fn inside_out(world: &World, centre: Vec3, radius: f32, count: usize) -> Vec<RayQuery> {
+    let mut random = Random::new(11);
+    let mut queries = Vec::with_capacity(count);
+    for origin in [Vec3::ZERO, Vec3::new(0.3, -0.2, 0.1), Vec3::new(0.0, 0.85, 0.0)] {
+        let origin = centre + radius * origin;
+        for triangle in &world.triangles {
+            let [p0, p1, p2] = triangle.positions;
+            for target in [p0, p1, p2, 0.5 * (p0 + p1), 0.5 * (p1 + p2), 0.5 * (p2 + p0)] {
+                queries.push(RayQuery { origin, direction: target - origin });
+            }
+        }
+    }
+    let words = random_words(5, 3 * count);
+    let mut axis =
+        words.chunks_exact(3).map(|w| Vec3::new(w[0] as f32, w[1] as f32, w[2] as f32) / 2f32.powi(31) - 1.0);
+    while queries.len() < count {
+        let direction = axis.next().unwrap();
+        let origin = centre + 0.5 * radius * random.cube();
+        queries
+            .push(RayQuery { origin, direction: if direction == Vec3::ZERO { Vec3::X } else { direction } });
+    }
+    queries
+}
+
+#[test]
+fn no_ray_escapes_from_a_closed_sphere() {
+    for (centre, radius, count) in [
+        (Vec3::ZERO, 1.0, 2_000_003),
+        (Vec3::new(30.0, -20.0, 10.0), 1.0, 200_003),
+        (Vec3::ZERO, 1e-3, 200_003),
+    ] {
+        let mut scene = shapes::integrating_sphere(radius, 3, 0.5, Vec3::ZERO, 1.0);
+        for triangle in &mut scene.triangles {
+            triangle.positions = triangle.positions.map(|p| p + centre);
+        }
+        let world = World::new(&scene, 8);
+        let queries = inside_out(&world, centre, radius, count);
+        let answers = Rays::new(&world.context).unwrap().trace(&world.buffers, &queries).unwrap();
+        let escaped = answers.iter().filter(|answer| answer.side % 2 == 1).count();
+        assert_eq!(escaped, 0, "rays of {count} around {centre} left the sphere or came in from outside");
+        for (query, answer) in queries.iter().zip(&answers) {
+            let reached = (query.origin + answer.t * query.direction - centre).length() / radius;
+            assert!((0.99..1.000_1).contains(&reached), "{query:?} stopped at {reached} radii");
+        }
+        assert_silent(&world.context);
+    }
+}
+
+/// Walls in the planes of the axes have boxes of no thickness.
+#[test]
+fn no_ray_escapes_from_a_closed_box() {
+    for (size, centre) in
+        [(Vec3::new(2.0, 1.5, 1.0), Vec3::ZERO), (Vec3::splat(0.77), Vec3::new(17.3, -5.1, 0.9))]
+    {
+        let mut scene = shapes::closed_box(size, 0.5);
+        for triangle in &mut scene.triangles {
+            triangle.positions = triangle.positions.map(|p| p + centre);
+        }
+        let world = World::new(&scene, 8);
+        let queries = inside_out(&world, centre, 0.5 * size.min_element(), 300_007);
+        let answers = Rays::new(&world.context).unwrap().trace(&world.buffers, &queries).unwrap();
+        assert!(answers.iter().all(|answer| answer.side % 2 == 0), "rays left the box around {centre}");
+        assert_silent(&world.context);
+    }
+}
+
+#[test]
+fn sides_of_nothing_are_odd() {
+    // The tests above take a miss for a back side.
+    assert_eq!(NO_SIDE % 2, 1);
+    let world = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
+    let past = RayQuery { origin: Vec3::ZERO, direction: Vec3::X };
+    let answers = Rays::new(&world.context).unwrap().trace(&world.buffers, &[past]).unwrap();
+    assert_eq!((answers[0].side, answers[0].t), (NO_SIDE, -1.0));
+}

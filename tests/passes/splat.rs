@@ -1,0 +1,172 @@
+//! Splatting: which records serve which pixel, and what they give it.
+
+use crate::common::assert_silent;
+use crate::world::{Random, SUM, World, assert_near};
+use glam::{Mat3, Vec3};
+use lightpaths::cpu;
+use lightpaths::cpu::records::record_weight;
+use lightpaths::gpu::Buffer;
+use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
+use lightpaths::passes::frame::primary::Primary;
+use lightpaths::passes::frame::splat::{Splat, SplatWeight};
+use lightpaths::scene::Camera;
+use lightpaths::types::{CachePoint, NO_SIDE, PixelSurface, Record, View};
+
+fn view(size: [u32; 2], position: Vec3) -> View {
+    let name = "camera".to_owned();
+    View::from(&Camera {
+        name,
+        position,
+        target: Vec3::new(-0.2, -0.1, 0.0),
+        up: Vec3::Y,
+        fov_y_degrees: 80.0,
+        size,
+    })
+}
+
+struct Splatted {
+    pixels: Vec<PixelSurface>,
+    /// Records of each pixel and their shares.
+    shares: Vec<Vec<SplatWeight>>,
+    relaxed: u32,
+    uncovered: u32,
+    irradiance: Vec<Vec3>,
+    repeats: u32,
+}
+
+fn splat(world: &World, view: &View, points: &[CachePoint], records: &[Record]) -> Splatted {
+    let size = [view.width, view.height];
+    let context = &world.context;
+    let primary = Primary::new(context, size[0] * size[1]).unwrap();
+    let cache_points = Buffer::from_slice(context, "cache points", points).unwrap();
+    let record_buffer = Buffer::from_slice(context, "records", records).unwrap();
+    let mut pass = Splat::new(context, points.len() as u32, size).unwrap();
+    context.run(|rec| primary.record(rec, &world.buffers, view)).unwrap();
+    let mut repeats = 0;
+    loop {
+        let surfaces = &world.buffers.surfaces;
+        context
+            .run(|rec| {
+                pass.record(rec, surfaces, &cache_points, &primary.pixels, view);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+                pass.record_apply(rec, &primary.pixels, &record_buffer);
+            })
+            .unwrap();
+        if !pass.grow().unwrap() {
+            break;
+        }
+        repeats += 1;
+        assert!(repeats < 3, "each list is lengthened once at the most");
+    }
+    let [first_weights, weights] = pass.lists();
+    let first_weights: Vec<u32> = first_weights.read().unwrap();
+    let weights: Vec<SplatWeight> = weights.read().unwrap();
+    let tally = pass.tally().unwrap();
+    Splatted {
+        pixels: primary.pixels.read().unwrap(),
+        shares: first_weights
+            .windows(2)
+            .map(|run| weights[run[0] as usize..run[1] as usize].to_vec())
+            .collect(),
+        relaxed: tally.relaxed,
+        uncovered: tally.uncovered,
+        irradiance: pass.irradiance.read().unwrap(),
+        repeats,
+    }
+}
+
+fn random_records(random: &mut Random, points: &[CachePoint]) -> Vec<Record> {
+    let record = |point: &CachePoint| {
+        let mut matrix = || Mat3::from_cols(random.cube(), random.cube(), random.cube());
+        let (translation, rotation) = (matrix(), matrix());
+        Record { position: point.position, irradiance: 1.0 + random.cube(), translation, rotation }
+    };
+    points.iter().map(record).collect()
+}
+
+/// Weights this small may round to nothing on one side.
+const HAIR: f32 = 1e-4;
+
+/// Checks the list of one pixel; says what became of it: served, relaxed, uncovered.
+fn check_pixel(
+    world: &World,
+    pixel: &PixelSurface,
+    points: &[CachePoint],
+    shares: &[SplatWeight],
+) -> [u32; 3] {
+    let is_active = |side: u32| world.surfaces[side as usize / 2].side_is_active(side % 2 == 1);
+    if pixel.side == NO_SIDE || !is_active(pixel.side) {
+        assert_eq!(shares.len(), 0, "what sees no surface receives no light");
+        return [0; 3];
+    }
+    let twin = cpu::splat::splat(pixel, points);
+    assert!(shares.is_sorted_by(|a, b| a.record < b.record), "records ascend");
+    let weight_of = |record: u32| record_weight(pixel.position, pixel.normal, &points[record as usize]);
+    if let [only] = shares
+        && weight_of(only.record) <= 0.0
+        && twin.iter().all(|&(_, weight)| weight < HAIR)
+    {
+        assert_eq!(only.weight, 1.0, "a relaxed record is alone");
+        assert!(pixel.normal.dot(points[only.record as usize].normal) > 0.5);
+        return [0, 1, 0];
+    }
+    for &(record, weight) in &twin {
+        let found = shares.iter().any(|share| share.record == record);
+        assert!(
+            found || weight < HAIR,
+            "record {record} of weight {weight} is missing at {}",
+            pixel.position
+        );
+    }
+    let sum: f64 = shares.iter().map(|share| f64::from(weight_of(share.record))).sum();
+    for share in shares {
+        let weight = f64::from(weight_of(share.record)) / sum;
+        // The metric's square root of 1 - cos keeps seven bits less than its cosine near its own zero.
+        let bound = 1e-3 / sum.max(1e-3);
+        assert!((f64::from(share.weight) - weight).abs() < bound, "{share:?}, {weight} by the twin");
+    }
+    match shares.len() {
+        0 => [0, 0, 1],
+        _ => [1, 0, 0],
+    }
+}
+
+#[test]
+fn every_pixel_has_the_records_that_brute_force_finds() {
+    let world = World::room();
+    let mut random = Random::new(81);
+    let inside = Vec3::new(0.1, 0.05, 0.45);
+    let among_records = world.surface_point(&mut random).0;
+    for (size, count, radius, position) in [
+        ([1, 1], 0, 0.1, inside),
+        ([1, 1], 1, 3.0, inside),
+        ([16, 16], 64, 0.3, inside),
+        ([17, 15], 65, 0.3, inside),
+        ([50, 37], 800, 0.1, inside),
+        ([50, 37], 800, 0.02, among_records + 1e-3),
+        // Far outside, walls in the way: everything is small.
+        ([33, 47], 257, 0.2, Vec3::new(6.0, 4.0, 9.0)),
+        // More pairs and more weights than there is room for.
+        ([130, 70], 307, 1.5, inside),
+    ] {
+        let points = world.cache_points(&mut random, count, radius);
+        let records = random_records(&mut random, &points);
+        let splatted = splat(&world, &view(size, position), &points, &records);
+        let mut tally = [0; 3];
+        for ((pixel, shares), device) in
+            splatted.pixels.iter().zip(&splatted.shares).zip(&splatted.irradiance)
+        {
+            let became = check_pixel(&world, pixel, &points, shares);
+            tally = [0, 1, 2].map(|i| tally[i] + became[i]);
+            let given: Vec<_> =
+                shares.iter().map(|share| (records[share.record as usize], share.weight)).collect();
+            let twin = cpu::splat_apply::splat_apply(pixel, &given);
+            // Gradients far from their records are large and may cancel.
+            assert_near(*device, twin, SUM, 1.0, "irradiance");
+        }
+        assert_eq!([splatted.relaxed, splatted.uncovered], [tally[1], tally[2]], "{size:?}, {count} records");
+        assert_eq!(splatted.repeats > 0, radius == 1.5, "{size:?} took {} repeats", splatted.repeats);
+        assert!(count < 800 || radius < 0.1 || tally[0] > 100, "{tally:?}");
+    }
+    assert_silent(&world.context);
+}

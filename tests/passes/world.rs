@@ -1,0 +1,173 @@
+//! A small scene on the host and on the device, and how numbers are compared.
+
+use std::sync::Arc;
+
+use crate::common::{context, random_words};
+use glam::{DVec3, Vec3};
+use lightpaths::cpu::rays::Geometry;
+use lightpaths::gpu::{Buffer, Context, Pipeline, Recorder};
+use lightpaths::layout::GpuStruct;
+use lightpaths::passes::{ClusterBuffers, SceneBuffers};
+use lightpaths::scene::bvh::Bvh;
+use lightpaths::scene::hvds::Hvds;
+use lightpaths::scene::{Material, Scene, Triangle, grid, shapes, surfaces};
+use lightpaths::types::{CachePoint, Grid, PixelSurface, Surface};
+
+/// Relative tolerance of a value that a few operations lead to.
+pub(crate) const FLOAT: f64 = 1e-5;
+/// Relative tolerance of a sum.
+pub(crate) const SUM: f64 = 1e-4;
+
+/// Reproducible numbers in [0, 1).
+pub(crate) struct Random(std::vec::IntoIter<u32>, u64);
+
+impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(Vec::new().into_iter(), seed << 32)
+    }
+
+    pub(crate) fn word(&mut self) -> u32 {
+        if self.0.as_slice().is_empty() {
+            self.1 += 1;
+            self.0 = random_words(self.1, 4096).into_iter();
+        }
+        self.0.next().unwrap()
+    }
+
+    /// Below `end`.
+    pub(crate) fn below(&mut self, end: u32) -> u32 {
+        self.word() % end
+    }
+
+    pub(crate) fn unit(&mut self) -> f32 {
+        (self.word() >> 8) as f32 / 16_777_216.0
+    }
+
+    /// In [-1, 1)³.
+    pub(crate) fn cube(&mut self) -> Vec3 {
+        2.0 * Vec3::new(self.unit(), self.unit(), self.unit()) - 1.0
+    }
+
+    /// Uniform on the unit sphere.
+    pub(crate) fn sphere(&mut self) -> Vec3 {
+        loop {
+            let v = self.cube();
+            if v.length() < 1.0 && v.length() > 0.01 {
+                return v.normalize();
+            }
+        }
+    }
+}
+
+/// A scene, its triangles in BVH order, with everything that passes bind.
+pub(crate) struct World {
+    pub context: Arc<Context>,
+    pub triangles: Vec<Triangle>,
+    pub surfaces: Vec<Surface>,
+    pub materials: Vec<Material>,
+    pub hvds: Hvds,
+    pub buffers: SceneBuffers,
+    pub clusters: ClusterBuffers,
+}
+
+impl World {
+    pub(crate) fn new(scene: &Scene, cells: u32) -> Self {
+        let (low, high) = scene.bounds();
+        Self::on_grid(scene, grid::grid(low, high, cells), cells)
+    }
+
+    pub(crate) fn on_grid(scene: &Scene, grid: Grid, cells: u32) -> Self {
+        let context = context();
+        let bvh = Bvh::build(&scene.triangles).unwrap();
+        let triangles: Vec<_> = bvh.order.iter().map(|&index| scene.triangles[index as usize]).collect();
+        let sees = surfaces::sides_that_see_something(&triangles);
+        let surfaces: Vec<_> =
+            triangles.iter().zip(sees).map(|(triangle, sees)| surfaces::surface(triangle, sees)).collect();
+        let materials = scene.materials.clone();
+        let buffers = SceneBuffers::new(&context, &bvh, &triangles, &surfaces, &materials).unwrap();
+        let hvds = Hvds::build(&triangles, &surfaces, grid, cells);
+        let clusters = ClusterBuffers::new(&context, &hvds).unwrap();
+        Self { context, triangles, surfaces, materials, hvds, buffers, clusters }
+    }
+
+    /// A closed room of 2×1.5×1 m with sixty triangles adrift in it, whose shading normals lean away from their planes.
+    pub(crate) fn room() -> Self {
+        Self::new(&room(), 16)
+    }
+
+    pub(crate) fn geometry(&self) -> Geometry<'_> {
+        Geometry { triangles: &self.triangles, surfaces: &self.surfaces }
+    }
+
+    /// A uniform point of a random side, its interpolated shading normal, and the side.
+    pub(crate) fn surface_point(&self, random: &mut Random) -> (Vec3, Vec3, u32) {
+        let side = random.below(2 * self.triangles.len() as u32);
+        let Triangle { positions: [p0, p1, p2], normals: [n0, n1, n2], .. } =
+            self.triangles[side as usize / 2];
+        let (along, v) = (random.unit().sqrt(), random.unit());
+        let mix = |a: Vec3, b: Vec3, c: Vec3| (1.0 - along) * a + along * ((1.0 - v) * b + v * c);
+        let normal = mix(n0, n1, n2).normalize();
+        (mix(p0, p1, p2), if side % 2 == 1 { -normal } else { normal }, side)
+    }
+
+    pub(crate) fn cache_points(&self, random: &mut Random, count: usize, radius: f32) -> Vec<CachePoint> {
+        let point = |_| {
+            let (position, normal, side) = self.surface_point(random);
+            CachePoint { position, radius: radius * (0.5 + random.unit()), normal, side }
+        };
+        (0..count).map(point).collect()
+    }
+
+    pub(crate) fn pixels(&self, random: &mut Random, count: usize) -> Vec<PixelSurface> {
+        let pixel = |_| {
+            let (position, normal, side) = self.surface_point(random);
+            PixelSurface { position, side, normal, footprint: 1e-3 * random.unit() }
+        };
+        (0..count).map(pixel).collect()
+    }
+
+    /// Runs one dispatch of a pass whose host part hides its pipeline.
+    pub(crate) fn dispatch(
+        &self,
+        stem: &'static str,
+        constants: &[(&str, u32)],
+        threads: impl FnOnce(&Pipeline) -> u32,
+        push: &impl GpuStruct,
+        bindings: &[(&str, &Buffer)],
+    ) {
+        let pipeline = Pipeline::new(&self.context, stem, constants).unwrap();
+        let threads = [threads(&pipeline), 1, 1];
+        let record = |rec: &mut Recorder| {
+            rec.pass(stem).dispatch(&pipeline, threads, push, bindings);
+        };
+        self.context.run(record).unwrap();
+    }
+}
+
+fn room() -> Scene {
+    let mut scene = shapes::closed_box(Vec3::new(2.0, 1.5, 1.0), 0.7);
+    let colours = [Vec3::new(0.9, 0.8, 0.7), Vec3::new(0.6, 0.1, 0.05), Vec3::new(0.1, 0.5, 0.2), Vec3::ZERO];
+    let material = scene.materials[0].clone();
+    scene.materials = colours.map(|diffuse| Material { diffuse, ..material.clone() }).to_vec();
+    for (index, triangle) in scene.triangles.iter_mut().enumerate() {
+        triangle.material = index as u32 % 3;
+    }
+    let mut random = Random::new(7);
+    for index in 0..60 {
+        let centre = random.cube() * Vec3::new(0.8, 0.55, 0.35);
+        let positions = [0; 3].map(|_| centre + 0.12 * random.cube());
+        let mut triangle = Triangle { positions, normals: [Vec3::ZERO; 3], material: index % 4 };
+        let normal = triangle.geometric_normal();
+        triangle.normals = [0; 3].map(|_| (normal + 0.2 * random.cube()).normalize());
+        scene.triangles.push(triangle);
+    }
+    scene
+}
+
+/// Fails unless all components agree to `tolerance` relative to the larger of the twin's largest one and `scale`.
+#[track_caller]
+pub(crate) fn assert_near(device: Vec3, twin: DVec3, tolerance: f64, scale: f64, what: &str) {
+    let bound = tolerance * twin.abs().max_element().max(scale);
+    let error = (device.as_dvec3() - twin).abs();
+    assert!(error.max_element() <= bound, "{what}: {device} on the device, {twin} by the twin");
+}

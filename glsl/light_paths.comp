@@ -13,9 +13,6 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint STEPS = 0;                 // vertices per path and dispatch
 layout(constant_id = 1) const uint ROULETTE_THRESHOLD = 0;    // float bits: roulette starts below this throughput
 
-// A path of full throughput goes on for as long in any case.
-const uint LEAST_BOUNCES = 32u;
-
 struct PathState {
     vec3 position;
     uint side;
@@ -60,8 +57,7 @@ void main() {
         // that falls with its throughput; dividing by it keeps the estimate right.
         state.throughput *= materials[surface.material].diffuse;
         float carried = max(state.throughput.x, max(state.throughput.y, state.throughput.z));
-        // Among walls that absorb nothing, or next to it, a path must still come to an end.
-        float survival = min(state.depth < LEAST_BOUNCES ? 1.0 : 0.98, carried / threshold);
+        float survival = min(1.0, carried / threshold);
         if (!(u.z < survival)) { alive = false; break; }
         state.throughput /= survival;
 

@@ -9,9 +9,10 @@ mod geometry;
 mod views;
 
 use common::context;
+use glam::Vec3;
 use lightpaths::gpu::Buffer;
 use lightpaths::renderer::{Edit, Layer, Renderer, Silent};
-use lightpaths::scene::{LoadOptions, Quality, Scene};
+use lightpaths::scene::{LoadOptions, Quality, Scene, Triangle, shapes};
 
 /// Settings that take a fraction of a second.
 const SMALL: Quality = Quality {
@@ -45,6 +46,19 @@ fn the_box(set: &[String]) -> Scene {
     let mut changes = vec!["camera.size=[64,48]".to_owned()];
     changes.extend_from_slice(set);
     Scene::load("box", &LoadOptions { set: changes, ..LoadOptions::default() }).unwrap()
+}
+
+/// A closed room with a block in it, 64×48 pixels. Few records cover it, for nothing in it is curved.
+fn room() -> Scene {
+    let mut scene = shapes::closed_box(Vec3::new(1.0, 0.8, 1.2), 0.5);
+    let block = shapes::closed_box(Vec3::new(0.3, 0.2, 0.3), 0.5).triangles.into_iter().map(|triangle| {
+        // The box's fronts are inside; a block's are outside.
+        let [a, b, c] = triangle.positions.map(|p| p + Vec3::new(-0.2, -0.25, -0.1));
+        Triangle { positions: [a, c, b], normals: triangle.normals.map(|n| -n), ..triangle }
+    });
+    scene.triangles.extend(block);
+    scene.cameras[0].size = [64, 48];
+    scene
 }
 
 /// Scans every stage for NaN, infinity and negative energy. Depth alone is infinite, where the camera sees nothing.

@@ -1,10 +1,9 @@
 //! Image sizes and places of the camera.
 
 use crate::common::{assert_silent, context};
-use crate::{SMALL, assert_finite, count, render, the_box};
+use crate::{SMALL, assert_finite, count, render, room};
 use glam::Vec3;
 use lightpaths::renderer::{Edit, Layer, Renderer};
-use lightpaths::scene::shapes;
 
 /// Pixels that see something.
 fn seen(renderer: &Renderer) -> usize {
@@ -13,18 +12,16 @@ fn seen(renderer: &Renderer) -> usize {
 
 #[track_caller]
 fn assert_no_hole(renderer: &Renderer) {
-    assert_eq!(count(renderer, "pixels without a record"), 0);
-    let (relaxed, pixels) = (count(renderer, "pixels served by a relaxed record"), count(renderer, "pixels"));
-    assert!(
-        relaxed as f64 <= (1e-3 * pixels as f64).max(2.0),
-        "{relaxed} of {pixels} pixels are served by a relaxed record"
-    );
+    let (bare, pixels) = (count(renderer, "pixels without a covering record"), count(renderer, "pixels"));
+    assert!(1000 * bare <= pixels, "{bare} of {pixels} pixels have no covering record");
 }
 
 #[test]
 fn odd_image_sizes() {
     for size in [[1, 1], [17, 1], [1, 33], [513, 3], [16, 16], [65, 63]] {
-        let renderer = render(the_box(&[format!("camera.size={size:?}")]), SMALL);
+        let mut scene = room();
+        scene.cameras[0].size = size;
+        let renderer = render(scene, SMALL);
         assert_eq!(renderer.size(), size);
         assert_eq!(renderer.layer(Layer::Beauty).unwrap().len(), (size[0] * size[1]) as usize);
         assert_no_hole(&renderer);
@@ -34,45 +31,35 @@ fn odd_image_sizes() {
 }
 
 #[test]
-fn cameras_near_and_far() {
-    let mut renderer = render(the_box(&[]), SMALL);
-    let fallback = |renderer: &Renderer| count(renderer, "splat tile pairs");
-    let usual = fallback(&renderer);
-    // Far: all records in one tile. Then so near that each record covers all tiles. Then inside the wall and the teapot.
-    for (position, target) in [
-        (Vec3::new(0.0, 0.0, 120.0), Vec3::ZERO),
-        (Vec3::new(0.0, 0.0, -0.99), Vec3::new(0.0, 0.0, -1.0)),
-        (Vec3::new(0.0, -0.999, 0.0), Vec3::new(0.3, -1.0, 0.1)),
-        (Vec3::new(0.0, -0.7, 0.0), Vec3::ZERO),
-        (Vec3::new(1.0, 0.0, 0.0), Vec3::ZERO),
+fn cameras_near_far_and_inside_things() {
+    let mut renderer = render(room(), SMALL);
+    let usual = count(&renderer, "splat weights");
+    for (position, target, grows) in [
+        // All records in one tile.
+        (Vec3::new(0.1, 0.1, 12.0), Vec3::ZERO, false),
+        // Each record over all tiles.
+        (Vec3::new(0.1, 0.2, -0.599), Vec3::new(0.1, 0.2, -0.6), true),
+        (Vec3::new(0.3, -0.39, 0.2), Vec3::new(0.4, -0.4, 0.1), true),
+        // On the wall, in the wall's plane, inside the block.
+        (Vec3::new(0.5, 0.0, 0.0), Vec3::ZERO, false),
+        (Vec3::new(0.5, 0.0, 0.6), Vec3::new(0.5, 0.0, 0.0), false),
+        (Vec3::new(-0.2, -0.25, -0.1), Vec3::ZERO, false),
     ] {
         renderer.move_camera(position, target);
         renderer.frame(Edit::View).unwrap();
         assert_finite(&renderer);
-        assert_eq!(count(&renderer, "pixels without a record"), 0, "camera at {position}");
         assert!(seen(&renderer) > 0, "camera at {position}");
+        if grows {
+            assert_no_hole(&renderer);
+            assert!(count(&renderer, "splat weights") > usual, "camera at {position}");
+        }
     }
-    assert!(usual > 0);
-    assert_silent(&context());
-}
-
-#[test]
-fn lists_grow_with_the_view() {
-    let mut renderer = render(shapes::closed_box(Vec3::ONE, 0.5), SMALL);
-    let usual = count(&renderer, "splat weights");
-    for distance in [0.3, 0.05, 0.01, 1e-3] {
-        renderer.move_camera(Vec3::new(0.01, 0.02, distance - 0.5), Vec3::new(0.01, 0.02, -0.5));
-        renderer.frame(Edit::View).unwrap();
-        assert_finite(&renderer);
-        assert_no_hole(&renderer);
-    }
-    assert!(usual > 0);
     assert_silent(&context());
 }
 
 #[test]
 fn a_view_of_nothing_is_black() {
-    let mut renderer = render(the_box(&[]), SMALL);
+    let mut renderer = render(room(), SMALL);
     for (position, target) in [(Vec3::splat(50.0), Vec3::splat(100.0)), (Vec3::ZERO, Vec3::Z)] {
         renderer.move_camera(position, target);
         renderer.frame(Edit::View).unwrap();

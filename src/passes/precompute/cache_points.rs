@@ -90,17 +90,16 @@ pub fn place(
     progress.stage("clearances", pieces.len() as u64);
     let samples: Vec<CachePoint> = (0..pieces.len()).map(|piece| geometry.draw(piece, 0, seed)).collect();
     let clearances = clearance.measure(buffers, &samples, Some(progress))?;
-    let (mut unit, is_too_curved) = spread(geometry, &clearances, budget);
+    let (mut unit, largest) = spread(geometry, &clearances, budget);
     loop {
         let neighbourhood = Neighbourhood::new(geometry, &samples, &clearances);
         let mut records = Records::new(geometry, unit);
         let attempt = Attempt { buffers, geometry, clearance: &clearance, neighbourhood, unit, budget, seed };
         let placement = attempt.run(&mut records, &clearances, progress)?;
-        // Where no unit gets below the budget, it covers what it can.
-        if placement.is_covering || is_too_curved || unit >= f64::from(geometry.scene_size) {
+        if placement.is_covering || unit >= largest {
             return Ok(placement);
         }
-        unit *= 1.1;
+        unit *= 1.2;
     }
 }
 
@@ -174,22 +173,25 @@ fn radius(clearance: f32, unit: f64) -> f64 {
     (0.5 * f64::from(clearance)).clamp(RADIUS_RANGE[0] * unit, RADIUS_RANGE[1] * unit)
 }
 
-/// The length that scales all radii: such that the expected number of records meets the budget. True where none does,
-/// because curvature alone asks for more records; the length is then the one for flat pieces.
-fn spread(geometry: &Geometry<'_>, clearances: &[f32], budget: u32) -> (f64, bool) {
-    let size = f64::from(geometry.scene_size);
+/// The length that scales all radii, such that the expected number of records meets the budget; and the one beyond which
+/// the budget had better leave something uncovered. Where curvature asks for many records whatever the length, the
+/// expectation is too high for them: flat pieces are granted a quarter of the budget at first, and an eighth in any case.
+fn spread(geometry: &Geometry<'_>, clearances: &[f32], budget: u32) -> (f64, f64) {
     let sum = |expected: &dyn Fn(usize) -> f64| (0..geometry.hvds.pieces.len()).map(expected).sum::<f64>();
     let curved = |unit: f64| sum(&|i| geometry.expected_records(i, clearances[i], unit));
     let flat = |unit: f64| sum(&|i| geometry.expected_flat_records(i, clearances[i], unit));
-    let wanted = BUDGET_SHARE * f64::from(budget);
-    let is_too_curved = curved(size) > wanted;
-    let (mut low, mut high) = (1e-7 * size, size);
-    for _ in 0..60 {
-        let middle = (low * high).sqrt();
-        let expected = if is_too_curved { flat(middle) } else { curved(middle) };
-        if expected > wanted { low = middle } else { high = middle }
-    }
-    (high, is_too_curved)
+    let length = |expected: &dyn Fn(f64) -> f64, records: f64| {
+        let size = f64::from(geometry.scene_size);
+        let (mut low, mut high) = (1e-7 * size, size);
+        for _ in 0..60 {
+            let middle = (low * high).sqrt();
+            if expected(middle) > records { low = middle } else { high = middle }
+        }
+        high
+    };
+    let records = BUDGET_SHARE * f64::from(budget);
+    let unit = length(&curved, records).min(length(&flat, records / 4.0));
+    (unit, length(&flat, records / 8.0))
 }
 
 /// One try at a given unit of length.

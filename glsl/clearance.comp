@@ -1,6 +1,6 @@
 // Clearance of candidate cache points: distance to the nearest surface that their gather hemisphere sees, the R_i of
 // the error metric. [Tabellion] Deterministic. One workgroup = one candidate; rays within 10° of the tangent plane
-// do not count. In: candidates. Out: metres, or the scene's size where no ray hits.
+// do not count. In: candidates. Out: metres, or the scene's size where no ray hits; and the wall that was hit.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -13,6 +13,10 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint RINGS = 0;
 layout(constant_id = 1) const uint SECTORS = 0;
 
+struct Clearance {
+    float distance;  // metres
+    vec3 wall;       // plane of the nearest hit as in CachePoint, if it stands on the surface at 45° or more; else zero
+};
 struct ClearancePush {
     uint candidate_count;
     uint seed;
@@ -23,13 +27,14 @@ layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
 layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) readonly buffer Candidates { CachePoint candidates[]; };
-layout(scalar, binding = 4) writeonly buffer Clearances { float clearances[]; };
+layout(scalar, binding = 4) writeonly buffer Clearances { Clearance clearances[]; };
 layout(scalar, push_constant) uniform Push { ClearancePush push; };
 
 #include "include/bvh.glsl"
 #include "include/gather.glsl"
 
 shared float nearest[gl_WorkGroupSize.x];
+shared uint nearest_ray[gl_WorkGroupSize.x];
 
 void main() {
     uint index = flat_workgroup();
@@ -45,19 +50,33 @@ void main() {
     uint name = hash(bits.x, hash(bits.y, hash(bits.z, point.side)));
 
     float closest = push.scene_size;
+    uint closest_ray = NO_TARGET;
     for (uint ray = gl_LocalInvocationIndex; ray < RINGS * SECTORS; ray += gl_WorkGroupSize.x) {
         vec3 local = stratum_direction(stratum_of(ray), name, push.seed);
         Hit hit;
         if (local.z > 0.1736 && trace(Ray(origin, frame * local, closest), false, hit)) {
             closest = hit.t;
+            closest_ray = ray;
         }
     }
     nearest[gl_LocalInvocationIndex] = closest;
+    nearest_ray[gl_LocalInvocationIndex] = closest_ray;
     for (uint stride = gl_WorkGroupSize.x / 2u; stride > 0u; stride /= 2u) {
         barrier();
-        if (gl_LocalInvocationIndex < stride) {
-            nearest[gl_LocalInvocationIndex] = min(nearest[gl_LocalInvocationIndex], nearest[gl_LocalInvocationIndex + stride]);
+        uint other = gl_LocalInvocationIndex + stride;
+        if (gl_LocalInvocationIndex < stride && nearest[other] < nearest[gl_LocalInvocationIndex]) {
+            nearest[gl_LocalInvocationIndex] = nearest[other];
+            nearest_ray[gl_LocalInvocationIndex] = nearest_ray[other];
         }
     }
-    if (gl_LocalInvocationIndex == 0u) clearances[index] = nearest[0];
+    if (gl_LocalInvocationIndex != 0u) return;
+    vec3 wall = vec3(0.0);
+    Hit hit;
+    vec3 direction = frame * stratum_direction(stratum_of(min(nearest_ray[0], RINGS * SECTORS - 1u)), name, push.seed);
+    if (nearest_ray[0] != NO_TARGET && trace(Ray(origin, direction, push.scene_size), false, hit)) {
+        vec3 plane = surfaces[hit.triangle].normal;
+        float distance = dot(plane, hit_position(hit) - point.position);
+        if (abs(dot(plane, point.normal)) < 0.7071 && distance != 0.0) wall = plane / distance;
+    }
+    clearances[index] = Clearance(nearest[0], wall);
 }

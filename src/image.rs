@@ -12,9 +12,6 @@ use exr::prelude::{
 /// What wrote the file, as its metadata say.
 const SOFTWARE: &str = concat!("lightpaths ", env!("CARGO_PKG_VERSION"));
 
-/// Below this display value the tone map is the identity; above it, highlights roll off.
-const SHOULDER: f32 = 0.8;
-
 /// One named group of channels of an EXR file.
 #[derive(Clone, Copy, Debug)]
 pub struct ExrLayer<'a> {
@@ -61,19 +58,13 @@ fn channel_name<'a>(layer: &str, channel: &'a str) -> Cow<'a, str> {
     if layer.is_empty() { channel.into() } else { format!("{layer}.{channel}").into() }
 }
 
-/// Writes an 8-bit sRGB PNG of `pixels` scaled by 2^`exposure_stops` and tone mapped by [`display_value`].
+/// Writes an 8-bit sRGB PNG; of each pixel's four codes the last is left out.
 ///
 /// # Errors
 /// When `out` fails. `pixels` must hold `size[0]·size[1]` pixels, else this panics.
-pub fn write_png(
-    out: impl Write,
-    size: [u32; 2],
-    pixels: &[[f32; 3]],
-    exposure_stops: f32,
-) -> io::Result<()> {
+pub fn write_png(out: impl Write, size: [u32; 2], pixels: &[[u8; 4]]) -> io::Result<()> {
     assert_eq!(pixels.len(), size[0] as usize * size[1] as usize, "pixel count");
-    let scale = exposure_stops.exp2();
-    let bytes: Vec<u8> = pixels.iter().flatten().map(|&v| display_value(scale * v)).collect();
+    let bytes: Vec<u8> = pixels.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();
     let mut encoder = png::Encoder::new(out, size[0], size[1]);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
@@ -85,25 +76,6 @@ pub fn write_png(
     Ok(())
 }
 
-/// The 8-bit sRGB code of a linear value: the exact sRGB curve up to 0.8, so that mid-grey and everything a
-/// diffuse surface shows stay where sRGB puts them; above it a shoulder of continuous slope that reaches white
-/// only at infinity, so that highlights keep their shape. Negative values and NaN give 0.
-pub fn display_value(linear: f32) -> u8 {
-    let toned = if linear > SHOULDER {
-        let beyond = (linear - SHOULDER) / (1.0 - SHOULDER);
-        1.0 - (1.0 - SHOULDER) / (1.0 + beyond)
-    } else {
-        linear
-    };
-    // The cast saturates, and takes NaN to 0.
-    (255.0 * srgb_from_linear(toned) + 0.5) as u8
-}
-
-/// The sRGB transfer function (IEC 61966-2-1).
-fn srgb_from_linear(linear: f32) -> f32 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,34 +83,14 @@ mod tests {
     use std::io::Cursor;
 
     #[test]
-    fn greys_stay_where_srgb_puts_them() {
-        // Codes of the IEC 61966-2-1 curve: 0.18 gives 117.6, 0.5 gives 187.5, 0.0031308 gives 10.3.
-        for (linear, code) in [(0.0, 0), (0.003_130_8, 10), (0.18, 118), (0.5, 188), (0.8, 231)] {
-            assert_eq!(display_value(linear), code, "{linear}");
-        }
-    }
-
-    #[test]
-    fn highlights_roll_off_monotonically_and_odd_values_are_safe() {
-        let codes: Vec<u8> = (0..4000).map(|i| display_value(i as f32 * 0.01)).collect();
-        assert!(codes.is_sorted());
-        assert!(display_value(1.0) < display_value(2.0) && display_value(2.0) < display_value(8.0));
-        let slope = |v: f32| (f32::from(display_value(v + 0.05)) - f32::from(display_value(v - 0.05))) / 0.1;
-        assert!((slope(0.7) - slope(0.82)).abs() < 40.0, "the shoulder starts without a kink");
-        assert_eq!([f32::NAN, -1.0, f32::NEG_INFINITY].map(display_value), [0; 3]);
-        assert_eq!([f32::INFINITY, f32::MAX].map(display_value), [255; 2]);
-    }
-
-    #[test]
-    fn png_holds_the_exposed_pixels_and_says_srgb() {
-        let pixels = [[0.09, 0.0, 0.5], [0.045, 0.09, 1e9]];
+    fn png_holds_the_codes_and_says_srgb() {
         let mut bytes = Vec::new();
-        write_png(&mut bytes, [2, 1], &pixels, 1.0).unwrap();
+        write_png(&mut bytes, [2, 1], &[[118, 0, 7, 255], [1, 2, 3, 255]]).unwrap();
         let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
         assert_eq!(reader.info().srgb, Some(png::SrgbRenderingIntent::Perceptual));
         let mut codes = [0; 6];
         reader.next_frame(&mut codes).unwrap();
-        assert_eq!(codes, [118, 0, display_value(1.0), display_value(0.09), 118, 255]);
+        assert_eq!(codes, [118, 0, 7, 1, 2, 3]);
     }
 
     #[test]

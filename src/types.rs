@@ -119,6 +119,8 @@ gpu_struct! {
         pub normal: Vec3,
         /// 2·triangle + (1 if the back side).
         pub side: u32,
+        /// The nearest wall that stands on its surface: the plane `(x - position)·wall = 1`, 1/m; zero where there is none.
+        pub wall: Vec3,
     }
 }
 

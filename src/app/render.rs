@@ -103,10 +103,15 @@ impl Render {
         let output = OutputFile::check(&self.output)?;
         let stats = self.stats.as_deref().map(OutputFile::check).transpose()?;
 
-        let scene = self.scene_args.load(&self.scene)?;
+        let mut scene = self.scene_args.load(&self.scene)?;
+        if self.method == Method::Direct {
+            // Without paths and records there is nothing to precompute, and no indirect light.
+            (scene.quality.entry_points, scene.quality.cache_points) = (0, 0);
+        }
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let context = self.device_args.open()?;
         let mut renderer = Renderer::new(&context, scene, self.device_args.progress().as_mut())?;
+        renderer.set_exposure(self.exposure.unwrap_or(0.0));
         let frame = renderer.frame(Edit::Everything)?;
         self.device_args.report_validation(&context);
 
@@ -153,18 +158,15 @@ impl Render {
     }
 
     fn write_image(&self, renderer: &Renderer, format: Format, output: &OutputFile) -> Result<()> {
-        let beauty = renderer.layer(match self.method {
-            Method::Direct => Layer::Direct,
-            _ => Layer::Beauty,
-        })?;
+        let beauty = renderer.layer(Layer::Beauty)?;
         let odd = beauty.iter().flatten().filter(|value| !value.is_finite()).count();
         if odd > 0 {
             self.device_args.warn(&format!("{odd} values of the image are not finite"));
         }
         let size = renderer.size();
         if format == Format::Png {
-            let exposure = self.exposure.unwrap_or(0.0);
-            return output.write(|out| write_png(out, size, &beauty, exposure));
+            let display = renderer.display()?;
+            return output.write(|out| write_png(out, size, &display));
         }
         let mut aovs = Vec::new();
         for aov in Aov::value_variants().iter().filter(|aov| self.aov.contains(aov)) {

@@ -2,9 +2,10 @@
 
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::cpu::rays::Geometry;
+use crate::cpu::sampling::hash_pair;
 use crate::scene::hvds::Hvds;
 use crate::types::{CachePoint, NO_CLUSTER};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, SQRT_2};
 
 /// What gather rays are traced through, and by which rules.
@@ -75,14 +76,24 @@ impl Tracing<'_> {
     }
 
     /// Distance to the nearest hit of a point's hemisphere, at most `far`, without rays within 10° of the tangent
-    /// plane; twin of `clearance`.
-    pub fn clearance(&self, point: &CachePoint, index: u32, far: f32) -> f64 {
+    /// plane, and the wall that was hit; twin of `clearance`.
+    pub fn clearance(&self, point: &CachePoint, far: f32) -> (f64, DVec3) {
+        let [x, y, z] = point.position.to_array().map(f32::to_bits);
+        let name = hash_pair(x, hash_pair(y, hash_pair(z, point.side)));
         let normal = self.geometry.normal(point.side);
         let origin = self.geometry.offset_origin(point.position, normal);
-        let rays = (0..self.strata.rays()).map(|ray| self.strata.direction(ray, index, self.seed));
-        rays.filter(|local| local.z > 0.1736)
-            .filter_map(|local| self.geometry.closest(origin, frame(point.normal) * local))
-            .fold(f64::from(far), |nearest, hit| nearest.min(hit.t))
+        let mut nearest = (f64::from(far), DVec3::ZERO);
+        for ray in 0..self.strata.rays() {
+            let local = self.strata.direction(ray, name, self.seed);
+            let hit = self.geometry.closest(origin, frame(point.normal) * local);
+            let Some(hit) = hit.filter(|hit| local.z > 0.1736 && hit.t < nearest.0) else { continue };
+            let plane = self.geometry.surfaces[hit.triangle as usize].normal.as_dvec3();
+            let distance = plane.dot(hit.position - point.position.as_dvec3());
+            let stands =
+                plane.dot(point.normal.as_dvec3()).abs() < std::f64::consts::FRAC_1_SQRT_2 && distance != 0.0;
+            nearest = (hit.t, if stands { plane / distance } else { DVec3::ZERO });
+        }
+        nearest
     }
 }
 

@@ -23,3 +23,4 @@ pub mod sampling;
 pub mod splat;
 pub mod splat_apply;
 pub mod tile_sort;
+pub mod tonemap;

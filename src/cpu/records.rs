@@ -12,7 +12,7 @@ pub fn record_weight(x: Vec3, n: Vec3, record: &CachePoint) -> f32 {
     let distance2 = d.dot(d);
     let height = d.dot(record.normal);
     let reach = 0.01 * record.radius;
-    if height * height > 0.1 * (distance2 + reach * reach) {
+    if height * height > 0.1 * (distance2 + reach * reach) || d.dot(record.wall) > 1.0 {
         return 0.0;
     }
     let position_error = distance2.sqrt() / record.radius;

@@ -30,6 +30,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::tile_sort::LAYOUTS,
         frame::splat::LAYOUTS,
         frame::compose::LAYOUTS,
+        frame::tonemap::LAYOUTS,
     ]
     .concat()
 }

@@ -4,7 +4,7 @@ use super::Renderer;
 use crate::gpu::PassTiming;
 use crate::passes::frame::{
     blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
-    path_scan::PathScan, primary::Primary, splat::Splat,
+    path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 
@@ -41,6 +41,7 @@ impl Renderer {
                 }
                 Splat::APPLY_STEM => surface + weights + records + image,
                 Compose::STEM => surface + 3 * image,
+                Tonemap::STEM => image + 4 * pixels,
                 _ => continue,
             };
             bytes.insert(pass.name, moved);

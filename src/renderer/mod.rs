@@ -13,7 +13,7 @@ use crate::gpu::{Buffer, Context, Recorder};
 use crate::passes::SceneBuffers;
 use crate::passes::frame::{
     blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
-    path_scan::PathScan, primary::Primary, splat::Splat,
+    path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use crate::scene::{Light, LightKind, Scene};
 use crate::types::{NO_SIDE, PixelSurface, PointLight, Surface, View};
@@ -39,6 +39,8 @@ pub struct Renderer {
     blend: Blend,
     splat: Splat,
     compose: Compose,
+    tonemap: Tonemap,
+    exposure_stops: f32,
     statistics: Statistics,
     /// No frame has run yet.
     is_fresh: bool,
@@ -75,6 +77,8 @@ impl Renderer {
             blend: Blend::new(context, &made.neighbourhoods)?,
             splat: Splat::new(context, made.point_count, size)?,
             compose: Compose::new(context, pixels)?,
+            tonemap: Tonemap::new(context, pixels)?,
+            exposure_stops: 0.0,
             buffers: made.buffers,
             surfaces: made.surfaces,
             scene,
@@ -143,6 +147,8 @@ impl Renderer {
             rec.barrier(COMPUTE_TO_COMPUTE);
             let (direct, indirect) = (&self.direct.irradiance, &self.splat.irradiance);
             self.compose.record(rec, &self.buffers, &self.primary.pixels, direct, indirect);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            self.tonemap.record(rec, &self.compose.radiance, self.exposure_stops);
         }
     }
 
@@ -176,6 +182,19 @@ impl Renderer {
         let camera = &mut self.scene.cameras[0];
         (camera.position, camera.target) = (position, target);
         self.view = View::from(&*camera);
+    }
+
+    /// Brightens the displayed picture by so many stops, from the next frame on.
+    pub fn set_exposure(&mut self, stops: f32) {
+        self.exposure_stops = stops;
+    }
+
+    /// The last frame for eyes: sRGB codes R, G, B, 255, row by row from the top.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn display(&self) -> Result<Vec<[u8; 4]>> {
+        self.tonemap.display.read()
     }
 
     /// Width and height in pixels.

@@ -3,7 +3,7 @@
 use crate::gpu::PassTiming;
 use crate::passes::frame::{
     blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
-    path_scan::PathScan, primary::Primary, splat::Splat,
+    path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 
@@ -82,7 +82,7 @@ pub struct Columns {
     pub Thvds: f64,
     /// Final gathering, blending included.
     pub Tfg: f64,
-    /// Splatting, composition included.
+    /// Splatting, composition and tone map included.
     pub Tsplat: f64,
 }
 
@@ -96,7 +96,7 @@ impl Columns {
                 FormFactors::STEM | FormFactors::FLUX_STEM | PathScan::STEM => &mut columns.Tlpe,
                 Pyramid::STEM => &mut columns.Thvds,
                 Gather::STEM | Blend::STEM => &mut columns.Tfg,
-                Splat::STEM | Splat::APPLY_STEM | Compose::STEM => &mut columns.Tsplat,
+                Splat::STEM | Splat::APPLY_STEM | Compose::STEM | Tonemap::STEM => &mut columns.Tsplat,
                 other => unreachable!("pass `{other}` has no column"),
             } += pass.ms;
         }

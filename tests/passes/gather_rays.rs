@@ -2,12 +2,13 @@
 
 use crate::common::assert_silent;
 use crate::world::{Random, World};
+use glam::{DVec3, Vec3};
 use lightpaths::cpu::gather::unpack;
 use lightpaths::cpu::gather_rays::{Tracing, translational_gradient};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::precompute::Silent;
-use lightpaths::passes::precompute::cache_points::ClearancePush;
+use lightpaths::passes::precompute::cache_points::{Clearance, ClearancePush};
 use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
 use lightpaths::types::{CachePoint, GatherRay, NO_TARGET};
 
@@ -99,6 +100,8 @@ fn targets_and_gradient_weights_equal_the_twin() {
     assert_silent(&world.context);
 }
 
+const UNTOUCHED: Clearance = Clearance { distance: -1.0, wall: Vec3::ZERO };
+
 #[test]
 fn clearances_equal_the_twin() {
     let world = World::room();
@@ -109,7 +112,7 @@ fn clearances_equal_the_twin() {
         let tracing = tracing(&world, rings);
         let candidates = Buffer::from_slice(&world.context, "candidates", &points).unwrap();
         let clearances =
-            Buffer::from_slice(&world.context, "clearances", &vec![-1.0_f32; count + 2]).unwrap();
+            Buffer::from_slice(&world.context, "clearances", &vec![UNTOUCHED; count + 2]).unwrap();
         world.dispatch(
             "clearance",
             &[("RINGS", rings), ("SECTORS", 4 * rings)],
@@ -123,15 +126,20 @@ fn clearances_equal_the_twin() {
                 ("Clearances", &clearances),
             ],
         );
-        let mut found: Vec<f32> = clearances.read().unwrap();
-        assert_eq!(found.split_off(count), [-1.0; 2], "nothing is written past the last candidate");
-        let twin: Vec<_> =
-            (0..).zip(&points).map(|(index, point)| tracing.clearance(point, index, far)).collect();
+        let mut found: Vec<Clearance> = clearances.read().unwrap();
+        let behind = found.split_off(count);
+        assert!(behind.iter().all(|c| c.distance == -1.0), "nothing is written past the last candidate");
+        let twin: Vec<_> = points.iter().map(|point| tracing.clearance(point, far)).collect();
         // A ray that an edge lets through by f32 may have been the nearest.
-        let differs = |(device, twin): (&f32, &f64)| (f64::from(*device) - twin).abs() > 1e-4 * twin;
+        let differs = |(device, (distance, wall)): (&Clearance, &(f64, DVec3))| {
+            (f64::from(device.distance) - distance).abs() > 1e-4 * distance
+                || (device.wall.as_dvec3() - wall).length() > 1e-3 * wall.length()
+        };
         let differ = found.iter().zip(&twin).filter(|&pair| differs(pair)).count();
         assert!(differ * 30 <= count, "{differ} of {count} clearances differ");
-        assert!(count < 60 || (twin.iter().any(|&t| t == f64::from(far)) && twin.iter().any(|&t| t < 0.1)));
+        let some = |is: &dyn Fn(&(f64, DVec3)) -> bool| count < 60 || twin.iter().any(is);
+        assert!(some(&|&(t, _)| t == f64::from(far)) && some(&|&(t, _)| t < 0.1));
+        assert!(some(&|&(_, wall)| wall != DVec3::ZERO) && some(&|&(_, wall)| wall == DVec3::ZERO));
     }
     assert_silent(&world.context);
 }

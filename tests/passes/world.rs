@@ -113,7 +113,9 @@ impl World {
     pub(crate) fn cache_points(&self, random: &mut Random, count: usize, radius: f32) -> Vec<CachePoint> {
         let point = |_| {
             let (position, normal, side) = self.surface_point(random);
-            CachePoint { position, radius: radius * (0.5 + random.unit()), normal, side }
+            // Every other one stands before a wall, half a radius away in a random direction.
+            let wall = if random.below(2) == 0 { Vec3::ZERO } else { random.cube() * 2.0 / radius };
+            CachePoint { position, radius: radius * (0.5 + random.unit()), normal, side, wall }
         };
         (0..count).map(point).collect()
     }

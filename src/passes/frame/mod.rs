@@ -11,3 +11,4 @@ pub mod prefix_sum;
 pub mod primary;
 pub mod splat;
 pub mod tile_sort;
+pub mod tonemap;

@@ -7,7 +7,7 @@
 //! clearance, so that no record reaches over what its own rays missed. [Krivanek 2006]
 
 use super::{Chunks, Progress};
-use crate::cpu::records::record_weight;
+use crate::cpu::{records::record_weight, sampling::hash};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
@@ -17,6 +17,16 @@ use crate::scene::{Triangle, hvds::Hvds, hvds::Piece};
 use crate::types::{CachePoint, Surface};
 use glam::{DVec3, UVec3, Vec3};
 use std::sync::Arc;
+
+gpu_struct! {
+    /// What stands around a candidate.
+    pub struct Clearance {
+        /// To the nearest surface that its rays see, metres.
+        pub distance: f32,
+        /// Plane of that surface, as in `CachePoint`, if it stands on the candidate's at 45° or more; else zero.
+        pub wall: Vec3,
+    }
+}
 
 gpu_struct! {
     /// Push constants.
@@ -31,12 +41,12 @@ gpu_struct! {
 }
 
 /// What this pass shares with its shader.
-pub const LAYOUTS: &[Layout] = &[ClearancePush::LAYOUT];
+pub const LAYOUTS: &[Layout] = &[Clearance::LAYOUT, ClearancePush::LAYOUT];
 
 /// A point counts as covered from this record weight on; records then overlap enough to blend.
 const COVERED: f32 = 0.3;
 /// Radii are clamped between these multiples of one length, which the budget decides. [Tabellion: 1.5 and 10 pixels]
-const RADIUS_RANGE: [f64; 2] = [1.5, 10.0];
+const RADIUS_RANGE: [f64; 2] = [1.0, 5.0];
 /// Normals further apart than this do not share a record, radians.
 const NORMAL_RANGE: f64 = 0.174_53;
 /// Records that random sequential packing fits into one squared spacing.
@@ -85,16 +95,28 @@ pub fn place(
     seed: u32,
     progress: &mut dyn Progress,
 ) -> Result<Placement> {
-    let clearance = Clearance::new(context, geometry.scene_size, seed)?;
+    if budget == 0 {
+        return Ok(Placement {
+            points: Vec::new(),
+            least_radius: geometry.scene_size,
+            candidates: 0,
+            is_covering: true,
+        });
+    }
+    let surveyor = Surveyor::new(context, geometry.scene_size, seed)?;
     let pieces = &geometry.hvds.pieces;
     progress.stage("clearances", pieces.len() as u64);
     let samples: Vec<CachePoint> = (0..pieces.len()).map(|piece| geometry.draw(piece, 0, seed)).collect();
-    let clearances = clearance.measure(buffers, &samples, Some(progress))?;
+    let clearances: Vec<f32> = surveyor
+        .measure(buffers, &samples, Some(progress))?
+        .iter()
+        .map(|clearance| clearance.distance)
+        .collect();
     let (mut unit, largest) = spread(geometry, &clearances, budget);
     loop {
         let neighbourhood = Neighbourhood::new(geometry, &samples, &clearances);
         let mut records = Records::new(geometry, unit);
-        let attempt = Attempt { buffers, geometry, clearance: &clearance, neighbourhood, unit, budget, seed };
+        let attempt = Attempt { buffers, geometry, surveyor: &surveyor, neighbourhood, unit, budget, seed };
         let placement = attempt.run(&mut records, &clearances, progress)?;
         if placement.is_covering || unit >= largest {
             return Ok(placement);
@@ -135,7 +157,13 @@ impl Geometry<'_> {
         let (w0, w1) = (weight(p1, p2), weight(p2, p0));
         let [n0, n1, n2] = triangle.normals.map(Vec3::as_dvec3);
         let shading = (w0 * n0 + w1 * n1 + (1.0 - w0 - w1) * n2).normalize().as_vec3();
-        CachePoint { position, radius: 0.0, normal: if side % 2 == 1 { -shading } else { shading }, side }
+        CachePoint {
+            position,
+            radius: 0.0,
+            normal: if side % 2 == 1 { -shading } else { shading },
+            side,
+            wall: Vec3::ZERO,
+        }
     }
 
     /// Distances along a piece over which its shading normal turns by [`NORMAL_RANGE`], where it turns fastest and where it
@@ -198,7 +226,7 @@ fn spread(geometry: &Geometry<'_>, clearances: &[f32], budget: u32) -> (f64, f64
 struct Attempt<'a> {
     buffers: &'a SceneBuffers,
     geometry: &'a Geometry<'a>,
-    clearance: &'a Clearance,
+    surveyor: &'a Surveyor,
     neighbourhood: Neighbourhood<'a>,
     unit: f64,
     budget: u32,
@@ -273,7 +301,7 @@ impl Attempt<'_> {
     /// Accepts, in order, candidates that nothing covers yet. False once the budget is spent.
     fn accept(&self, records: &mut Records, candidates: &[CachePoint]) -> Result<bool> {
         let open = records.uncovered(candidates, COVERED);
-        let clearances = self.clearance.measure(self.buffers, &open, None)?;
+        let clearances = self.surveyor.measure(self.buffers, &open, None)?;
         for (mut candidate, clearance) in open.into_iter().zip(clearances) {
             if records.cover(&candidate, COVERED) {
                 continue;
@@ -281,7 +309,8 @@ impl Attempt<'_> {
             if records.points.len() as u32 >= self.budget {
                 return Ok(false);
             }
-            let clearance = self.neighbourhood.clamp(&candidate, clearance);
+            candidate.wall = clearance.wall;
+            let clearance = self.neighbourhood.clamp(&candidate, clearance.distance);
             let [low, high] = RADIUS_RANGE.map(|bound| (bound * self.unit) as f32);
             candidate.radius = (0.5 * clearance).clamp(low, high);
             records.insert(Placed { point: candidate, clearance });
@@ -291,7 +320,7 @@ impl Attempt<'_> {
 }
 
 /// Device side: clearances of candidates.
-struct Clearance {
+struct Surveyor {
     context: Arc<Context>,
     pipeline: Pipeline,
     candidates: Buffer,
@@ -300,7 +329,7 @@ struct Clearance {
     seed: u32,
 }
 
-impl Clearance {
+impl Surveyor {
     /// Candidates of one dispatch at most.
     const LIMIT: u32 = 1 << 15;
 
@@ -309,8 +338,16 @@ impl Clearance {
         Ok(Self {
             context: context.clone(),
             pipeline: Pipeline::new(context, "clearance", &constants)?,
-            candidates: Buffer::storage(context, "candidates", u64::from(Self::LIMIT) * 32)?,
-            clearances: Buffer::storage(context, "clearances", u64::from(Self::LIMIT) * 4)?,
+            candidates: Buffer::storage(
+                context,
+                "candidates",
+                u64::from(Self::LIMIT) * size_of::<CachePoint>() as u64,
+            )?,
+            clearances: Buffer::storage(
+                context,
+                "clearances",
+                u64::from(Self::LIMIT) * size_of::<Clearance>() as u64,
+            )?,
             scene_size,
             seed,
         })
@@ -321,7 +358,7 @@ impl Clearance {
         scene: &SceneBuffers,
         candidates: &[CachePoint],
         mut progress: Option<&mut dyn Progress>,
-    ) -> Result<Vec<f32>> {
+    ) -> Result<Vec<Clearance>> {
         let mut measured = Vec::with_capacity(candidates.len());
         Chunks::new(512, Self::LIMIT).run(candidates.len() as u32, |first, count| {
             self.candidates.write(&candidates[first as usize..(first + count) as usize])?;
@@ -340,7 +377,7 @@ impl Clearance {
                     ],
                 );
             })?;
-            measured.extend(self.clearances.read_range::<f32>(0, count as usize)?);
+            measured.extend(self.clearances.read_range::<Clearance>(0, count as usize)?);
             if let Some(progress) = &mut progress {
                 progress.advance(u64::from(first + count));
             }
@@ -484,13 +521,4 @@ fn plane_sequence(index: u32, seed: u32) -> [f32; 2] {
     let shift = [f64::from(seed), f64::from(hash(seed))].map(|bits| bits / 4_294_967_296.0);
     [1.0, 2.0]
         .map(|power: f64| ((shift[power as usize - 1] + f64::from(index) * g.powf(-power)).fract()) as f32)
-}
-
-/// Integer hash with low bias; twin of `hash` in `glsl/include/sampling.glsl`.
-fn hash(mut x: u32) -> u32 {
-    x ^= x >> 16;
-    x = x.wrapping_mul(0x21f0_aaad);
-    x ^= x >> 15;
-    x = x.wrapping_mul(0xd35a_2d97);
-    x ^ x >> 15
 }

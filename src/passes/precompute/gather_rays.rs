@@ -46,7 +46,7 @@ pub const LAYOUTS: &[Layout] = &[ClusterLink::LAYOUT, GatherRaysPush::LAYOUT];
 pub const STEM: &str = "gather_rays";
 
 /// Entry points that a cluster's area must be worth before a gather ray reads it: fewer make fireflies.
-pub const LEAST_ENTRY_POINTS: f64 = 8.0;
+pub const LEAST_ENTRY_POINTS: f64 = 24.0;
 
 /// The stratification of a gather hemisphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,0 +1,54 @@
+//! Tone map: radiance to 8-bit sRGB. In: radiance (W/m²/sr), exposure. Out: four bytes a pixel, the last 255.
+
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use std::sync::Arc;
+
+gpu_struct! {
+    /// Push constants.
+    pub struct TonemapPush {
+        /// Pixels.
+        pub pixel_count: u32,
+        /// 2^exposure.
+        pub scale: f32,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[TonemapPush::LAYOUT];
+
+/// The pipeline and the picture for eyes.
+pub struct Tonemap {
+    pipeline: Pipeline,
+    pixel_count: u32,
+    /// sRGB codes of each pixel: R, G, B, 255.
+    pub display: Buffer,
+}
+
+impl Tonemap {
+    /// The name that shader, twin and timing share.
+    pub const STEM: &str = "tonemap";
+
+    /// Makes room for an image of `pixel_count` pixels.
+    ///
+    /// # Errors
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn new(context: &Arc<Context>, pixel_count: u32) -> Result<Self> {
+        Ok(Self {
+            pipeline: Pipeline::new(context, Self::STEM, &[])?,
+            pixel_count,
+            display: Buffer::storage(context, "display", u64::from(pixel_count) * 4)?,
+        })
+    }
+
+    /// Maps all pixels.
+    pub fn record(&self, rec: &mut Recorder, radiance: &Buffer, exposure_stops: f32) {
+        rec.pass(Self::STEM).dispatch(
+            &self.pipeline,
+            [self.pixel_count, 1, 1],
+            &TonemapPush { pixel_count: self.pixel_count, scale: exposure_stops.exp2() },
+            &[("Radiance", radiance), ("Display", &self.display)],
+        );
+    }
+}

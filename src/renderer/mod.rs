@@ -267,6 +267,7 @@ impl Renderer {
             cluster_flux: &self.pyramid.flux,
             cluster_irradiance: &self.pyramid.irradiance,
             cache_points: &self.gather.cache_points,
+            gather_rays: &self.gather.rays,
             gathered: &self.gather.records,
             records: &self.blend.records,
         }
@@ -285,6 +286,8 @@ pub struct StageBuffers<'a> {
     pub cluster_irradiance: &'a Buffer,
     /// `CachePoint`s.
     pub cache_points: &'a Buffer,
+    /// `GatherRay`s, a row a cache point.
+    pub gather_rays: &'a Buffer,
     /// `Record`s of the cache points as gathered.
     pub gathered: &'a Buffer,
     /// `Record`s of the cache points, blended.

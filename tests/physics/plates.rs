@@ -16,8 +16,8 @@ const PATCHES: usize = 40;
 const QUALITY: Quality = Quality {
     preset: "test",
     entry_points: 200_000,
-    cache_points: 2_000,
-    gather_rays: 256,
+    cache_points: 1_000,
+    gather_rays: 1024,
     ..Quality::DRAFT
 };
 

@@ -112,17 +112,16 @@ pub fn place(
         .iter()
         .map(|clearance| clearance.distance)
         .collect();
-    let mut unit = spread(geometry, &clearances, budget);
+    let (mut unit, largest) = spread(geometry, &clearances, budget);
     loop {
         let neighbourhood = Neighbourhood::new(geometry, &samples, &clearances);
         let mut records = Records::new(geometry, unit);
         let attempt = Attempt { buffers, geometry, surveyor: &surveyor, neighbourhood, unit, budget, seed };
         let placement = attempt.run(&mut records, &clearances, progress)?;
-        // Curved surfaces set a floor that no unit gets below: then the budget covers what it can.
-        if placement.is_covering || unit >= f64::from(geometry.scene_size) {
+        if placement.is_covering || unit >= largest {
             return Ok(placement);
         }
-        unit *= 1.1;
+        unit *= 1.2;
     }
 }
 
@@ -184,24 +183,43 @@ impl Geometry<'_> {
 
     /// Records that a piece needs at a given unit of length, where `clearance` is what its rays see.
     fn expected_records(&self, piece: usize, clearance: f32, unit: f64) -> f64 {
-        let radius = (0.5 * f64::from(clearance)).clamp(RADIUS_RANGE[0] * unit, RADIUS_RANGE[1] * unit);
         let spacing = f64::from(1.0 - COVERED);
-        let [across, along] = self.normal_reach(piece).map(|reach| spacing * radius.min(reach));
+        let reach = self.normal_reach(piece);
+        let [across, along] = reach.map(|reach| spacing * reach.min(radius(clearance, unit)));
         PACKING * self.hvds.pieces[piece].area_m2 / (across * along)
+    }
+
+    /// The same if the piece were flat.
+    fn expected_flat_records(&self, piece: usize, clearance: f32, unit: f64) -> f64 {
+        let spacing = f64::from(1.0 - COVERED) * radius(clearance, unit);
+        PACKING * self.hvds.pieces[piece].area_m2 / (spacing * spacing)
     }
 }
 
-/// The length that scales all radii: such that the expected number of records meets the budget.
-fn spread(geometry: &Geometry<'_>, clearances: &[f32], budget: u32) -> f64 {
-    let expected = |unit: f64| -> f64 {
-        (0..geometry.hvds.pieces.len()).map(|i| geometry.expected_records(i, clearances[i], unit)).sum()
+/// Radius of a record before its neighbourhood is known, metres.
+fn radius(clearance: f32, unit: f64) -> f64 {
+    (0.5 * f64::from(clearance)).clamp(RADIUS_RANGE[0] * unit, RADIUS_RANGE[1] * unit)
+}
+
+/// The length that scales all radii, such that the expected number of records meets the budget; and the one beyond which
+/// the budget had better leave something uncovered. Where curvature asks for many records whatever the length, the
+/// expectation is too high for them: flat pieces are granted a quarter of the budget at first, and an eighth in any case.
+fn spread(geometry: &Geometry<'_>, clearances: &[f32], budget: u32) -> (f64, f64) {
+    let sum = |expected: &dyn Fn(usize) -> f64| (0..geometry.hvds.pieces.len()).map(expected).sum::<f64>();
+    let curved = |unit: f64| sum(&|i| geometry.expected_records(i, clearances[i], unit));
+    let flat = |unit: f64| sum(&|i| geometry.expected_flat_records(i, clearances[i], unit));
+    let length = |expected: &dyn Fn(f64) -> f64, records: f64| {
+        let size = f64::from(geometry.scene_size);
+        let (mut low, mut high) = (1e-7 * size, size);
+        for _ in 0..60 {
+            let middle = (low * high).sqrt();
+            if expected(middle) > records { low = middle } else { high = middle }
+        }
+        high
     };
-    let (mut low, mut high) = (1e-7 * f64::from(geometry.scene_size), f64::from(geometry.scene_size));
-    for _ in 0..60 {
-        let middle = (low * high).sqrt();
-        if expected(middle) > BUDGET_SHARE * f64::from(budget) { low = middle } else { high = middle }
-    }
-    high
+    let records = BUDGET_SHARE * f64::from(budget);
+    let unit = length(&curved, records).min(length(&flat, records / 4.0));
+    (unit, length(&flat, records / 8.0))
 }
 
 /// One try at a given unit of length.

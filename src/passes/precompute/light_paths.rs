@@ -2,7 +2,7 @@
 //! In: entry points. Out: steps in path order and deposits in cluster order.
 
 use super::{Chunks, Progress};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::path_scan::{HEAD, PathStep};
@@ -79,7 +79,8 @@ pub struct LightPaths {
 /// Traces all paths. `surfaces` in BVH order; `base_clusters` counts the clusters of the base level.
 ///
 /// # Errors
-/// The device lacks memory or failed.
+/// [`Error::OutOfMemory`] if the device cannot bind so many vertices, as where nothing is absorbed and no path ends; the device
+/// lacks memory or failed.
 #[expect(clippy::too_many_arguments, reason = "one call, at one place")]
 pub fn trace(
     context: &Arc<Context>,
@@ -110,7 +111,13 @@ pub fn trace(
     let mut chunks = Chunks::new(1 << 12, LIMIT);
     progress.stage("light paths", live.len() as u64);
     let total = live.len() as u64;
+    let most = context.limits().storage_range_bytes / size_of::<Deposit>() as u64;
     while !live.is_empty() {
+        if vertices.len() as u64 >= most {
+            return Err(Error::OutOfMemory(format!(
+                "{total} light paths have more than the {most} vertices that the device can bind; lower quality.entry_points, or an albedo close to 1"
+            )));
+        }
         let mut survivors = Vec::new();
         chunks.run(live.len() as u32, |first, count| {
             let states = &live[first as usize..(first + count) as usize];

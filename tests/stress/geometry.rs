@@ -1,0 +1,144 @@
+//! Scale, place, walls on cell boundaries and slivers.
+
+use crate::common::{assert_silent, context, random_words};
+use crate::{SMALL, count, relative_mse, render, room};
+use std::fmt::Write;
+
+use glam::{DVec3, Vec3};
+use lightpaths::renderer::{Layer, Renderer};
+use lightpaths::scene::{Light, LightKind, LoadOptions, Scene, Triangle, shapes};
+use lightpaths::types::{Deposit, GatherRay, NO_TARGET};
+
+/// The room, loaded from files with a scale and a place; its lamp as bright on the walls as before.
+fn placed(scale: f64, to: DVec3) -> Scene {
+    let room = room();
+    let vector = |v: DVec3| format!("[{:e},{:e},{:e}]", v.x, v.y, v.z);
+    let place = |p: Vec3| vector(scale * p.as_dvec3() + to);
+    let mut model = String::new();
+    for triangle in &room.triangles {
+        triangle.positions.iter().for_each(|p| writeln!(model, "v {} {} {}", p.x, p.y, p.z).unwrap());
+        model.push_str("f -3 -2 -1\n");
+    }
+    let spec = format!(
+        "[[model]]\nfile = \"room.obj\"\nscale = {scale:e}\ntranslate = {}\n\
+         [camera]\nposition = {}\ntarget = {}\nfov_y = {}\nsize = [64, 48]\n\
+         [[light]]\nkind = \"point\"\nposition = {}\nintensity = {}\n",
+        vector(to),
+        place(room.cameras[0].position),
+        place(room.cameras[0].target),
+        room.cameras[0].fov_y_degrees,
+        place(room.lights[0].kind.position().unwrap()),
+        vector(DVec3::splat(scale * scale)),
+    );
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("room.obj"), model).unwrap();
+    let file = folder.path().join("room.toml");
+    std::fs::write(&file, spec).unwrap();
+    Scene::load(file.to_str().unwrap(), &LoadOptions::default()).unwrap()
+}
+
+#[test]
+fn scale_and_place_change_nothing() {
+    let picture = |scale: f64, to: f64| {
+        let renderer = render(placed(scale, DVec3::new(to, -to, 0.7 * to)), SMALL);
+        assert_eq!(count(&renderer, "path vertices outside all clusters"), 0, "scale {scale}, moved by {to}");
+        assert_eq!(count(&renderer, "pixels without a covering record"), 0, "scale {scale}, moved by {to}");
+        [Layer::Direct, Layer::Indirect].map(|layer| renderer.layer(layer).unwrap())
+    };
+    let reference = picture(1.0, 0.0);
+    for (scale, to) in [(1e-3, 0.0), (0.1, 0.0), (3.0, 0.0), (1e4, 0.0), (1.0, 1e5), (1e-3, 1e5), (1e4, 1e5)]
+    {
+        let image = picture(scale, to);
+        for ((name, image), reference) in ["direct", "indirect"].iter().zip(&image).zip(&reference) {
+            let error = relative_mse(image, reference);
+            println!("scale {scale}, moved by {to}: {name} relMSE {error:e}");
+            assert!(error <= 1e-3, "scale {scale}, moved by {to}: {name} relMSE {error:e}");
+        }
+    }
+    assert_silent(&context());
+}
+
+/// Flux that all vertices deposit and flux that the base level holds, W.
+fn energies(renderer: &Renderer) -> [f64; 2] {
+    let stages = renderer.stages();
+    let entering: Vec<Vec3> = stages.path_flux.read().unwrap();
+    let deposits: Vec<Deposit> = stages.deposits.read().unwrap();
+    let deposited =
+        deposits.iter().map(|d| f64::from(d.throughput.x) * f64::from(entering[d.path as usize].x)).sum();
+    let clusters: Vec<Vec3> = stages.cluster_flux.read().unwrap();
+    let held: f64 = clusters.iter().map(|flux| f64::from(flux.x)).sum();
+    let levels = f64::from(renderer.scene().quality.cells.ilog2() + 1);
+    [deposited, held / levels]
+}
+
+#[test]
+fn walls_on_cell_boundaries_lose_no_energy() {
+    let cells = SMALL.cells as f32;
+    for step in [1, 2, 3, 5, 8, 13, 15] {
+        // One axis sets the cell size; the other walls stand whole cells apart, as the grid counts and as a user would.
+        for size in [
+            Vec3::new(1.0, step as f32 / (cells - 1.0), 0.5),
+            Vec3::new(step as f32 / cells, 1.0, step as f32 / (cells - 1.0)),
+        ] {
+            let renderer = render(shapes::closed_box(size, 0.5), SMALL);
+            assert_eq!(count(&renderer, "path vertices outside all clusters"), 0, "{size}");
+            let rays: Vec<GatherRay> = renderer.stages().gather_rays.read().unwrap();
+            let lost = rays.iter().filter(|ray| ray.target == NO_TARGET).count();
+            assert_eq!(lost, 0, "{size}: gather rays without a target, of {}", rays.len());
+            let [deposited, held] = energies(&renderer);
+            let flux = 4.0 * std::f64::consts::PI;
+            println!("{size}: deposited {:.5}", deposited / flux / 2.0);
+            assert!((held / deposited - 1.0).abs() <= 1e-5, "{size}: {held} W of {deposited} W");
+            assert!(
+                (deposited / flux / 2.0 - 1.0).abs() <= 0.01,
+                "{size}: {deposited} W of {} W",
+                2.0 * flux
+            );
+        }
+    }
+    assert_silent(&context());
+}
+
+/// Needles of hardly any area across the corners of cells.
+fn slivers(cell: f32) -> Vec<Triangle> {
+    let unit = |word: u32| (f64::from(word) / f64::from(u32::MAX)) as f32;
+    random_words(11, 1200)
+        .chunks_exact(6)
+        .map(|words| {
+            let corner = Vec3::new(unit(words[0]), unit(words[1]), unit(words[2])) * 0.9 - 0.45;
+            let corner = (corner / cell).round() * cell;
+            let along = (Vec3::new(unit(words[3]), unit(words[4]), unit(words[5])) - 0.5).normalize();
+            let across = along.any_orthonormal_vector() * if words[0] % 2 == 0 { 1e-3 } else { 1e-6 };
+            let positions = [corner - 0.05 * along, corner + 0.05 * along, corner + across];
+            let mut triangle = Triangle { positions, normals: [Vec3::Y; 3], material: 0 };
+            triangle.normals = [triangle.geometric_normal(); 3];
+            triangle
+        })
+        .collect()
+}
+
+#[test]
+fn slivers_make_no_firefly() {
+    const ALBEDO: f32 = 0.5;
+    let mut scene = shapes::closed_box(Vec3::ONE, ALBEDO);
+    let cell = 1.0 / (SMALL.cells as f32 - 1.0);
+    let light = Vec3::ZERO;
+    let clear = 0.35;
+    scene
+        .triangles
+        .extend(slivers(cell).into_iter().filter(|t| t.positions.iter().all(|p| p.distance(light) > clear)));
+    scene.lights = vec![Light {
+        name: "lamp".to_owned(),
+        kind: LightKind::Point { position: light, intensity: Vec3::ONE },
+    }];
+    let renderer = render(scene, SMALL);
+    // No surface gets more direct light than the nearest point could, nor more indirect light than the brightest surface
+    // gives when it is all around.
+    let bound = ALBEDO / (1.0 - ALBEDO) / (clear * clear);
+    let radiance = renderer.layer(Layer::Indirect).unwrap();
+    let brightest = radiance.iter().map(|pixel| pixel[0] * std::f32::consts::PI / ALBEDO).fold(0.0, f32::max);
+    println!("brightest {brightest}, bound {bound}");
+    assert!(brightest <= bound, "{brightest} W/m², {bound} W/m² at most");
+    assert_eq!(count(&renderer, "pixels without a covering record"), 0);
+    assert_silent(&context());
+}

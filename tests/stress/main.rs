@@ -1,0 +1,100 @@
+//! What renderers break on: odd sizes, odd places, odd powers, and the order of things.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod determinism;
+mod extremes;
+mod geometry;
+mod views;
+
+use common::context;
+use glam::Vec3;
+use lightpaths::gpu::Buffer;
+use lightpaths::renderer::{Edit, Layer, Renderer, Silent};
+use lightpaths::scene::{LoadOptions, Quality, Scene, Triangle, shapes};
+
+/// Settings that take a fraction of a second.
+const SMALL: Quality = Quality {
+    preset: "test",
+    entry_points: 20_000,
+    cache_points: 2_000,
+    gather_rays: 64,
+    cells: 16,
+    ..Quality::DRAFT
+};
+
+const LAYERS: [Layer; 6] =
+    [Layer::Beauty, Layer::Direct, Layer::Indirect, Layer::Albedo, Layer::Normal, Layer::Depth];
+
+/// A renderer ahead of its first frame.
+fn prepare(mut scene: Scene, quality: Quality) -> Renderer {
+    scene.quality = quality;
+    Renderer::new(&context(), scene, &mut Silent).unwrap()
+}
+
+/// A renderer after its first frame, all of whose buffers hold finite numbers.
+fn render(scene: Scene, quality: Quality) -> Renderer {
+    let mut renderer = prepare(scene, quality);
+    renderer.frame(Edit::Everything).unwrap();
+    assert_finite(&renderer);
+    renderer
+}
+
+/// The built-in Box with changes, 64×48 pixels unless they say otherwise.
+fn the_box(set: &[String]) -> Scene {
+    let mut changes = vec!["camera.size=[64,48]".to_owned()];
+    changes.extend_from_slice(set);
+    Scene::load("box", &LoadOptions { set: changes, ..LoadOptions::default() }).unwrap()
+}
+
+/// A closed room with a block in it, 64×48 pixels. Few records cover it, for nothing in it is curved.
+fn room() -> Scene {
+    let mut scene = shapes::closed_box(Vec3::new(1.0, 0.8, 1.2), 0.5);
+    let block = shapes::closed_box(Vec3::new(0.3, 0.2, 0.3), 0.5).triangles.into_iter().map(|triangle| {
+        // The box's fronts are inside; a block's are outside.
+        let [a, b, c] = triangle.positions.map(|p| p + Vec3::new(-0.2, -0.25, -0.1));
+        Triangle { positions: [a, c, b], normals: triangle.normals.map(|n| -n), ..triangle }
+    });
+    scene.triangles.extend(block);
+    scene.cameras[0].size = [64, 48];
+    scene
+}
+
+/// Scans every stage for NaN, infinity and negative energy. Depth alone is infinite, where the camera sees nothing.
+#[track_caller]
+fn assert_finite(renderer: &Renderer) {
+    let stages = renderer.stages();
+    let floats = |buffer: &Buffer| buffer.read::<f32>().unwrap();
+    for (name, buffer) in [
+        ("path flux", stages.path_flux),
+        ("cluster flux", stages.cluster_flux),
+        ("cluster irradiance", stages.cluster_irradiance),
+    ] {
+        assert!(floats(buffer).iter().all(|v| v.is_finite() && *v >= 0.0), "{name}");
+    }
+    assert!(floats(stages.records).iter().all(|v| v.is_finite()), "records");
+    for layer in LAYERS {
+        let pixels = renderer.layer(layer).unwrap();
+        let is_sane = |v: &f32| match layer {
+            Layer::Normal => v.is_finite(),
+            Layer::Depth => *v >= 0.0,
+            _ => v.is_finite() && *v >= 0.0,
+        };
+        assert!(pixels.as_flattened().iter().all(is_sane), "{layer:?}");
+    }
+}
+
+/// A count of the renderer's statistics.
+fn count(renderer: &Renderer, name: &str) -> u64 {
+    renderer.statistics().unwrap().counts[name]
+}
+
+/// Mean of the squared difference over the reference's square.
+fn relative_mse(image: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
+    assert_eq!(image.len(), reference.len());
+    let sum = |pixels: &mut dyn Iterator<Item = f64>| pixels.map(|v| v * v).sum::<f64>();
+    let difference = image.as_flattened().iter().zip(reference.as_flattened());
+    sum(&mut difference.map(|(a, b)| f64::from(*a) - f64::from(*b)))
+        / sum(&mut reference.as_flattened().iter().map(|v| f64::from(*v)))
+}

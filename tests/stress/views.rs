@@ -1,0 +1,74 @@
+//! Image sizes and places of the camera.
+
+use crate::common::{assert_silent, context};
+use crate::{SMALL, assert_finite, count, render, room};
+use glam::Vec3;
+use lightpaths::renderer::{Edit, Layer, Renderer};
+
+/// Pixels that see something.
+fn seen(renderer: &Renderer) -> usize {
+    renderer.layer(Layer::Depth).unwrap().iter().filter(|depth| depth[0].is_finite()).count()
+}
+
+#[track_caller]
+fn assert_no_hole(renderer: &Renderer) {
+    let (bare, pixels) = (count(renderer, "pixels without a covering record"), count(renderer, "pixels"));
+    assert!(1000 * bare <= pixels, "{bare} of {pixels} pixels have no covering record");
+}
+
+#[test]
+fn odd_image_sizes() {
+    for size in [[1, 1], [17, 1], [1, 33], [513, 3], [16, 16], [65, 63]] {
+        let mut scene = room();
+        scene.cameras[0].size = size;
+        let renderer = render(scene, SMALL);
+        assert_eq!(renderer.size(), size);
+        assert_eq!(renderer.layer(Layer::Beauty).unwrap().len(), (size[0] * size[1]) as usize);
+        assert_no_hole(&renderer);
+        assert!(renderer.layer(Layer::Beauty).unwrap().iter().any(|pixel| pixel[1] > 0.0), "{size:?}");
+    }
+    assert_silent(&context());
+}
+
+#[test]
+fn cameras_near_far_and_inside_things() {
+    let mut renderer = render(room(), SMALL);
+    let usual = count(&renderer, "splat weights");
+    for (position, target, grows) in [
+        // All records in one tile.
+        (Vec3::new(0.1, 0.1, 12.0), Vec3::ZERO, false),
+        // Each record over all tiles.
+        (Vec3::new(0.1, 0.2, -0.599), Vec3::new(0.1, 0.2, -0.6), true),
+        (Vec3::new(0.3, -0.39, 0.2), Vec3::new(0.4, -0.4, 0.1), true),
+        // On the wall, in the wall's plane, inside the block.
+        (Vec3::new(0.5, 0.0, 0.0), Vec3::ZERO, false),
+        (Vec3::new(0.5, 0.0, 0.6), Vec3::new(0.5, 0.0, 0.0), false),
+        (Vec3::new(-0.2, -0.25, -0.1), Vec3::ZERO, false),
+    ] {
+        renderer.move_camera(position, target);
+        renderer.frame(Edit::View).unwrap();
+        assert_finite(&renderer);
+        assert!(seen(&renderer) > 0, "camera at {position}");
+        if grows {
+            assert_no_hole(&renderer);
+            assert!(count(&renderer, "splat weights") > usual, "camera at {position}");
+        }
+    }
+    assert_silent(&context());
+}
+
+#[test]
+fn a_view_of_nothing_is_black() {
+    let mut renderer = render(room(), SMALL);
+    for (position, target) in [(Vec3::splat(50.0), Vec3::splat(100.0)), (Vec3::ZERO, Vec3::Z)] {
+        renderer.move_camera(position, target);
+        renderer.frame(Edit::View).unwrap();
+        assert_finite(&renderer);
+    }
+    renderer.move_camera(Vec3::splat(50.0), Vec3::splat(100.0));
+    renderer.frame(Edit::View).unwrap();
+    assert_eq!(seen(&renderer), 0);
+    assert!(renderer.layer(Layer::Beauty).unwrap().iter().all(|pixel| *pixel == [0.0; 3]));
+    assert_eq!(count(&renderer, "splat weights"), 0);
+    assert_silent(&context());
+}

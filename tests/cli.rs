@@ -275,7 +275,10 @@ fn the_direct_method_is_the_direct_layer() {
     render(&folder, &["-o", "a.exr", "--method", "direct", "--aov", "direct"]);
     let channels = channels(&folder.path().join("a.exr"));
     assert_eq!(channels.len(), 6);
-    assert_eq!(channels["R"], channels["direct.R"]);
+    // The picture is the device's product of albedo and irradiance, the layer the host's: the last bit may differ.
+    for (picture, layer) in channels["R"].iter().zip(&channels["direct.R"]) {
+        assert!((picture - layer).abs() <= 4.0 * f32::EPSILON * layer, "{picture}, {layer}");
+    }
     assert!(channels["R"].iter().any(|&value| value > 0.0));
 }
 

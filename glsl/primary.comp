@@ -31,10 +31,9 @@ void main() {
         return;
     }
     Surface surface = surfaces[hit.triangle];
-    float facing = dot(surface.normal, direction);
-    bool back = facing > 0.0;
+    bool back = dot(surface.normal, direction) > 0.0;
     vec3 normal = normalize(hit.barycentric.x * surface.n0 + hit.barycentric.y * surface.n1 + hit.barycentric.z * surface.n2);
     // t is the depth along the view axis, because `direction` has unit length along it.
-    float footprint = view.pixel_area * hit.t * hit.t * length(direction) / max(abs(facing), 1e-4 * length(direction));
+    float footprint = view.pixel_area * hit.t * hit.t;
     pixels[index] = PixelSurface(hit_position(hit), 2u * hit.triangle + uint(back), back ? -normal : normal, footprint);
 }

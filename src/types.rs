@@ -157,7 +157,7 @@ gpu_struct! {
         pub side: u32,
         /// Unit shading normal on the visible side.
         pub normal: Vec3,
-        /// Area that the pixel covers on the surface, m².
+        /// Area that the pixel covers at that depth, facing the camera, m².
         pub footprint: f32,
     }
 }

@@ -84,7 +84,7 @@ struct PixelSurface {
     vec3 position;
     uint side;       // 2·triangle + (1 if the back side); NO_SIDE where the ray left the scene
     vec3 normal;     // unit shading normal on the visible side
-    float footprint; // area that the pixel covers on the surface, m²
+    float footprint; // area that the pixel covers at that depth, facing the camera, m²
 };
 
 // A pinhole camera: the ray of image point (x, y) in [-1, 1]² has direction forward + x·right - y·up.

@@ -13,7 +13,7 @@ pub struct Seen {
     pub side: u32,
     /// Unit shading normal on the visible side.
     pub normal: DVec3,
-    /// Area that the pixel covers on the surface, m².
+    /// Area that the pixel covers at that depth, facing the camera, m².
     pub footprint: f64,
 }
 
@@ -27,8 +27,6 @@ pub fn primary(geometry: Geometry<'_>, view: &View, x: u32, y: u32) -> Option<Se
     let side = geometry.side(hit.triangle, direction);
     let [n0, n1, n2] = [surface.n0, surface.n1, surface.n2].map(|normal| normal.as_dvec3());
     let shading = (hit.barycentric.x * n0 + hit.barycentric.y * n1 + hit.barycentric.z * n2).normalize();
-    // A pixel's area grows with the square of the depth, and with the slant of the surface against the ray.
-    let cosine = surface.normal.as_dvec3().dot(direction.normalize()).abs().max(1e-4);
-    let footprint = f64::from(view.pixel_area) * hit.t * hit.t / cosine;
+    let footprint = f64::from(view.pixel_area) * hit.t * hit.t;
     Some(Seen { hit, side, normal: if side % 2 == 1 { -shading } else { shading }, footprint })
 }

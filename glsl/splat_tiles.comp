@@ -116,7 +116,9 @@ void main() {
     }
     if (!in_image) return;
     if (WRITES == 0u) {
-        bool is_bare = wants_records && count == 0u && push.record_count > 0u;
+        // With pairs missing nobody knows who is bare; the host makes room and repeats the frame.
+        bool is_complete = first_pairs[push.record_count] <= push.pair_capacity;
+        bool is_bare = wants_records && count == 0u && push.record_count > 0u && is_complete;
         if (is_bare) bare_pixels[atomicAdd(tally.bare, 1u)] = index;
         pixel_counts[index] = is_bare ? 1u : count;
     } else {

@@ -166,7 +166,7 @@ impl Splat {
             apply: Pipeline::new(context, Self::APPLY_STEM, &[])?,
             record_sums: PrefixSum::new(context, record_count)?,
             pixel_sums: PrefixSum::new(context, pixel_count)?,
-            sort: TileSort::new(context, 4 * record_count)?,
+            sort: TileSort::new(context, 6 * record_count)?,
             record_count,
             size,
             rectangles: Buffer::storage(context, "pixel rectangles", 8 * u64::from(record_count))?,

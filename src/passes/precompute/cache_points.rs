@@ -45,7 +45,7 @@ pub const LAYOUTS: &[Layout] = &[Clearance::LAYOUT, ClearancePush::LAYOUT];
 
 /// A point counts as covered from this record weight on; records then overlap enough to blend.
 const COVERED: f32 = 0.3;
-/// Radii are clamped between these multiples of one length, which the budget decides. [Tabellion: 1.5 and 10 pixels]
+/// Radii are clamped between these multiples of one length, which the budget decides. [Tabellion §4] has 1.5 and 10 pixels.
 const RADIUS_RANGE: [f64; 2] = [1.0, 5.0];
 /// Normals further apart than this do not share a record, radians.
 const NORMAL_RANGE: f64 = 0.174_53;
@@ -121,7 +121,7 @@ pub fn place(
         if placement.is_covering || unit >= largest {
             return Ok(placement);
         }
-        unit *= 1.2;
+        unit *= 1.1;
     }
 }
 

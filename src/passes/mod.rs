@@ -17,7 +17,7 @@ pub fn layouts() -> Vec<Layout> {
         precompute::rays::LAYOUTS,
         precompute::entry_points::LAYOUTS,
         precompute::light_paths::LAYOUTS,
-        precompute::cache_points::LAYOUTS,
+        precompute::clearance::LAYOUTS,
         precompute::gather_rays::LAYOUTS,
         frame::primary::LAYOUTS,
         frame::direct::LAYOUTS,

@@ -8,7 +8,7 @@ use lightpaths::cpu::gather_rays::{Tracing, translational_gradient};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::precompute::Silent;
-use lightpaths::passes::precompute::cache_points::{Clearance, ClearancePush};
+use lightpaths::passes::precompute::clearance::{Clearance, ClearancePush};
 use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
 use lightpaths::types::{CachePoint, GatherRay, NO_TARGET};
 

@@ -6,42 +6,17 @@
 //! no record serves them. Radii are clamped in world space, because the camera moves, and by the neighbourhood's
 //! clearance, so that no record reaches over what its own rays missed. [Krivanek 2006]
 
-use super::{Chunks, Progress};
-use crate::cpu::{records::record_weight, sampling::hash};
+use super::Progress;
+use super::clearance::Surveyor;
+use super::coverage::{Neighbourhood, Records};
+use crate::cpu::sampling::hash;
 use crate::error::Result;
-use crate::gpu::{Buffer, Context, Pipeline};
-use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::gpu::Context;
 use crate::passes::SceneBuffers;
-use crate::passes::precompute::gather_rays::Hemisphere;
 use crate::scene::{Triangle, hvds::Hvds, hvds::Piece};
 use crate::types::{CachePoint, Surface};
-use glam::{DVec3, UVec3, Vec3};
+use glam::{DVec3, Vec3};
 use std::sync::Arc;
-
-gpu_struct! {
-    /// What stands around a candidate.
-    pub struct Clearance {
-        /// To the nearest surface that its rays see, metres.
-        pub distance: f32,
-        /// Plane of that surface, as in `CachePoint`, if it stands on the candidate's at 45° or more; else zero.
-        pub wall: Vec3,
-    }
-}
-
-gpu_struct! {
-    /// Push constants.
-    pub struct ClearancePush {
-        /// Candidates in the dispatch.
-        pub candidate_count: u32,
-        /// Seed of all decisions.
-        pub seed: u32,
-        /// Clearance where no ray hits, metres.
-        pub scene_size: f32,
-    }
-}
-
-/// What this pass shares with its shader.
-pub const LAYOUTS: &[Layout] = &[Clearance::LAYOUT, ClearancePush::LAYOUT];
 
 /// A point counts as covered from this record weight on; records then overlap enough to blend.
 const COVERED: f32 = 0.3;
@@ -59,8 +34,6 @@ const BUDGET_SHARE: f64 = 0.9;
 const PROBES: u32 = 200_000;
 const UNCOVERED_SHARE: f64 = 5e-5;
 const PROBE_ROUNDS: u32 = 6;
-/// Rays that measure a clearance.
-const CLEARANCE_RAYS: u32 = 64;
 
 /// An accepted cache point.
 #[derive(Clone, Copy, Debug)]
@@ -115,7 +88,7 @@ pub fn place(
     let (mut unit, largest) = spread(geometry, &clearances, budget);
     loop {
         let neighbourhood = Neighbourhood::new(geometry, &samples, &clearances);
-        let mut records = Records::new(geometry, unit);
+        let mut records = Records::new(geometry, RADIUS_RANGE[1] * unit);
         let attempt = Attempt { buffers, geometry, surveyor: &surveyor, neighbourhood, unit, budget, seed };
         let placement = attempt.run(&mut records, &clearances, progress)?;
         if placement.is_covering || unit >= largest {
@@ -316,187 +289,6 @@ impl Attempt<'_> {
             records.insert(Placed { point: candidate, clearance });
         }
         Ok(true)
-    }
-}
-
-/// Device side: clearances of candidates.
-struct Surveyor {
-    context: Arc<Context>,
-    pipeline: Pipeline,
-    candidates: Buffer,
-    clearances: Buffer,
-    scene_size: f32,
-    seed: u32,
-}
-
-impl Surveyor {
-    /// Candidates of one dispatch at most.
-    const LIMIT: u32 = 1 << 15;
-
-    fn new(context: &Arc<Context>, scene_size: f32, seed: u32) -> Result<Self> {
-        let constants = Hemisphere::new(CLEARANCE_RAYS).constants();
-        Ok(Self {
-            context: context.clone(),
-            pipeline: Pipeline::new(context, "clearance", &constants)?,
-            candidates: Buffer::storage(
-                context,
-                "candidates",
-                u64::from(Self::LIMIT) * size_of::<CachePoint>() as u64,
-            )?,
-            clearances: Buffer::storage(
-                context,
-                "clearances",
-                u64::from(Self::LIMIT) * size_of::<Clearance>() as u64,
-            )?,
-            scene_size,
-            seed,
-        })
-    }
-
-    fn measure(
-        &self,
-        scene: &SceneBuffers,
-        candidates: &[CachePoint],
-        mut progress: Option<&mut dyn Progress>,
-    ) -> Result<Vec<Clearance>> {
-        let mut measured = Vec::with_capacity(candidates.len());
-        Chunks::new(512, Self::LIMIT).run(candidates.len() as u32, |first, count| {
-            self.candidates.write(&candidates[first as usize..(first + count) as usize])?;
-            let push = ClearancePush { candidate_count: count, seed: self.seed, scene_size: self.scene_size };
-            let ((), timings) = self.context.run(|rec| {
-                rec.pass("clearance").dispatch(
-                    &self.pipeline,
-                    [count * self.pipeline.local_size()[0], 1, 1],
-                    &push,
-                    &[
-                        ("Nodes", &scene.nodes),
-                        ("Triangles", &scene.triangles),
-                        ("Surfaces", &scene.surfaces),
-                        ("Candidates", &self.candidates),
-                        ("Clearances", &self.clearances),
-                    ],
-                );
-            })?;
-            measured.extend(self.clearances.read_range::<Clearance>(0, count as usize)?);
-            if let Some(progress) = &mut progress {
-                progress.advance(u64::from(first + count));
-            }
-            Ok(timings[0].ms)
-        })?;
-        Ok(measured)
-    }
-}
-
-/// Clearances measured all over the surface: no record may claim more than its surroundings, growing with distance.
-struct Neighbourhood<'a> {
-    hvds: &'a Hvds,
-    samples: &'a [CachePoint],
-    clearances: &'a [f32],
-    cells: Vec<Vec<u32>>,
-}
-
-impl<'a> Neighbourhood<'a> {
-    fn new(geometry: &Geometry<'a>, samples: &'a [CachePoint], clearances: &'a [f32]) -> Self {
-        let grid = &geometry.hvds.grid;
-        let mut cells = vec![Vec::new(); grid.cell_count()];
-        for (index, sample) in samples.iter().enumerate() {
-            cells[grid.index_of(grid.cell_of(sample.position, sample.normal))].push(index as u32);
-        }
-        Self { hvds: geometry.hvds, samples, clearances, cells }
-    }
-
-    /// Lowers a clearance to what nearby samples that face alike allow. [Krivanek]
-    fn clamp(&self, candidate: &CachePoint, clearance: f32) -> f32 {
-        let grid = &self.hvds.grid;
-        let centre = grid.cell_of(candidate.position, candidate.normal);
-        let (low, high) = (centre.saturating_sub(UVec3::ONE), (centre + 1).min(grid.cells - 1));
-        let mut clamped = clearance;
-        for z in low.z..=high.z {
-            for y in low.y..=high.y {
-                for x in low.x..=high.x {
-                    for &i in &self.cells[grid.index_of(UVec3::new(x, y, z))] {
-                        let sample = &self.samples[i as usize];
-                        if sample.normal.dot(candidate.normal) > 0.5 {
-                            let distance = sample.position.distance(candidate.position);
-                            clamped = clamped.min(self.clearances[i as usize] + distance);
-                        }
-                    }
-                }
-            }
-        }
-        clamped
-    }
-}
-
-/// Accepted records, found by position.
-struct Records {
-    points: Vec<Placed>,
-    low: Vec3,
-    inverse_cell: f32,
-    cells: UVec3,
-    lists: Vec<Vec<u32>>,
-}
-
-impl Records {
-    /// Cells as wide as the largest radius, so that a point's records stand in the cells around it.
-    fn new(geometry: &Geometry<'_>, unit: f64) -> Self {
-        let grid = &geometry.hvds.grid;
-        let extent = grid.cells.as_vec3() / grid.inverse_cell;
-        let cell = ((RADIUS_RANGE[1] * unit) as f32).max(extent.max_element() / 128.0);
-        let cells = (extent / cell).ceil().as_uvec3().max(UVec3::ONE);
-        let count = cells.as_usizevec3().element_product();
-        Self {
-            points: Vec::new(),
-            low: grid.low,
-            inverse_cell: 1.0 / cell,
-            cells,
-            lists: vec![Vec::new(); count],
-        }
-    }
-
-    fn cell(&self, position: Vec3) -> UVec3 {
-        ((position - self.low) * self.inverse_cell).max(Vec3::ZERO).as_uvec3().min(self.cells - 1)
-    }
-
-    fn index(&self, cell: UVec3) -> usize {
-        let [x, y, z] = cell.as_usizevec3().to_array();
-        (z * self.cells.y as usize + y) * self.cells.x as usize + x
-    }
-
-    fn insert(&mut self, placed: Placed) {
-        let cell = self.index(self.cell(placed.point.position));
-        self.lists[cell].push(self.points.len() as u32);
-        self.points.push(placed);
-    }
-
-    /// The candidates, in order, where no record has more than this weight.
-    fn uncovered(&self, candidates: &[CachePoint], weight: f32) -> Vec<CachePoint> {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        let share = candidates.len().div_ceil(threads).max(1);
-        let open = |share: &[CachePoint]| -> Vec<CachePoint> {
-            share.iter().filter(|candidate| !self.cover(candidate, weight)).copied().collect()
-        };
-        std::thread::scope(|scope| {
-            let workers: Vec<_> =
-                candidates.chunks(share).map(|share| scope.spawn(move || open(share))).collect();
-            workers.into_iter().flat_map(|worker| worker.join().expect("the search does not panic")).collect()
-        })
-    }
-
-    /// Whether some record has more than this weight at the point.
-    fn cover(&self, point: &CachePoint, weight: f32) -> bool {
-        let centre = self.cell(point.position);
-        let (low, high) = (centre.saturating_sub(UVec3::ONE), (centre + 1).min(self.cells - 1));
-        (low.z..=high.z).any(|z| {
-            (low.y..=high.y).any(|y| {
-                (low.x..=high.x).any(|x| {
-                    self.lists[self.index(UVec3::new(x, y, z))].iter().any(|&record| {
-                        record_weight(point.position, point.normal, &self.points[record as usize].point)
-                            > weight
-                    })
-                })
-            })
-        })
     }
 }
 

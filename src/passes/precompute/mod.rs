@@ -2,6 +2,8 @@
 //! desktop stays usable, and reports its progress.
 
 pub mod cache_points;
+pub mod clearance;
+mod coverage;
 pub mod entry_points;
 pub mod gather_rays;
 pub mod light_paths;

@@ -1,0 +1,111 @@
+//! Clearances: how far candidate cache points are from what they see, and the wall that stands nearest. [Tabellion §4]
+//! In: candidates. Out: metres and a plane, for each.
+
+use super::gather_rays::Hemisphere;
+use super::{Chunks, Progress};
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, Pipeline};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::SceneBuffers;
+use crate::types::CachePoint;
+use glam::Vec3;
+use std::sync::Arc;
+
+gpu_struct! {
+    /// What stands around a candidate.
+    pub struct Clearance {
+        /// To the nearest surface that its rays see, metres.
+        pub distance: f32,
+        /// Plane of that surface, as in `CachePoint`, if it stands on the candidate's at 45° or more; else zero.
+        pub wall: Vec3,
+    }
+}
+
+gpu_struct! {
+    /// Push constants.
+    pub struct ClearancePush {
+        /// Candidates in the dispatch.
+        pub candidate_count: u32,
+        /// Seed of all decisions.
+        pub seed: u32,
+        /// Clearance where no ray hits, metres.
+        pub scene_size: f32,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[Clearance::LAYOUT, ClearancePush::LAYOUT];
+
+/// The name that shader, twin and timing share.
+pub const STEM: &str = "clearance";
+
+/// Rays that measure a clearance.
+const CLEARANCE_RAYS: u32 = 64;
+
+/// Device side: clearances of candidates.
+pub(super) struct Surveyor {
+    context: Arc<Context>,
+    pipeline: Pipeline,
+    candidates: Buffer,
+    clearances: Buffer,
+    scene_size: f32,
+    seed: u32,
+}
+
+impl Surveyor {
+    /// Candidates of one dispatch at most.
+    const LIMIT: u32 = 1 << 15;
+
+    pub(super) fn new(context: &Arc<Context>, scene_size: f32, seed: u32) -> Result<Self> {
+        let constants = Hemisphere::new(CLEARANCE_RAYS).constants();
+        Ok(Self {
+            context: context.clone(),
+            pipeline: Pipeline::new(context, STEM, &constants)?,
+            candidates: Buffer::storage(
+                context,
+                "candidates",
+                u64::from(Self::LIMIT) * size_of::<CachePoint>() as u64,
+            )?,
+            clearances: Buffer::storage(
+                context,
+                "clearances",
+                u64::from(Self::LIMIT) * size_of::<Clearance>() as u64,
+            )?,
+            scene_size,
+            seed,
+        })
+    }
+
+    pub(super) fn measure(
+        &self,
+        scene: &SceneBuffers,
+        candidates: &[CachePoint],
+        mut progress: Option<&mut dyn Progress>,
+    ) -> Result<Vec<Clearance>> {
+        let mut measured = Vec::with_capacity(candidates.len());
+        Chunks::new(512, Self::LIMIT).run(candidates.len() as u32, |first, count| {
+            self.candidates.write(&candidates[first as usize..(first + count) as usize])?;
+            let push = ClearancePush { candidate_count: count, seed: self.seed, scene_size: self.scene_size };
+            let ((), timings) = self.context.run(|rec| {
+                rec.pass(STEM).dispatch(
+                    &self.pipeline,
+                    [count * self.pipeline.local_size()[0], 1, 1],
+                    &push,
+                    &[
+                        ("Nodes", &scene.nodes),
+                        ("Triangles", &scene.triangles),
+                        ("Surfaces", &scene.surfaces),
+                        ("Candidates", &self.candidates),
+                        ("Clearances", &self.clearances),
+                    ],
+                );
+            })?;
+            measured.extend(self.clearances.read_range::<Clearance>(0, count as usize)?);
+            if let Some(progress) = &mut progress {
+                progress.advance(u64::from(first + count));
+            }
+            Ok(timings[0].ms)
+        })?;
+        Ok(measured)
+    }
+}

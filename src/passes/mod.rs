@@ -19,6 +19,7 @@ pub fn layouts() -> Vec<Layout> {
         precompute::light_paths::LAYOUTS,
         precompute::clearance::LAYOUTS,
         precompute::gather_rays::LAYOUTS,
+        precompute::neighbours::LAYOUTS,
         frame::primary::LAYOUTS,
         frame::direct::LAYOUTS,
         frame::form_factors::LAYOUTS,

@@ -5,9 +5,9 @@ use crate::world::{Random, World};
 use glam::{DMat3, DVec3, Mat3, Vec3};
 use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::frame::blend::{Blend, Neighbour};
+use lightpaths::passes::frame::blend::Blend;
 use lightpaths::passes::precompute::cache_points::Placed;
-use lightpaths::passes::precompute::neighbours::Neighbourhoods;
+use lightpaths::passes::precompute::neighbours::{Neighbour, Neighbourhoods};
 use lightpaths::types::{CachePoint, Record};
 
 /// Relative to the sum of the terms' sizes, which may cancel.

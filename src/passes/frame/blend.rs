@@ -9,16 +9,6 @@ use crate::types::Record;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// A record that speaks for another's place.
-    pub struct Neighbour {
-        /// Record.
-        pub record: u32,
-        /// Its share; a record's shares sum to 1.
-        pub weight: f32,
-    }
-}
-
-gpu_struct! {
     /// Push constants.
     pub struct BlendPush {
         /// Records.
@@ -27,7 +17,7 @@ gpu_struct! {
 }
 
 /// What this pass shares with its shader.
-pub const LAYOUTS: &[Layout] = &[Neighbour::LAYOUT, BlendPush::LAYOUT];
+pub const LAYOUTS: &[Layout] = &[BlendPush::LAYOUT];
 
 /// The pipeline, the lists and the result.
 pub struct Blend {

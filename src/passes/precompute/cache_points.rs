@@ -8,6 +8,7 @@
 
 use super::Progress;
 use super::clearance::Surveyor;
+pub use super::coverage::Placed;
 use super::coverage::{Neighbourhood, Records};
 use crate::cpu::sampling::hash;
 use crate::error::Result;
@@ -34,15 +35,6 @@ const BUDGET_SHARE: f64 = 0.9;
 const PROBES: u32 = 200_000;
 const UNCOVERED_SHARE: f64 = 5e-5;
 const PROBE_ROUNDS: u32 = 6;
-
-/// An accepted cache point.
-#[derive(Clone, Copy, Debug)]
-pub struct Placed {
-    /// The point and its validity radius.
-    pub point: CachePoint,
-    /// Distance to the nearest surface that it or its neighbourhood sees, metres; the radius comes of it.
-    pub clearance: f32,
-}
 
 /// The accepted cache points.
 pub struct Placement {
@@ -87,8 +79,8 @@ pub fn place(
         .collect();
     let (mut unit, largest) = spread(geometry, &clearances, budget);
     loop {
-        let neighbourhood = Neighbourhood::new(geometry, &samples, &clearances);
-        let mut records = Records::new(geometry, RADIUS_RANGE[1] * unit);
+        let neighbourhood = Neighbourhood::new(&geometry.hvds.grid, &samples, &clearances);
+        let mut records = Records::new(&geometry.hvds.grid, RADIUS_RANGE[1] * unit);
         let attempt = Attempt { buffers, geometry, surveyor: &surveyor, neighbourhood, unit, budget, seed };
         let placement = attempt.run(&mut records, &clearances, progress)?;
         if placement.is_covering || unit >= largest {

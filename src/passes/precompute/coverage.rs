@@ -1,32 +1,38 @@
 //! What is known of the surface while cache points are placed: the clearances around a candidate, the records that cover it.
 
-use super::cache_points::{Geometry, Placed};
 use crate::cpu::records::record_weight;
-use crate::scene::hvds::Hvds;
-use crate::types::CachePoint;
+use crate::types::{CachePoint, Grid};
 use glam::{UVec3, Vec3};
+
+/// An accepted cache point.
+#[derive(Clone, Copy, Debug)]
+pub struct Placed {
+    /// The point and its validity radius.
+    pub point: CachePoint,
+    /// Distance to the nearest surface that it or its neighbourhood sees, metres; the radius comes of it.
+    pub clearance: f32,
+}
 
 /// Clearances measured all over the surface: no record may claim more than its surroundings, growing with distance.
 pub(super) struct Neighbourhood<'a> {
-    hvds: &'a Hvds,
+    grid: &'a Grid,
     samples: &'a [CachePoint],
     clearances: &'a [f32],
     cells: Vec<Vec<u32>>,
 }
 
 impl<'a> Neighbourhood<'a> {
-    pub(super) fn new(geometry: &Geometry<'a>, samples: &'a [CachePoint], clearances: &'a [f32]) -> Self {
-        let grid = &geometry.hvds.grid;
+    pub(super) fn new(grid: &'a Grid, samples: &'a [CachePoint], clearances: &'a [f32]) -> Self {
         let mut cells = vec![Vec::new(); grid.cell_count()];
         for (index, sample) in samples.iter().enumerate() {
             cells[grid.index_of(grid.cell_of(sample.position, sample.normal))].push(index as u32);
         }
-        Self { hvds: geometry.hvds, samples, clearances, cells }
+        Self { grid, samples, clearances, cells }
     }
 
     /// Lowers a clearance to what nearby samples that face alike allow. [Krivanek]
     pub(super) fn clamp(&self, candidate: &CachePoint, clearance: f32) -> f32 {
-        let grid = &self.hvds.grid;
+        let grid = self.grid;
         let centre = grid.cell_of(candidate.position, candidate.normal);
         let (low, high) = (centre.saturating_sub(UVec3::ONE), (centre + 1).min(grid.cells - 1));
         let mut clamped = clearance;
@@ -59,8 +65,7 @@ pub(super) struct Records {
 
 impl Records {
     /// Cells as wide as the largest radius, so that a point's records stand in the cells around it.
-    pub(super) fn new(geometry: &Geometry<'_>, largest_radius: f64) -> Self {
-        let grid = &geometry.hvds.grid;
+    pub(super) fn new(grid: &Grid, largest_radius: f64) -> Self {
         let extent = grid.cells.as_vec3() / grid.inverse_cell;
         let cell = (largest_radius as f32).max(extent.max_element() / 128.0);
         let cells = (extent / cell).ceil().as_uvec3().max(UVec3::ONE);

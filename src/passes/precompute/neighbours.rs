@@ -1,9 +1,22 @@
 //! Which cache points see so much the same that their records may be blended.
 
-use crate::passes::frame::blend::Neighbour;
-use crate::passes::precompute::cache_points::Placed;
+use super::cache_points::Placed;
+use crate::layout::{GpuStruct, Layout, gpu_struct};
 use glam::{IVec3, Vec3};
 use std::collections::HashMap;
+
+gpu_struct! {
+    /// A record that speaks for another's place.
+    pub struct Neighbour {
+        /// Record.
+        pub record: u32,
+        /// Its share; a record's shares sum to 1.
+        pub weight: f32,
+    }
+}
+
+/// What the lists share with the shader that reads them.
+pub const LAYOUTS: &[Layout] = &[Neighbour::LAYOUT];
 
 /// Neighbours of every record, as one list: the record itself among them.
 pub struct Neighbourhoods {

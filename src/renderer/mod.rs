@@ -168,7 +168,8 @@ impl Renderer {
         self.lights.write(&point_lights(&self.scene.lights)?)
     }
 
-    /// Changes a material's diffuse albedo; the next frame wants [`Edit::Material`].
+    /// Changes a material's diffuse albedo; the next frame wants [`Edit::Material`]. Exact downwards; far above the albedo at
+    /// load, paths that would matter were ended early, and indirect light comes out low.
     ///
     /// # Errors
     /// The device failed.

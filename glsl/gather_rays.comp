@@ -24,6 +24,7 @@ struct GatherRaysPush {
     uint seed;
     uint cluster_bits;    // width of the cluster field in GatherRay.target
     float least_area_m2;  // clusters smaller than this hold too few entry points to trust
+    float near_area_m2;   // the same for hits nearer than a base cell
     float least_distance; // distances in gradients are bounded from below by this, metres
 };
 
@@ -61,7 +62,9 @@ uint cluster_for(Hit hit, vec3 direction, float cos_theta) {
     for (; size >= 1.41421356 && links[cluster].parent != NO_CLUSTER; size *= 0.5) {
         cluster = links[cluster].parent;
     }
-    while (links[cluster].area_m2 < push.least_area_m2 && links[cluster].parent != NO_CLUSTER) {
+    // What stands nearer than a cell fills many rays with one cluster: their common noise has to be smaller.
+    float least_area = hit.t * push.grid.inverse_cell < 1.0 ? push.near_area_m2 : push.least_area_m2;
+    while (links[cluster].area_m2 < least_area && links[cluster].parent != NO_CLUSTER) {
         cluster = links[cluster].parent;
     }
     return cluster;

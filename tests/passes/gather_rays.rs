@@ -23,6 +23,7 @@ fn tracing(world: &World, rings: u32) -> Tracing<'_> {
         strata,
         seed: SEED,
         least_area_m2: LEAST_AREA_M2,
+        near_area_m2: gather_rays::NEAR_TRUST * LEAST_AREA_M2,
     }
 }
 

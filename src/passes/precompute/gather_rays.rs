@@ -34,6 +34,8 @@ gpu_struct! {
         pub cluster_bits: u32,
         /// Clusters smaller than this hold too few entry points to trust, m².
         pub least_area_m2: f32,
+        /// The same for hits nearer than a base cell, m².
+        pub near_area_m2: f32,
         /// Bound of distances in gradients, and their unit, metres.
         pub least_distance: f32,
     }
@@ -47,6 +49,10 @@ pub const STEM: &str = "gather_rays";
 
 /// Entry points that a cluster's area must be worth before a gather ray reads it: fewer make fireflies.
 pub const LEAST_ENTRY_POINTS: f64 = 24.0;
+
+/// How much more area a cluster must have where it is nearer than a base cell: there it fills many rays of one hemisphere,
+/// and what noise it has does not average out.
+pub const NEAR_TRUST: f32 = 4.0;
 
 /// The stratification of a gather hemisphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -131,6 +137,7 @@ pub fn trace(
             seed,
             cluster_bits: code.cluster_bits,
             least_area_m2,
+            near_area_m2: NEAR_TRUST * least_area_m2,
             least_distance: code.least_distance,
         };
         let ((), timings) = context.run(|rec| {

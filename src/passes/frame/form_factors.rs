@@ -98,11 +98,6 @@ impl FormFactors {
         self.point_count
     }
 
-    /// Area that each entry point stands for, m².
-    pub fn area_m2(&self) -> f32 {
-        self.area_m2
-    }
-
     /// One shadow ray from each entry point that faces the light, for each of the lights that moved: (index, position).
     pub fn record(&self, rec: &mut Recorder, scene: &SceneBuffers, moved: &[(u32, Vec3)]) {
         let mut pass = rec.pass(Self::STEM);

@@ -17,7 +17,7 @@ struct DirectPush {
 layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
 layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
-layout(scalar, binding = 3) readonly buffer Lights { PointLight lights[]; };
+layout(scalar, binding = 3) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 4) readonly buffer Pixels { PixelSurface pixels[]; };
 layout(scalar, binding = 5) writeonly buffer DirectIrradiance { vec3 direct_irradiance[]; };
 layout(scalar, push_constant) uniform Push { DirectPush push; };
@@ -41,7 +41,7 @@ void main() {
             if (!is_visible(pixel.position, normal, lights[i].position)) continue;
             // Bounded by the pixel's own extent: a disc of that area cannot see more than half the light's sphere. [Wallace]
             float distance2 = dot(to_light, to_light);
-            irradiance += lights[i].intensity * (cosine * inversesqrt(distance2) / (distance2 + pixel.footprint / PI));
+            irradiance += lights[i].emission * (cosine * inversesqrt(distance2) / (distance2 + pixel.footprint / PI));
         }
     }
     direct_irradiance[index] = irradiance;

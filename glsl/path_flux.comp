@@ -14,7 +14,7 @@ struct PathFluxPush {
     float area_m2;  // that each entry point stands for
 };
 
-layout(scalar, binding = 0) readonly buffer Lights { PointLight lights[]; };
+layout(scalar, binding = 0) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 1) readonly buffer FormFactors { float form_factors[]; };
 layout(scalar, binding = 2) writeonly buffer PathFlux { vec3 path_flux[]; };
 layout(scalar, push_constant) uniform Push { PathFluxPush push; };
@@ -24,7 +24,7 @@ void main() {
     if (index >= push.path_count) return;
     vec3 irradiance = vec3(0.0);
     for (uint i = 0u; i < push.light_count; ++i) {
-        irradiance += form_factors[i * push.path_count + index] * lights[i].intensity;
+        irradiance += form_factors[i * push.path_count + index] * lights[i].emission;
     }
     path_flux[index] = push.area_m2 * irradiance;
 }

@@ -1,6 +1,7 @@
 //! Structures that cross passes; twins of `glsl/include/types.glsl`. World space in metres, linear Rec.709.
 
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use bytemuck::Zeroable;
 use glam::{Mat3, UVec2, UVec3, Vec3};
 
 /// Marks a gather ray that left the scene.
@@ -197,12 +198,42 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A point light.
-    pub struct PointLight {
-        /// Where it is.
+    /// A light of any kind; fields that its kind does not name are zero.
+    pub struct LightSource {
+        /// Point and spot: where it is; area: its corner.
         pub position: Vec3,
-        /// W/sr.
-        pub intensity: Vec3,
+        /// One of the `LIGHT_*`.
+        pub kind: u32,
+        /// Spot: unit axis; area: unit normal of the emitting side; directional: unit direction of travel.
+        pub axis: Vec3,
+        /// Area: its extent, m².
+        pub area: f32,
+        /// Point and spot: intensity, W/sr; area: radiance, W/m²/sr; directional: irradiance of a facing surface, W/m².
+        pub emission: Vec3,
+        /// Area: first edge from the corner.
+        pub edge_u: Vec3,
+        /// Area: second edge from the corner.
+        pub edge_v: Vec3,
+        /// Spot: half-angle up to which the intensity is full, radians.
+        pub inner_angle: f32,
+        /// Spot: half-angle from which on it is zero, radians.
+        pub outer_angle: f32,
+    }
+}
+
+/// Isotropic point light.
+pub const LIGHT_POINT: u32 = 0;
+/// Point light limited to a cone.
+pub const LIGHT_SPOT: u32 = 1;
+/// One-sided parallelogram.
+pub const LIGHT_AREA: u32 = 2;
+/// Parallel light.
+pub const LIGHT_DIRECTIONAL: u32 = 3;
+
+impl LightSource {
+    /// An isotropic point light of that intensity, W/sr.
+    pub fn point(position: Vec3, intensity: Vec3) -> Self {
+        Self { position, emission: intensity, kind: LIGHT_POINT, ..Zeroable::zeroed() }
     }
 }
 
@@ -220,5 +251,5 @@ pub const LAYOUTS: &[Layout] = &[
     PixelSurface::LAYOUT,
     View::LAYOUT,
     Reflectance::LAYOUT,
-    PointLight::LAYOUT,
+    LightSource::LAYOUT,
 ];

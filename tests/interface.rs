@@ -245,7 +245,7 @@ const LAYERS: [&[&str]; 6] = [
     &["gpu", "scene"],
     &["cpu", "image", "metrics"],
     &["passes"],
-    &["renderer", "stored"],
+    &["reference", "renderer", "stored"],
     &["app"],
 ];
 

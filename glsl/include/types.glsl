@@ -106,11 +106,23 @@ struct Reflectance {
     uint flags;      // bit 0: editable
 };
 
-// A light for the device. Point lights only use position and intensity.
-struct PointLight {
-    vec3 position;
-    vec3 intensity;  // W/sr
+// A light of any kind; fields that its kind does not name are zero.
+struct LightSource {
+    vec3 position;      // point, spot: where it is; area: its corner
+    uint kind;          // LIGHT_*
+    vec3 axis;          // spot: unit axis; area: unit normal of the emitting side; directional: unit direction of travel
+    float area;         // area: m²
+    vec3 emission;      // point, spot: W/sr; area: W/m²/sr; directional: W/m² on a facing surface
+    vec3 edge_u;        // area: edges from the corner
+    vec3 edge_v;
+    float inner_angle;  // spot: half-angles up to which the intensity is full, and from which on it is zero
+    float outer_angle;
 };
+
+const uint LIGHT_POINT = 0u;
+const uint LIGHT_SPOT = 1u;
+const uint LIGHT_AREA = 2u;
+const uint LIGHT_DIRECTIONAL = 3u;
 
 const uint NO_TARGET = 0xffffffffu;
 const uint NO_SIDE = 0xffffffffu;

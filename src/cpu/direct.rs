@@ -1,12 +1,12 @@
 //! Twin of the direct illumination.
 
 use crate::cpu::rays::Geometry;
-use crate::types::{NO_SIDE, PixelSurface, PointLight};
+use crate::types::{LightSource, NO_SIDE, PixelSurface};
 use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Direct irradiance at a pixel, W/m².
-pub fn direct(geometry: Geometry<'_>, lights: &[PointLight], pixel: &PixelSurface) -> DVec3 {
+pub fn direct(geometry: Geometry<'_>, lights: &[LightSource], pixel: &PixelSurface) -> DVec3 {
     let mut irradiance = DVec3::ZERO;
     if pixel.side == NO_SIDE {
         return irradiance;
@@ -19,7 +19,7 @@ pub fn direct(geometry: Geometry<'_>, lights: &[PointLight], pixel: &PixelSurfac
         if faces && geometry.is_visible(pixel.position, normal, light.position) {
             let disc = f64::from(pixel.footprint) / PI;
             let cosine = facing / to_light.length();
-            irradiance += light.intensity.as_dvec3() * cosine / (to_light.length_squared() + disc);
+            irradiance += light.emission.as_dvec3() * cosine / (to_light.length_squared() + disc);
         }
     }
     irradiance

@@ -1,13 +1,13 @@
 //! Twin of the path flux.
 
-use crate::types::PointLight;
+use crate::types::LightSource;
 use glam::DVec3;
 
 /// Flux of each path's first vertex, W; `factors` has a row of form factors for each light.
-pub fn path_flux(lights: &[PointLight], factors: &[f32], path_count: usize, area_m2: f32) -> Vec<DVec3> {
+pub fn path_flux(lights: &[LightSource], factors: &[f32], path_count: usize, area_m2: f32) -> Vec<DVec3> {
     let flux = |path: usize| {
-        let light = |(row, light): (usize, &PointLight)| {
-            f64::from(factors[row * path_count + path]) * light.intensity.as_dvec3()
+        let light = |(row, light): (usize, &LightSource)| {
+            f64::from(factors[row * path_count + path]) * light.emission.as_dvec3()
         };
         f64::from(area_m2) * lights.iter().enumerate().map(light).sum::<DVec3>()
     };

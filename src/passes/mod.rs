@@ -6,7 +6,7 @@ pub mod precompute;
 mod scene_buffers;
 
 pub use cluster_buffers::ClusterBuffers;
-pub use scene_buffers::{SceneBuffers, reflectances};
+pub use scene_buffers::{SceneBuffers, light_sources, reflectances};
 
 use crate::layout::Layout;
 

@@ -2,8 +2,8 @@
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
-use crate::scene::{Material, Triangle, bvh::Bvh};
-use crate::types;
+use crate::scene::{Light, LightKind, Material, Triangle, bvh::Bvh};
+use crate::types::{self, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -44,13 +44,44 @@ impl SceneBuffers {
     }
 }
 
-/// The device's material table. Specular lobes are not transported in this version and are left out of it.
+/// The device's material table.
 pub fn reflectances(materials: &[Material]) -> Vec<types::Reflectance> {
     let reflectance = |m: &Material| types::Reflectance {
         diffuse: m.diffuse,
         exponent: m.exponent,
-        specular: Vec3::ZERO,
+        specular: m.specular,
         flags: u32::from(m.editable),
     };
     materials.iter().map(reflectance).collect()
+}
+
+/// The device's table of lights.
+pub fn light_sources(lights: &[Light]) -> Vec<LightSource> {
+    let source = |light: &Light| match light.kind {
+        LightKind::Point { position, intensity } => LightSource::point(position, intensity),
+        LightKind::Spot { position, direction, intensity, angle, penumbra } => LightSource {
+            kind: LIGHT_SPOT,
+            axis: direction,
+            inner_angle: angle * (1.0 - penumbra),
+            outer_angle: angle,
+            ..LightSource::point(position, intensity)
+        },
+        LightKind::Area { corner, edge_u, edge_v, radiance, .. } => {
+            let normal = edge_u.as_dvec3().cross(edge_v.as_dvec3());
+            LightSource {
+                kind: LIGHT_AREA,
+                axis: normal.normalize().as_vec3(),
+                area: normal.length() as f32,
+                edge_u,
+                edge_v,
+                ..LightSource::point(corner, radiance)
+            }
+        }
+        LightKind::Directional { direction, irradiance } => LightSource {
+            kind: LIGHT_DIRECTIONAL,
+            axis: direction,
+            ..LightSource::point(Vec3::ZERO, irradiance)
+        },
+    };
+    lights.iter().map(source).collect()
 }

@@ -10,13 +10,13 @@ pub use report::{Columns, Edit, FrameReport, Layer, Statistics};
 use crate::error::{Error, Result};
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Recorder};
-use crate::passes::SceneBuffers;
 use crate::passes::frame::{
     blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
     path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
 };
+use crate::passes::{SceneBuffers, light_sources};
 use crate::scene::{Light, LightKind, Scene};
-use crate::types::{NO_SIDE, PixelSurface, PointLight, Surface, View};
+use crate::types::{NO_SIDE, PixelSurface, Surface, View};
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
@@ -52,7 +52,8 @@ impl Renderer {
     /// # Errors
     /// A light of a kind that is not rendered yet; the device lacks memory or failed.
     pub fn new(context: &Arc<Context>, mut scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
-        let lights = point_lights(&scene.lights)?;
+        check_lights(&scene.lights)?;
+        let lights = light_sources(&scene.lights);
         let made = precompute::precompute(context, &mut scene, progress)?;
         let size = scene.cameras[0].size;
         let pixels = size[0] * size[1];
@@ -165,7 +166,7 @@ impl Renderer {
         if let LightKind::Point { position, .. } = &mut self.scene.lights[light].kind {
             *position = to;
         }
-        self.lights.write(&point_lights(&self.scene.lights)?)
+        self.lights.write(&light_sources(&self.scene.lights))
     }
 
     /// Changes a material's diffuse albedo; the next frame wants [`Edit::Material`]. Exact downwards; far above the albedo at
@@ -295,15 +296,14 @@ pub struct StageBuffers<'a> {
     pub records: &'a Buffer,
 }
 
-/// The device's table of lights.
-fn point_lights(lights: &[Light]) -> Result<Vec<PointLight>> {
-    let point = |light: &Light| match light.kind {
-        LightKind::Point { position, intensity } => Ok(PointLight { position, intensity }),
-        other => Err(Error::Usage(format!(
-            "light `{}`: this version renders point lights, not kind `{}`",
+/// Light kinds whose light the paths carry.
+fn check_lights(lights: &[Light]) -> Result<()> {
+    match lights.iter().find(|light| !matches!(light.kind, LightKind::Point { .. })) {
+        None => Ok(()),
+        Some(light) => Err(Error::Usage(format!(
+            "light `{}`: the method lightpaths takes point lights in this version, not kind `{}`; --method path takes all",
             light.name,
-            other.word()
+            light.kind.word()
         ))),
-    };
-    lights.iter().map(point).collect()
+    }
 }

@@ -9,7 +9,7 @@ use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::form_factors::FormFactors;
 use lightpaths::passes::frame::hvds::Pyramid;
 use lightpaths::scene::{grid, hvds::Hvds};
-use lightpaths::types::{Deposit, NO_CLUSTER, PathVertex, PointLight};
+use lightpaths::types::{Deposit, LightSource, NO_CLUSTER, PathVertex};
 
 /// One in a thousand points sees the light past an edge that f32 moves to the other side; in practice none does.
 const GRAZING: usize = 1_000;
@@ -27,9 +27,9 @@ fn form_factors_and_flux_equal_their_twins() {
     let world = World::room();
     let mut random = Random::new(21);
     let all = [
-        PointLight { position: Vec3::new(0.1, 0.7, -0.2), intensity: Vec3::new(1.0, 2.0, 3.0) },
-        PointLight { position: Vec3::new(-0.9, -0.7, 0.45), intensity: Vec3::new(1e4, 0.0, 1e-4) },
-        PointLight { position: Vec3::new(0.5, 3.0, 0.0), intensity: Vec3::ONE },
+        LightSource::point(Vec3::new(0.1, 0.7, -0.2), Vec3::new(1.0, 2.0, 3.0)),
+        LightSource::point(Vec3::new(-0.9, -0.7, 0.45), Vec3::new(1e4, 0.0, 1e-4)),
+        LightSource::point(Vec3::new(0.5, 3.0, 0.0), Vec3::ONE),
     ];
     for (count, light_count) in [(0, 1), (1, 1), (63, 2), (64, 3), (65, 3), (997, 3), (997, 1), (257, 0)] {
         let mut points = entry_points(&world, &mut random, count);

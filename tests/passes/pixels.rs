@@ -7,7 +7,7 @@ use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::{compose::Compose, direct::Direct, primary::Primary, tonemap::Tonemap};
 use lightpaths::scene::{Camera, shapes};
-use lightpaths::types::{NO_SIDE, PixelSurface, PointLight, View};
+use lightpaths::types::{LightSource, NO_SIDE, PixelSurface, View};
 
 /// Around a workgroup of 8×8 pixels.
 const SIZES: [[u32; 2]; 6] = [[1, 1], [7, 9], [8, 8], [9, 7], [31, 17], [64, 3]];
@@ -57,8 +57,8 @@ fn direct_irradiance_equals_the_twin() {
     let world = World::room();
     let mut random = Random::new(71);
     let lights = [
-        PointLight { position: Vec3::new(0.1, 0.7, -0.2), intensity: Vec3::new(1.0, 2.0, 3.0) },
-        PointLight { position: Vec3::new(-0.9, -0.7, 0.45), intensity: Vec3::new(100.0, 0.0, 1e-4) },
+        LightSource::point(Vec3::new(0.1, 0.7, -0.2), Vec3::new(1.0, 2.0, 3.0)),
+        LightSource::point(Vec3::new(-0.9, -0.7, 0.45), Vec3::new(100.0, 0.0, 1e-4)),
     ];
     let buffer = Buffer::from_slice(&world.context, "lights", &lights).unwrap();
     for (size, light_count) in SIZES.into_iter().zip([1, 2, 2, 2, 2, 0]) {
@@ -79,8 +79,8 @@ fn direct_irradiance_equals_the_twin() {
             let lights = &lights[..light_count as usize];
             let twin = cpu::direct::direct(world.geometry(), lights, pixel);
             // Relative to a light overhead: the cosine cancels where light grazes.
-            let overhead = |light: &PointLight| {
-                f64::from(light.intensity.max_element() / (light.position - pixel.position).length_squared())
+            let overhead = |light: &LightSource| {
+                f64::from(light.emission.max_element() / (light.position - pixel.position).length_squared())
             };
             let bound = FLOAT * lights.iter().map(overhead).sum::<f64>();
             differ += u32::from((device.as_dvec3() - twin).abs().max_element() > bound);

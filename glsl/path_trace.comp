@@ -12,7 +12,6 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint ROULETTE_THRESHOLD = 0;  // float bits: roulette starts below this throughput
-layout(constant_id = 1) const uint BATCH = 0;               // samples of one batch
 
 const uint TILE = 8u;  // a workgroup is a square of TILE × TILE pixels
 
@@ -22,8 +21,7 @@ struct RadianceSum {
     vec3 low;
 };
 struct SampleMoments {
-    vec3 batch;    // sum over the samples of the batch that is not yet full
-    vec3 squares;  // sum over full batches of the squared distance of their means from the mean of all
+    vec3 squares;  // sum over the samples of their squared distance from the mean of all
     uint rays;     // camera, shadow and reflected rays so far
 };
 struct PathTracePush {
@@ -95,15 +93,10 @@ vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint ray
     return radiance;
 }
 
-// Enters the sample into the running variance of batch means. [Welford 1962]
-void add_to_batch(inout SampleMoments moments, vec3 value, vec3 sum_of_all, uint sample_index) {
-    moments.batch += value;
-    if ((sample_index + 1u) % BATCH != 0u) return;
-    float before = float(sample_index / BATCH);
-    vec3 mean_before = (sum_of_all - moments.batch) / (max(before, 1.0) * float(BATCH));
-    vec3 apart = moments.batch / float(BATCH) - mean_before;
-    moments.squares += apart * apart * (before / (before + 1.0));
-    moments.batch = vec3(0.0);
+// Enters a sample into the running spread; `sum` holds the `before` samples before it. [Welford 1962]
+void add_to_spread(inout vec3 squares, vec3 value, vec3 sum, float before) {
+    vec3 apart = value - sum / max(before, 1.0);
+    squares += apart * apart * (before / (before + 1.0));
 }
 
 void main() {
@@ -155,9 +148,10 @@ void main() {
             ++depth;
         }
         if (!alive) {
+            vec3 sum = direct_sum.high + indirect_sum.high;
+            add_to_spread(moments.squares, direct + indirect, sum, float(sample_index));
             add(direct_sum, direct);
             add(indirect_sum, indirect);
-            add_to_batch(moments, direct + indirect, direct_sum.high + indirect_sum.high, sample_index);
             ++sample_index;
             depth = 0u;
         }

@@ -5,11 +5,13 @@ use crate::cpu::sampling::hash_pair;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::passes::precompute::{Chunks, Progress};
-use crate::passes::reference::path_trace::{Accumulators, BATCH, PathTrace, RadianceSum, SampleMoments};
+use crate::passes::reference::path_trace::{Accumulators, PathTrace, RadianceSum, SampleMoments};
 use crate::scene::Scene;
 use glam::DVec3;
 use std::sync::Arc;
 
+/// Pixels whose worth of doubt the scale of the variance starts from, so that images of few pixels do not swing it.
+const SCALE_PRIOR: f64 = 16.0;
 /// Samples of a pixel in one dispatch at most: many keep lanes busy that begin a path when theirs ends.
 const SAMPLES_A_DISPATCH: u32 = 32;
 
@@ -149,33 +151,33 @@ impl PathTracer {
 
     /// Variance of [`Picture::beauty`], pixel by pixel and channel by channel, (W/m²/sr)².
     ///
-    /// From the spread of batches of samples within each half, and scaled, all pixels and each channel alike, so that on the whole
-    /// it is what the difference of the two halves shows: batches of a low-discrepancy sequence complement each other, and their
-    /// spread alone would state too much. While a half has less than two batches: the squared half difference of the two halves.
+    /// The spread of the samples in each half gives its distribution over the image; for the level it is scaled, all pixels of a
+    /// channel alike, so that the squared differences of the two halves are on average what it predicts: samples of a
+    /// low-discrepancy sequence complement each other, and their spread alone would state too much.
     ///
     /// # Errors
-    /// [`Error::Usage`] before both halves have a sample; the device failed.
+    /// [`Error::Usage`] before each half has two samples; the device failed.
     pub fn variance(&self) -> Result<Vec<[f32; 3]>> {
-        if self.halves[1].samples == 0 {
-            return Err(Error::Usage("the variance needs at least two samples of each pixel".into()));
+        if self.halves[1].samples < 2 {
+            return Err(Error::Usage("the variance needs at least four samples of each pixel".into()));
         }
         let [a, b] = self.sums()?.map(|sums| sums.means());
-        // Of the mean of both halves; they differ in size by one sample at most.
-        let seen: Vec<DVec3> = a.iter().zip(&b).map(|(a, b)| 0.25 * (a - b) * (a - b)).collect();
-        let batches = self.halves.each_ref().map(|half| half.samples / BATCH);
-        if batches.contains(&0) || batches.contains(&1) {
-            return Ok(seen.into_iter().map(rounded).collect());
-        }
-        let mut spread = vec![DVec3::ZERO; seen.len()];
-        for (half, batches) in self.halves.iter().zip(batches.map(f64::from)) {
+        let mut spread = vec![DVec3::ZERO; a.len()];
+        for half in &self.halves {
             let moments: Vec<SampleMoments> = half.sums.moments.read()?;
+            let samples = f64::from(half.samples);
             for (spread, pixel) in spread.iter_mut().zip(&moments) {
-                *spread += 0.25 * pixel.squares.as_dvec3() / (batches * (batches - 1.0));
+                // A quarter: of the mean of two halves, which differ by one sample at most.
+                *spread += 0.25 * pixel.squares.as_dvec3() / (samples * (samples - 1.0));
             }
         }
-        let [seen, stated] = [&seen, &spread].map(|of| of.iter().copied().sum::<DVec3>());
-        let scale = DVec3::select(stated.cmpgt(DVec3::ZERO), seen / stated, DVec3::ONE);
-        Ok(spread.into_iter().map(|spread| rounded(scale * spread)).collect())
+        let (mut squares, mut count) = (DVec3::splat(SCALE_PRIOR), DVec3::splat(SCALE_PRIOR));
+        for ((a, b), spread) in a.iter().zip(&b).zip(&spread) {
+            let is_lit = spread.cmpgt(DVec3::ZERO);
+            squares += DVec3::select(is_lit, 0.25 * (a - b) * (a - b) / spread, DVec3::ZERO);
+            count += DVec3::select(is_lit, DVec3::ONE, DVec3::ZERO);
+        }
+        Ok(spread.into_iter().map(|spread| rounded(spread * squares / count)).collect())
     }
 
     fn sums(&self) -> Result<[Sums; 2]> {

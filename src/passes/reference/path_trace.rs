@@ -22,9 +22,7 @@ gpu_struct! {
 gpu_struct! {
     /// What is known of the spread of a pixel's samples.
     pub struct SampleMoments {
-        /// Sum over the samples of the batch that is not yet full, W/m²/sr.
-        pub batch: Vec3,
-        /// Sum over full batches of the squared distance of their means from the mean of all.
+        /// Sum over the samples of their squared distance from the mean of all.
         pub squares: Vec3,
         /// Camera, shadow and reflected rays so far.
         pub rays: u32,
@@ -56,8 +54,6 @@ pub const LAYOUTS: &[Layout] = &[RadianceSum::LAYOUT, SampleMoments::LAYOUT, Pat
 
 /// Throughput below which Russian roulette may end a path.
 pub const ROULETTE_THRESHOLD: f32 = 0.5;
-/// Samples of one batch, from whose spread the noise is estimated.
-pub const BATCH: u32 = 4;
 /// A workgroup works on a square of so many pixels a side.
 const TILE: u32 = 8;
 
@@ -111,7 +107,7 @@ impl PathTrace {
     /// # Errors
     /// A Vulkan call failed.
     pub fn new(context: &Arc<Context>) -> Result<Self> {
-        let constants = [("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits()), ("BATCH", BATCH)];
+        let constants = [("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits())];
         Ok(Self { pipeline: Pipeline::new(context, Self::STEM, &constants)? })
     }
 

@@ -17,23 +17,11 @@ layout(scalar, binding = 3) writeonly buffer Pixels { PixelSurface pixels[]; };
 layout(scalar, push_constant) uniform Push { PrimaryPush push; };
 
 #include "include/bvh.glsl"
+#include "include/primary.glsl"
 
 void main() {
     View view = push.view;
     uvec2 pixel = gl_GlobalInvocationID.xy;
     if (pixel.x >= view.width || pixel.y >= view.height) return;
-    uint index = pixel.y * view.width + pixel.x;
-    vec2 ndc = (vec2(pixel) + 0.5) / vec2(view.width, view.height) * 2.0 - 1.0;
-    vec3 direction = view.forward + ndc.x * view.right - ndc.y * view.up;
-    Hit hit;
-    if (!trace(Ray(view.position, direction, 1e30), false, hit)) {
-        pixels[index] = PixelSurface(vec3(0.0), NO_SIDE, vec3(0.0), 0.0);
-        return;
-    }
-    Surface surface = surfaces[hit.triangle];
-    bool back = dot(surface.normal, direction) > 0.0;
-    vec3 normal = normalize(hit.barycentric.x * surface.n0 + hit.barycentric.y * surface.n1 + hit.barycentric.z * surface.n2);
-    // t is the depth along the view axis, because `direction` has unit length along it.
-    float footprint = view.pixel_area * hit.t * hit.t;
-    pixels[index] = PixelSurface(hit_position(hit), 2u * hit.triangle + uint(back), back ? -normal : normal, footprint);
+    pixels[pixel.y * view.width + pixel.x] = seen_through(view, vec2(pixel) + 0.5);
 }

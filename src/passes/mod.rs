@@ -23,6 +23,7 @@ pub fn layouts() -> Vec<Layout> {
         precompute::neighbours::LAYOUTS,
         frame::primary::LAYOUTS,
         frame::direct::LAYOUTS,
+        frame::antialias::LAYOUTS,
         frame::form_factors::LAYOUTS,
         frame::path_scan::LAYOUTS,
         frame::hvds::LAYOUTS,

@@ -3,8 +3,8 @@
 use super::Renderer;
 use crate::gpu::PassTiming;
 use crate::passes::frame::{
-    blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
-    path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
+    antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
+    gather::Gather, hvds::Pyramid, path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 
@@ -40,7 +40,8 @@ impl Renderer {
                     surface + self.gather.cache_points.bytes() + 4 * self.splat.pair_bytes() + weights
                 }
                 Splat::APPLY_STEM => surface + weights + records + image,
-                Compose::STEM => surface + 3 * image,
+                Antialias::STEM => surface + image + 8 * pixels + self.antialias.edge_samples.bytes(),
+                Compose::STEM => surface + 3 * image + 4 * pixels + self.antialias.edge_samples.bytes(),
                 Tonemap::STEM => image + 4 * pixels,
                 _ => continue,
             };

@@ -11,14 +11,22 @@ use crate::error::{Error, Result};
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Recorder};
 use crate::passes::frame::{
-    blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
-    path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
+    antialias::Antialias,
+    blend::Blend,
+    compose::{Compose, Irradiances},
+    direct::Direct,
+    form_factors::FormFactors,
+    gather::Gather,
+    hvds::Pyramid,
+    path_scan::PathScan,
+    primary::Primary,
+    splat::Splat,
+    tonemap::Tonemap,
 };
 use crate::passes::{SceneBuffers, light_sources};
 use crate::scene::{Light, LightKind, Scene};
 use crate::types::{NO_SIDE, PixelSurface, Surface, View};
 use glam::Vec3;
-use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -32,6 +40,7 @@ pub struct Renderer {
     lights: Buffer,
     primary: Primary,
     direct: Direct,
+    antialias: Antialias,
     form_factors: FormFactors,
     path_scan: PathScan,
     pyramid: Pyramid,
@@ -64,6 +73,7 @@ impl Renderer {
             lights: Buffer::from_slice(context, "lights", &lights)?,
             primary: Primary::new(context, pixels)?,
             direct: Direct::new(context, pixels)?,
+            antialias: Antialias::new(context, size, scene.quality.edge_samples)?,
             form_factors: FormFactors::new(context, &made.entry_points, made.area_m2, light_count)?,
             path_scan: PathScan::new(context, &made.paths.steps, &made.paths.deposits)?,
             pyramid: Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2)?,
@@ -117,7 +127,11 @@ impl Renderer {
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.direct {
-            self.direct.record(rec, &self.buffers, &self.lights, light_count, &self.primary.pixels, size);
+            let pixels = &self.primary.pixels;
+            self.direct.record(rec, &self.buffers, &self.lights, light_count, pixels, size);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            let direct = &self.direct.irradiance;
+            self.antialias.record(rec, &self.buffers, &self.view, &self.lights, light_count, pixels, direct);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.light {
@@ -146,10 +160,18 @@ impl Renderer {
         if stages.picture {
             self.splat.record_apply(rec, &self.primary.pixels, &self.blend.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            let (direct, indirect) = (&self.direct.irradiance, &self.splat.irradiance);
-            self.compose.record(rec, &self.buffers, &self.primary.pixels, direct, indirect);
+            self.compose.record(rec, &self.buffers, self.irradiances(), [1.0, 1.0]);
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.tonemap.record(rec, &self.compose.radiance, self.exposure_stops);
+        }
+    }
+
+    fn irradiances(&self) -> Irradiances<'_> {
+        Irradiances {
+            pixels: &self.primary.pixels,
+            direct: &self.direct.irradiance,
+            indirect: &self.splat.irradiance,
+            antialias: &self.antialias,
         }
     }
 
@@ -219,15 +241,20 @@ impl Renderer {
             NO_SIDE => Vec3::ZERO,
             side => self.scene.materials[self.surfaces[side as usize / 2].material as usize].diffuse,
         };
-        let reflected = |irradiance: &Buffer| -> Result<Vec<[f32; 3]>> {
-            let irradiance: Vec<Vec3> = irradiance.read()?;
-            let reflect = |(pixel, e): (&PixelSurface, &Vec3)| (albedo(pixel) * *e * FRAC_1_PI).to_array();
-            Ok(pixels()?.iter().zip(&irradiance).map(reflect).collect())
+        // Composed again with a share of the light only; then the picture is put back.
+        let share = |shares: [f32; 2]| -> Result<Vec<[f32; 3]>> {
+            let compose = |shares| {
+                self.context.run(|rec| self.compose.record(rec, &self.buffers, self.irradiances(), shares))
+            };
+            compose(shares)?;
+            let layer = self.compose.radiance.read()?;
+            compose([1.0, 1.0])?;
+            Ok(layer)
         };
         match layer {
             Layer::Beauty => self.compose.radiance.read(),
-            Layer::Direct => reflected(&self.direct.irradiance),
-            Layer::Indirect => reflected(&self.splat.irradiance),
+            Layer::Direct => share([1.0, 0.0]),
+            Layer::Indirect => share([0.0, 1.0]),
             Layer::Albedo => Ok(pixels()?.iter().map(|pixel| albedo(pixel).to_array()).collect()),
             Layer::Normal => Ok(pixels()?.iter().map(|pixel| pixel.normal.to_array()).collect()),
             Layer::Depth => {
@@ -253,6 +280,7 @@ impl Renderer {
         let (pairs, weights) = self.splat.list_lengths()?;
         let counts = [
             ("pixels", self.size()[0] * self.size()[1]),
+            ("edge pixels", self.antialias.edge_count()?),
             ("pixels without a covering record", self.splat.bare_pixel_count()?),
             ("splat tile pairs", pairs),
             ("splat weights", weights),

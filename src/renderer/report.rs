@@ -2,8 +2,8 @@
 
 use crate::gpu::PassTiming;
 use crate::passes::frame::{
-    blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors, gather::Gather, hvds::Pyramid,
-    path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
+    antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
+    gather::Gather, hvds::Pyramid, path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 
@@ -74,7 +74,7 @@ pub enum Layer {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[expect(non_snake_case, reason = "the paper's names, which scripts rely on")]
 pub struct Columns {
-    /// Direct illumination at the pixels, primary visibility included.
+    /// Direct illumination at the pixels, primary visibility and edges included.
     pub Tdi: f64,
     /// Energies of the light paths: form factors, path flux, scan.
     pub Tlpe: f64,
@@ -92,7 +92,7 @@ impl Columns {
         let mut columns = Self::default();
         for pass in passes {
             *match pass.name {
-                Primary::STEM | Direct::STEM => &mut columns.Tdi,
+                Primary::STEM | Direct::STEM | Antialias::STEM => &mut columns.Tdi,
                 FormFactors::STEM | FormFactors::FLUX_STEM | PathScan::STEM => &mut columns.Tlpe,
                 Pyramid::STEM => &mut columns.Thvds,
                 Gather::STEM | Blend::STEM => &mut columns.Tfg,

@@ -18,6 +18,8 @@ pub struct Quality {
     pub directions: u32,
     /// Base cells of the volumetric hierarchy along the scene's longest axis: a power of two.
     pub cells: u32,
+    /// Samples of a pixel that shows an edge; 0 turns antialiasing off.
+    pub edge_samples: u32,
     /// Seeds every sampled decision; the same seed gives the same bytes.
     pub seed: u32,
 }
@@ -31,6 +33,7 @@ impl Quality {
         gather_rays: 144,
         directions: 128,
         cells: 32,
+        edge_samples: 16,
         seed: 0,
     };
     /// The paper's settings: 400 000 entry points, 40 000 cache points, 256 gather rays.
@@ -41,6 +44,7 @@ impl Quality {
         gather_rays: 256,
         directions: 256,
         cells: 64,
+        edge_samples: 16,
         seed: 0,
     };
     /// Where accuracy counts more than the precomputation's time.
@@ -51,6 +55,7 @@ impl Quality {
         gather_rays: 256,
         directions: 256,
         cells: 128,
+        edge_samples: 64,
         seed: 0,
     };
 
@@ -64,7 +69,16 @@ impl Quality {
 
     /// Reads `[quality]`: a preset, and any of its numbers replaced.
     pub(super) fn read(section: &Section) -> Result<Self> {
-        let keys = ["preset", "entry_points", "cache_points", "gather_rays", "directions", "cells", "seed"];
+        let keys = [
+            "preset",
+            "entry_points",
+            "cache_points",
+            "gather_rays",
+            "directions",
+            "cells",
+            "edge_samples",
+            "seed",
+        ];
         section.only(&keys)?;
         let mut quality = Self::default();
         if let Some(name) = section.text("preset")? {
@@ -77,6 +91,7 @@ impl Quality {
             ("gather_rays", 4..=65_536, &mut quality.gather_rays),
             ("directions", 1..=65_536, &mut quality.directions),
             ("cells", 8..=256, &mut quality.cells),
+            ("edge_samples", 0..=256, &mut quality.edge_samples),
             ("seed", 0..=u32::MAX, &mut quality.seed),
         ];
         for (key, range, field) in fields {

@@ -1,9 +1,11 @@
-//! Radiance towards the camera. In: pixels, direct and indirect irradiance (W/m²), reflectances. Out: W/m²/sr.
+//! Radiance towards the camera. In: pixels, direct and indirect irradiance (W/m²), edge samples,
+//! reflectances. Out: W/m²/sr.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
+use crate::passes::frame::antialias::Antialias;
 use std::sync::Arc;
 
 gpu_struct! {
@@ -11,11 +13,32 @@ gpu_struct! {
     pub struct ComposePush {
         /// Pixels.
         pub pixel_count: u32,
+        /// Samples of an edge pixel at most.
+        pub most_samples: u32,
+        /// Samples that there was room for.
+        pub capacity: u32,
+        /// 1, or 0 for a picture without direct light.
+        pub direct_share: f32,
+        /// 1, or 0 for a picture without indirect light.
+        pub indirect_share: f32,
     }
 }
 
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[ComposePush::LAYOUT];
+
+/// What a picture is composed of.
+#[derive(Clone, Copy)]
+pub struct Irradiances<'a> {
+    /// `PixelSurface`s.
+    pub pixels: &'a Buffer,
+    /// Direct irradiance of each pixel, W/m².
+    pub direct: &'a Buffer,
+    /// Indirect irradiance of each pixel, W/m².
+    pub indirect: &'a Buffer,
+    /// Samples of the pixels that show an edge.
+    pub antialias: &'a Antialias,
+}
 
 /// The pipeline and the picture.
 pub struct Compose {
@@ -41,25 +64,33 @@ impl Compose {
         })
     }
 
-    /// Adds and reflects.
+    /// Adds and reflects these shares of direct and indirect light: [1, 1] for the picture.
     pub fn record(
         &self,
         rec: &mut Recorder,
         scene: &SceneBuffers,
-        pixels: &Buffer,
-        direct: &Buffer,
-        indirect: &Buffer,
+        irradiances: Irradiances<'_>,
+        [direct_share, indirect_share]: [f32; 2],
     ) {
+        let Irradiances { pixels, direct, indirect, antialias } = irradiances;
         rec.pass(Self::STEM).dispatch(
             &self.pipeline,
             [self.pixel_count, 1, 1],
-            &ComposePush { pixel_count: self.pixel_count },
+            &ComposePush {
+                pixel_count: self.pixel_count,
+                most_samples: antialias.most_samples,
+                capacity: antialias.capacity,
+                direct_share,
+                indirect_share,
+            },
             &[
                 ("Surfaces", &scene.surfaces),
                 ("Materials", &scene.materials),
                 ("Pixels", pixels),
                 ("DirectIrradiance", direct),
                 ("IndirectIrradiance", indirect),
+                ("EdgeOffsets", &antialias.offsets),
+                ("EdgeSamples", &antialias.edge_samples),
                 ("Radiance", &self.radiance),
             ],
         );

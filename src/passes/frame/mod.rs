@@ -1,5 +1,6 @@
 //! Passes of a frame.
 
+pub mod antialias;
 pub mod blend;
 pub mod compose;
 pub mod direct;

@@ -34,11 +34,11 @@ fn lights() -> Vec<Light> {
     kinds.map(|kind| Light { name: kind.word().to_owned(), kind }).to_vec()
 }
 
-/// The room with two glossy walls and without its lid, so that parallel light comes in.
+/// The room with glossy walls and without its lid, so that parallel light comes in.
 fn world() -> World {
     let mut scene = crate::world::room();
     scene.triangles.retain(|triangle| triangle.positions.iter().any(|p| p.y < 0.7));
-    for (material, exponent) in scene.materials.iter_mut().zip([1.0, 30.0]) {
+    for (material, exponent) in scene.materials.iter_mut().zip([1.0, 30.0, 2000.0]) {
         (material.diffuse, material.specular, material.exponent) =
             (0.5 * material.diffuse, Vec3::splat(0.4), exponent);
     }

@@ -152,7 +152,7 @@ FLOORS = [
     Case("area, slanted", SLANTED, lambda p: polygon_irradiance(SLANTED, p), ("mitsuba",), samples=16384),
     Case("area, away", AWAY, lambda p: (0.0, 0.0, 0.0)),
     Case("directional", SUN, lambda p: tuple(e * SUN_COSINE for e in SUN["irradiance"])),
-    Case("phong, point", POINT, lambda p: glossy_point(POINT, p), ("mitsuba",), PHONG),
+    Case("phong, point", POINT, lambda p: glossy_point(POINT, p), ("mitsuba",), PHONG, 4096),
     Case("phong, area", AREA, lambda p: glossy_area(AREA, p), ("mitsuba",), PHONG, 16384),
 ]
 
@@ -167,7 +167,7 @@ class Sphere:
     light = {"kind": "point", "position": (0.0, 0.0, 0.0), "intensity": (1.0, 1.0, 1.0)}
 
     def write(self, folder):
-        points, faces = icosphere(4)
+        points, faces = icosphere(5)
         lines = ["usemtl wall"] + [f"v {x!r} {y!r} {z!r}" for x, y, z in points]
         lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces]
         (Path(folder) / "sphere.obj").write_text("\n".join(lines) + "\n")
@@ -177,7 +177,7 @@ class Sphere:
         return file
 
     def picture(self):
-        points, faces = icosphere(4)
+        points, faces = icosphere(5)
         area = 0.0
         for a, b, c in faces:
             across = scenes.cross(scenes.sub(points[b], points[a]), scenes.sub(points[c], points[a]))

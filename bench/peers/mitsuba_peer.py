@@ -8,6 +8,7 @@ import math
 import sys
 import time
 
+import drjit as dr
 import job
 import mitsuba as mi
 import numpy as np
@@ -21,11 +22,10 @@ FEWEST_PASSES = 256
 
 def build(scene):
     """The scene in Mitsuba's terms."""
-    path = {"type": "path", "max_depth": -1, "hide_emitters": True}
     camera, extent = scene.camera, scene.extent()
     description = {
         "type": "scene",
-        "integrator": path,
+        "integrator": {"type": "path", "max_depth": -1},
         "sensor": {
             "type": "perspective",
             "fov": camera.fov_y,
@@ -107,13 +107,48 @@ def pass_size(spp, pixels, fewest):
     return next(size for size in range(min(spp, limit), 0, -1) if spp % size == 0)
 
 
-def render(scene, camera, request):
+def shows_a_light(scene, lights):
+    """Whether the camera meets the quad of an area light; ours are invisible to it."""
+    if not any(light["kind"] == "area" for light in lights):
+        return False
+    if not mi.variant().startswith(("llvm", "cuda")):
+        raise scenes.SceneError(f"area lights need Mitsuba's llvm variant, {mi.variant()} is in use")
+    side = 512
+    index = dr.arange(mi.UInt32, side * side)
+    film = mi.Point2f(mi.Float(index % side) + 0.5, mi.Float(index // side) + 0.5) / side
+    ray, _ = scene.sensors()[0].sample_ray(0.0, 0.5, film, mi.Point2f(0.5))
+    return bool(dr.any(dr.neq(scene.ray_intersect(ray).emitter(scene), None)))
+
+
+def beyond_lights(count):
+    """The path tracer, its camera rays moved past up to `count` quads of area lights."""
+
+    class Beyond(mi.SamplingIntegrator):
+        def __init__(self, properties):
+            super().__init__(properties)
+            self.path = mi.load_dict({"type": "path", "max_depth": -1})
+
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            ray = mi.Ray3f(ray)
+            for _ in range(count):
+                si = scene.ray_intersect(ray, active)
+                is_light = active & si.is_valid() & dr.neq(si.emitter(scene), None)
+                ray = dr.select(is_light, si.spawn_ray(ray.d), ray)
+            return self.path.sample(scene, sampler, mi.RayDifferential3f(ray), medium, active)
+
+    return Beyond(mi.Properties())
+
+
+def render(scene, camera, lights, request):
     """Mean of every pixel, with its variance where that is asked for, and the seconds that took."""
     each = pass_size(request["spp"], camera.size[0] * camera.size[1], FEWEST_PASSES if request["variance"] else 1)
     count = request["spp"] // each
+    areas = sum(light["kind"] == "area" for light in lights)
+    integrator = beyond_lights(areas) if shows_a_light(scene, lights) else None
 
     def once(number):
-        return np.array(mi.render(scene, spp=each, seed=request["seed"] * 65537 + number), np.float64)
+        seed = request["seed"] * 65537 + number
+        return np.array(mi.render(scene, spp=each, seed=seed, integrator=integrator), np.float64)
 
     once(count)  # Compiles the kernels: not timed, not used.
     start = time.perf_counter()
@@ -136,16 +171,14 @@ def main(path):
     work = job.load(path)
     mi.set_variant(work.variant)
     if work.variant.startswith("llvm"):
-        import drjit
-
-        drjit.set_thread_count(work.threads)
+        dr.set_thread_count(work.threads)
+    results = []
     try:
         scene = build(work.scene)
+        rendered = [render(scene, work.scene.camera, work.scene.lights, request) for request in work.renders]
     except scenes.SceneError as reason:
         return work.refuse(str(reason))
-    results = []
-    for request in work.renders:
-        planes, seconds = render(scene, work.scene.camera, request)
+    for request, (planes, seconds) in zip(work.renders, rendered):
         job.write_picture(request["out"], work.scene.camera.size, planes)
         results.append(request | {"seconds": seconds, "renderer": f"Mitsuba {mi.__version__} ({work.variant})"})
     work.finish(results)

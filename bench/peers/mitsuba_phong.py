@@ -8,6 +8,9 @@ import mitsuba as mi
 
 import scene as ours
 
+KEPT = []
+"""Mitsuba does not keep a Python object's methods alive."""
+
 
 def load(material):
     """The BSDF of a scene.Material, for the variant in force."""
@@ -68,4 +71,5 @@ def load(material):
         def to_string(self):
             return f"Phong[{material.name}]"
 
-    return Phong(mi.Properties())
+    KEPT.append(Phong(mi.Properties()))
+    return KEPT[-1]

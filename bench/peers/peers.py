@@ -72,6 +72,8 @@ class Peers:
             job.write_text(json.dumps(work, default=str))
             done = run([interpreter(name), HERE / f"{name}_peer.py", job], settings)
             if not result.exists():
-                tail = "\n".join((done.stdout + done.stderr).splitlines()[-15:])
+                # What follows in Mitsuba's case are complaints about the sudden end.
+                words = (done.stdout + done.stderr).partition("jit_shutdown")[0]
+                tail = "\n".join(words.splitlines()[-15:])
                 raise PeerError(f"{name} ended with {done.returncode}:\n{tail}")
             return json.loads(result.read_text())

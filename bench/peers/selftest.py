@@ -17,9 +17,18 @@ BLOCK = 1e-2
 """Bar for the mean of each of 4×4 blocks, in units of the picture's mean: a mirrored or shifted picture fails."""
 
 
-def errors(case, file):
+def average(files):
+    """Size and mean planes of pictures."""
+    pictures = [exr.read(file) for file in files]
+    size = pictures[0][0]
+    return size, {
+        name: [sum(values) / len(files) for values in zip(*(planes[name] for _, planes in pictures))] for name in "RGB"
+    }
+
+
+def errors(case, files):
     """Largest relative error of a channel's mean, and of a block."""
-    (width, height), planes = exr.read(file)
+    (width, height), planes = average(files)
     expected = case.picture()
     means, blocks = [], []
     for channel, name in enumerate("RGB"):
@@ -43,12 +52,12 @@ def main(names):
             if name not in case.peers:
                 continue
             with tempfile.TemporaryDirectory() as folder:
-                out = Path(folder) / "out.exr"
-                size = [closed_forms.SIZE] * 2
-                answer = peers.render(name, case.write(folder), [{"spp": case.samples, "out": out}], size)
+                files = [Path(folder) / f"{seed}.exr" for seed in range(case.repeats)]
+                renders = [{"spp": case.samples, "seed": seed, "out": file} for seed, file in enumerate(files)]
+                answer = peers.render(name, case.write(folder), renders, [closed_forms.SIZE] * 2)
                 if isinstance(answer, dict):
                     raise PeerError(f"{name}, {case.name}: {answer['refused']}")
-                mean, block = errors(case, out)
+                mean, block = errors(case, files)
             good = mean <= MEAN and block <= BLOCK
             failed += not good
             print(f"{name:9}{case.name:22}{mean:10.2e}{block:10.2e}{'' if good else '  MISSED'}", flush=True)

@@ -1,0 +1,80 @@
+"""The table as JSON and Markdown, and what it says about equal error."""
+
+import json
+import math
+
+
+def write(table, folder):
+    """Writes peers.json and peers.md; returns the latter's text."""
+    table["equal_error"] = equal_error(table["rows"])
+    (folder / "peers.json").write_text(json.dumps(table, indent=1) + "\n")
+    text = markdown(table)
+    (folder / "peers.md").write_text(text)
+    return text
+
+
+def markdown(table):
+    width, height = table["size"]
+    lines = [
+        f"{table['scene']}, {width}×{height}, {table['processor']}, {table['threads']} threads; errors against {table['reference']}.",
+        "Seconds of rendering alone, after a warm-up.",
+        "",
+        "| renderer | setting | seconds | relMSE | FLIP | energy ratio |",
+        "|---|---|---:|---:|---:|---:|",
+    ]
+    for row in table["rows"]:
+        error = row.get("error") or {}
+        seconds = figure(row["seconds"])
+        cells = [row["renderer"], row["setting"], seconds, figure(error.get("relmse"))]
+        cells += [figure(error.get("flip")), figure(error.get("energy_ratio"), 5)]
+        lines.append("| " + " | ".join(cells) + " |")
+    lines.append("")
+    for name, found in table["equal_error"].items():
+        lines.append(f"- {name}: {sentence(found)}")
+    versions = sorted({f"{row['renderer']}: {row['version']}" for row in table["rows"] if row.get("version")})
+    return "\n".join([*lines, "", *(f"- {version}" for version in versions)]) + "\n"
+
+
+def figure(value, digits=3):
+    return "NaN" if value is None else f"{value:.{digits}g}"
+
+
+def sentence(found):
+    if found["seconds"] is None:
+        return f"{found['how']}"
+    text = f"{found['seconds']:.3g} s to our error ({found['how']}): {found['frames']:.3g} of our relit frames"
+    return text + f", {found['firsts']:.3g} of our first ones"
+
+
+def equal_error(rows):
+    """For each peer, how long it takes to our relMSE, and how many of our frames that is."""
+    mine = [row for row in rows if row["renderer"] == "lightpaths" and row.get("error")]
+    if not mine:
+        return {}
+    error = mine[0]["error"]["relmse"]
+    first = next(row["seconds"] for row in mine if "first frame" in row["setting"])
+    relit = next(row["seconds"] for row in mine if "light moved" in row["setting"])
+    answer = {}
+    for name in dict.fromkeys(row["renderer"] for row in rows if row["renderer"] != "lightpaths"):
+        points = [(row["seconds"], row["error"]["relmse"]) for row in rows if row["renderer"] == name and row.get("error")]
+        if not points:
+            continue
+        seconds, how = seconds_to(points, error, converges="Denoise" not in name)
+        answer[name] = {"seconds": seconds, "how": how}
+        if seconds is not None:
+            answer[name] |= {"frames": seconds / relit, "firsts": seconds / first}
+    return answer
+
+
+def seconds_to(points, error, converges):
+    """Seconds at which a series of (seconds, error) reaches `error`, and how that is known."""
+    points = sorted(points)
+    if points[0][1] <= error:
+        return points[0][0], "its cheapest setting is better already"
+    for (t0, e0), (t1, e1) in zip(points, points[1:]):
+        if e1 <= error:
+            share = math.log(e0 / error) / math.log(e0 / e1)
+            return t0 * (t1 / t0) ** share, "between two settings"
+    if converges:
+        return points[-1][0] * points[-1][1] / error, "extrapolated: error falls as one over samples"
+    return None, "does not reach our error with any setting tried"

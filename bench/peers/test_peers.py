@@ -100,7 +100,7 @@ class Scenes(Sample):
     def test_models_are_scaled_then_turned_then_moved(self):
         place = scenes.transform({"scale": [2.0, 1.0, -1.0], "rotate": [90.0, 0.0, 90.0], "translate": [0.0, 0.0, 5.0]})
         corners, normals = place([(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)], [(1.0, 0.0, 0.0)] * 3)
-        # A mirror image keeps its front: two corners change places. x → y, y → z → z, z → −z → y → −x.
+        # A mirror image keeps its front: two corners change places.
         for found, expected in zip(corners, [(0, 2, 5), (-1, 0, 5), (0, 0, 6)]):
             for a, b in zip(found, expected):
                 self.assertAlmostEqual(a, b)

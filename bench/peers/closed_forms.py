@@ -138,7 +138,11 @@ SOFT = SPOT | {"angle": 30.0, "penumbra": 0.6}
 HARD = SPOT | {"angle": 25.0, "penumbra": 0.0}
 # Between camera and floor, back to the camera: neither seen nor in the way.
 AREA = {
-    "kind": "area", "corner": (0.2, 1.5, 0.1), "edge_u": (0.6, 0.0, 0.0), "edge_v": (0.0, 0.0, 0.4), "radiance": (9.0, 6.0, 3.0)
+    "kind": "area",
+    "corner": (0.2, 1.5, 0.1),
+    "edge_u": (0.6, 0.0, 0.0),
+    "edge_v": (0.0, 0.0, 0.4),
+    "radiance": (9.0, 6.0, 3.0),
 }
 SLANTED = AREA | {"edge_v": (0.3, 0.0, 0.4)}
 # Turned round: it shines past the camera, and the floor is dark.
@@ -148,19 +152,19 @@ SUN_COSINE = -scenes.unit(SUN["direction"])[1]
 
 FLOORS = [
     Case("point", POINT, lambda p: point_irradiance(POINT, p)),
-    Case("spot", SOFT, lambda p: point_irradiance(SOFT, p)),
-    Case("spot, hard", HARD, lambda p: point_irradiance(HARD, p), samples=4096),
+    Case("spot", SOFT, lambda p: point_irradiance(SOFT, p), samples=4096),
+    Case("spot, hard", HARD, lambda p: point_irradiance(HARD, p), samples=16384),
     Case("area", AREA, lambda p: polygon_irradiance(AREA, p), samples=16384),
     Case("area, slanted", SLANTED, lambda p: polygon_irradiance(SLANTED, p), ("mitsuba",), samples=16384),
     Case("area, away", AWAY, lambda p: (0.0, 0.0, 0.0)),
     Case("directional", SUN, lambda p: tuple(e * SUN_COSINE for e in SUN["irradiance"])),
-    Case("phong, point", POINT, lambda p: glossy_point(POINT, p), ("mitsuba",), PHONG, 4096),
-    Case("phong, area", AREA, lambda p: glossy_area(AREA, p), ("mitsuba",), PHONG, 16384),
+    Case("phong, point", POINT, lambda p: glossy_point(POINT, p), ("mitsuba",), PHONG, 65536),
+    Case("phong, area", AREA, lambda p: glossy_area(AREA, p), ("mitsuba",), PHONG, 65536),
 ]
 
 
 class Sphere:
-    """Light and camera in the middle of a closed sphere: its irradiance is Φ/(A·(1 − ρ)), after any number of bounces."""
+    """Light and camera in the middle of a closed sphere: irradiance Φ/(A·(1 − ρ)) after any number of bounces."""
 
     name = "sphere, all bounces"
     peers = ("mitsuba", "cycles")
@@ -194,26 +198,34 @@ def icosphere(levels):
     g = (1.0 + math.sqrt(5.0)) / 2.0
     points = [scenes.unit(p) for s in (-1.0, 1.0) for t in (-g, g) for p in ((s, t, 0.0), (0.0, s, t), (t, 0.0, s))]
     edge = min(math.dist(points[0], p) for p in points[1:]) * 1.001
-    near = lambda a, b: math.dist(points[a], points[b]) < edge
+
+    def near(a, b):
+        return math.dist(points[a], points[b]) < edge
+
     faces = [
         (a, b, c) for a in range(12) for b in range(a) for c in range(b) if near(a, b) and near(b, c) and near(a, c)
     ]
     for _ in range(levels):
-        middles = {}
-
-        def middle(a, b):
-            key = (min(a, b), max(a, b))
-            if key not in middles:
-                middles[key] = len(points)
-                points.append(scenes.unit(add(points[a], points[b])))
-            return middles[key]
-
-        split = []
-        for a, b, c in faces:
-            ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
-            split += [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
-        faces = split
+        faces = split(points, faces)
     return points, faces
+
+
+def split(points, faces):
+    """Four faces for each, their new corners on the sphere, appended to `points`."""
+    middles = {}
+
+    def middle(a, b):
+        key = (min(a, b), max(a, b))
+        if key not in middles:
+            middles[key] = len(points)
+            points.append(scenes.unit(add(points[a], points[b])))
+        return middles[key]
+
+    parts = []
+    for a, b, c in faces:
+        ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
+        parts += [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
+    return parts
 
 
 CASES = [*FLOORS, Sphere()]

@@ -1,6 +1,6 @@
 """Cycles, plain or with Open Image Denoise, on our scenes. Runs in the environment that install.py makes.
 
-    cycles_peer.py JOB.json    renders what the job lists (see job.py)
+cycles_peer.py JOB.json    renders what the job lists (see job.py)
 """
 
 import math
@@ -108,7 +108,7 @@ def diffuse(ours):
 
 
 def add_light(scene, name, light):
-    """A lamp whose power stands for one W/sr, W/m²/sr or W/m², times what its nodes emit: colours may exceed 1 there."""
+    """A lamp whose power stands for one W/sr, W/m²/sr or W/m², times what its nodes emit: no limit to colours there."""
     kinds = {"point": "POINT", "spot": "POINT", "area": "AREA", "directional": "SUN"}
     lamp = bpy.data.lights.new(name, kinds[light["kind"]])
     tree, output = nodes_of(lamp)
@@ -157,7 +157,7 @@ def facing(direction):
 
 
 def add_cone(tree, emission, light, strength):
-    """Full strength up to angle·(1 − penumbra) from the axis, then linear in the angle: Blender's spot blends otherwise."""
+    """Full strength up to angle·(1 − penumbra) from the axis, then linear in the angle; Blender's spot is not."""
 
     def node(kind, *inputs, **settings):
         made = tree.nodes.new(kind)

@@ -32,11 +32,11 @@ def strip(source, target):
     """One OBJ file without its normals, and the MTL files that it names."""
     lines = []
     for line in source.read_text(encoding="utf-8-sig").splitlines():
-        keyword, _, rest = line.strip().partition(" ")
+        keyword, rest = scenes.statement(line)
         if keyword == "vn":
             continue
         if keyword == "mtllib":
-            (target.parent / rest.strip()).write_bytes((source.parent / rest.strip()).read_bytes())
+            (target.parent / rest).write_bytes((source.parent / rest).read_bytes())
         if keyword == "f":
             line = "f " + " ".join(word.split("/")[0] for word in rest.split("#")[0].split())
         lines.append(line)

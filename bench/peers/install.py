@@ -1,4 +1,4 @@
-"""Makes a virtual environment for each peer beside this file and installs the pinned wheels into it. Does nothing the second time.
+"""Makes a virtual environment for each peer beside this file and installs the pinned wheels into it, once.
 
 Any Python 3 can run it. LIGHTPATHS_PEERS=DIR puts the environments elsewhere.
 """
@@ -28,7 +28,9 @@ def find_python():
             return python
     sys.exit(
         "peers: Python {0} with venv is missing: Blender's wheel exists for no other. "
-        "Debian 12: apt-get install python{0}-venv; elsewhere: pyenv install {0}, or uv python install {0}".format(VERSION)
+        "Debian 12: apt-get install python{0}-venv; elsewhere: pyenv install {0}, or uv python install {0}".format(
+            VERSION
+        )
     )
 
 
@@ -43,7 +45,9 @@ def install(name, trial):
     print("peers: installing {} into {}".format(name, folder), file=sys.stderr)
     subprocess.run([find_python(), "-m", "venv", "--clear", folder], check=True)
     subprocess.run([python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", wanted], check=True)
-    tried = subprocess.run([python, "-c", trial], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, universal_newlines=True)
+    tried = subprocess.run(
+        [python, "-c", trial], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, universal_newlines=True
+    )
     if tried.returncode != 0:
         last = (tried.stderr.strip().splitlines() or ["no message"])[-1]
         hint = "; it may lack libraries. Debian: apt-get install " + LIBRARIES if ".so" in last else ""

@@ -1,7 +1,7 @@
 """Mitsuba 3's path tracer on our scenes. Runs in the environment that install.py makes.
 
-    mitsuba_peer.py JOB.json      renders what the job lists (see job.py)
-    mitsuba_peer.py --probe NAME  exit 0 if the variant NAME works here
+mitsuba_peer.py JOB.json      renders what the job lists (see job.py)
+mitsuba_peer.py --probe NAME  exit 0 if the variant NAME works here
 """
 
 import math

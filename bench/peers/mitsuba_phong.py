@@ -1,4 +1,4 @@
-"""Our glossy material for Mitsuba, which has no Phong: ρ_d/π + ρ_s·(n + 2)/(2π)·cosⁿα, α the angle to the mirror direction.
+"""Our glossy material for Mitsuba, which has no Phong: ρ_d/π + ρ_s·(n + 2)/(2π)·cosⁿα, α off the mirror direction.
 
 Sampled by the lobes' mean albedos; two-sided. Needs a variant with just-in-time compilation.
 """
@@ -15,7 +15,9 @@ KEPT = []
 def load(material):
     """The BSDF of a scene.Material, for the variant in force."""
     if not mi.variant().startswith(("llvm", "cuda")):
-        raise ours.SceneError(f"material {material.name!r}: Phong needs Mitsuba's llvm variant, {mi.variant()} is in use")
+        raise ours.SceneError(
+            f"material {material.name!r}: Phong needs Mitsuba's llvm variant, {mi.variant()} is in use"
+        )
 
     class Phong(mi.BSDF):
         def __init__(self, properties):

@@ -10,7 +10,12 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 NAMES = ("mitsuba", "cycles")
-LLVM = ("/usr/lib/*/libLLVM*.so*", "/usr/lib/llvm-*/lib/libLLVM*.so*", "/usr/lib64/libLLVM*.so*", "/opt/homebrew/opt/llvm*/lib/libLLVM*.dylib")
+LLVM = (
+    "/usr/lib/*/libLLVM*.so*",
+    "/usr/lib/llvm-*/lib/libLLVM*.so*",
+    "/usr/lib64/libLLVM*.so*",
+    "/opt/homebrew/opt/llvm*/lib/libLLVM*.dylib",
+)
 """Where Mitsuba's just-in-time compiler may find LLVM, beside where it looks by itself."""
 
 
@@ -44,12 +49,21 @@ def mitsuba_variant():
         # LLVM of a kind that it does not know ends the whole process: hence in one of its own.
         if run([interpreter("mitsuba"), HERE / "mitsuba_peer.py", "--probe", "llvm_ad_rgb"], settings).returncode == 0:
             return "llvm_ad_rgb", settings
-    print("peers: no LLVM that Mitsuba can use: scalar_rgb it is, several times slower and without Phong", file=sys.stderr)
+    print(
+        "peers: no LLVM that Mitsuba can use: scalar_rgb it is, several times slower and without Phong", file=sys.stderr
+    )
     return "scalar_rgb", dict(os.environ)
 
 
 def run(command, settings=None):
-    return subprocess.run([str(word) for word in command], env=settings, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace")
+    return subprocess.run(
+        [str(word) for word in command],
+        env=settings,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+    )
 
 
 class Peers:

@@ -16,7 +16,8 @@ def write(table, folder):
 def markdown(table):
     width, height = table["size"]
     lines = [
-        f"{table['scene']}, {width}×{height}, {table['processor']}, {table['threads']} threads; errors against {table['reference']}.",
+        f"{table['scene']}, {width}×{height}, {table['processor']}, {table['threads']} threads; "
+        f"errors against {table['reference']}.",
         "Seconds of rendering alone, after a warm-up.",
         "",
         "| renderer | setting | seconds | relMSE | FLIP | energy ratio |",
@@ -56,7 +57,9 @@ def equal_error(rows):
     relit = next(row["seconds"] for row in mine if "light moved" in row["setting"])
     answer = {}
     for name in dict.fromkeys(row["renderer"] for row in rows if row["renderer"] != "lightpaths"):
-        points = [(row["seconds"], row["error"]["relmse"]) for row in rows if row["renderer"] == name and row.get("error")]
+        points = [
+            (row["seconds"], row["error"]["relmse"]) for row in rows if row["renderer"] == name and row.get("error")
+        ]
         if not points:
             continue
         seconds, how = seconds_to(points, error, converges="Denoise" not in name)

@@ -1,7 +1,7 @@
 """One table: what Mitsuba, Cycles and lightpaths make of a scene, in how many seconds.
 
-    run.py SCENE [options]           the table; --help lists the options
-    run.py witness [SCENE…] [options]   our path tracer against Mitsuba's, pixel by pixel
+run.py SCENE [options]           the table; --help lists the options
+run.py witness [SCENE…] [options]   our path tracer against Mitsuba's, pixel by pixel
 """
 
 import argparse
@@ -40,10 +40,16 @@ def options(parser):
 
 
 def arguments(words):
-    parser = argparse.ArgumentParser(prog="run.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        prog="run.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("scene", help="a .toml scene file or a built-in scene")
-    parser.add_argument("--spp", type=numbers, default=[16, 64, 256, 1024], help="of both path tracers [16,64,256,1024]")
-    parser.add_argument("--denoised-spp", type=numbers, default=[1, 4, 16, 64], help="of Cycles with Open Image Denoise")
+    parser.add_argument(
+        "--spp", type=numbers, default=[16, 64, 256, 1024], help="of both path tracers [16,64,256,1024]"
+    )
+    parser.add_argument(
+        "--denoised-spp", type=numbers, default=[1, 4, 16, 64], help="of Cycles with Open Image Denoise"
+    )
     parser.add_argument("--reference", type=Path, help="an EXR picture; without it Mitsuba renders one")
     parser.add_argument("--reference-spp", type=int, default=4096, help="of that one [4096]")
     parser.add_argument("--preset", default="paper", help="of ours [paper]")
@@ -132,7 +138,13 @@ def main(words):
     for row in rows:
         row["error"] = errors.get(row["image"])
     size = args.size or load(scene).camera.size
-    table = {"scene": scene.stem, "size": list(size), "threads": args.threads, "processor": processor(), "reference": named}
+    table = {
+        "scene": scene.stem,
+        "size": list(size),
+        "threads": args.threads,
+        "processor": processor(),
+        "reference": named,
+    }
     print(report.write(table | {"rows": rows}, folder))
 
 

@@ -1,7 +1,7 @@
 """Reads lightpaths scene files: TOML, OBJ and MTL. Needs Python 3.11 and nothing else.
 
-Follows src/scene: fans for polygons, slivers and repeated triangles dropped, normals kept on the front side. A wrong file
-raises SceneError; the program's own messages are better, so run `lightpaths info SCENE` where one turns up.
+Follows src/scene: fans for polygons, slivers and repeated triangles dropped, normals kept on the front side. Files are
+taken to be good: `lightpaths info SCENE` says better what is wrong with one.
 """
 
 import math
@@ -138,7 +138,9 @@ def load(spec, size=None, flat=False):
     cameras = root.get("camera")
     if not cameras:
         raise SceneError(f"{path}: the peers need a [camera]")
-    camera = Camera(**{key: value for key, value in (cameras[0] if isinstance(cameras, list) else cameras).items() if key != "name"})
+    camera = Camera(
+        **{key: value for key, value in (cameras[0] if isinstance(cameras, list) else cameras).items() if key != "name"}
+    )
     if size:
         camera.size = tuple(size)
     return Scene(path.stem, camera, [read_light(light) for light in root.get("light", [])], meshes, bounds)
@@ -208,16 +210,16 @@ def read_obj(path):
     points = {"v": [], "vn": []}
     faces = []
     for line in path.read_text(encoding="utf-8-sig").splitlines():
-        keyword, _, rest = line.strip().partition(" ")
+        keyword, rest = statement(line)
         if keyword in points:
             points[keyword].append(tuple(float(word) for word in rest.split()[:3]))
         elif keyword == "f":
             words = rest.split("#")[0].split()
             faces.append((used, [corner(word, points) for word in words]))
         elif keyword == "usemtl":
-            used = rest.strip()
+            used = rest
         elif keyword == "mtllib":
-            materials |= read_mtl(path.parent / rest.strip())
+            materials |= read_mtl(path.parent / rest)
     for name, corners in faces:
         materials.setdefault(name, Material(name))
         has_normals = all(normal is not None for _, normal in corners)
@@ -228,6 +230,12 @@ def read_obj(path):
     if not triangles:
         raise SceneError(f"{path} holds no face")
     return materials, triangles
+
+
+def statement(line):
+    """Keyword and the rest of a line of an OBJ or MTL file."""
+    keyword, *rest = line.split(None, 1) or [""]
+    return keyword, rest[0].strip() if rest else ""
 
 
 def corner(word, points):
@@ -244,11 +252,13 @@ def read_mtl(path):
     materials = {}
     material = None
     for line in path.read_text(encoding="utf-8-sig").splitlines():
-        keyword, _, rest = line.strip().partition(" ")
+        keyword, rest = statement(line)
         if keyword == "newmtl":
-            material = materials[rest.strip()] = Material(rest.strip())
+            material = materials[rest] = Material(rest)
         elif keyword in ("Kd", "Ks"):
-            setattr(material, {"Kd": "diffuse", "Ks": "specular"}[keyword], tuple(float(word) for word in rest.split()[:3]))
+            setattr(
+                material, {"Kd": "diffuse", "Ks": "specular"}[keyword], tuple(float(word) for word in rest.split()[:3])
+            )
         elif keyword == "Ns":
             material.exponent = max(float(rest.split()[0]), 1.0)
     return materials

@@ -1,6 +1,6 @@
 """Holds each peer against closed forms: units, cones, orientation, bounces. Exit 1 where one misses.
 
-    python3 bench/peers/selftest.py [mitsuba] [cycles]
+python3 bench/peers/selftest.py [mitsuba] [cycles]
 """
 
 import sys

@@ -76,7 +76,10 @@ class Scenes(Sample):
         self.assertEqual(by_name["a"].positions[3:], [(0, 0, 0), (1, 1, 0), (0, 1, 0)])
 
     def test_materials_come_from_the_library_and_the_scene(self):
-        by_name = {m.name: m for m in self.load(more='[[material]]\nname = "a"\nspecular = [0.3, 0.3, 0.3]\nexponent = 9').materials()}
+        by_name = {
+            m.name: m
+            for m in self.load(more='[[material]]\nname = "a"\nspecular = [0.3, 0.3, 0.3]\nexponent = 9').materials()
+        }
         self.assertEqual(by_name["a"], scenes.Material("a", (0.1, 0.2, 0.3), (0.3, 0.3, 0.3), 9.0))
         self.assertEqual(by_name["nowhere"].diffuse, (0.5, 0.5, 0.5))
         with self.assertRaisesRegex(scenes.SceneError, "'c' is in no model"):
@@ -158,7 +161,9 @@ class ClosedForms(unittest.TestCase):
             offset = closed_forms.add(scenes.scaled(light["edge_u"], u), scenes.scaled(light["edge_v"], v))
             to_light = scenes.sub(closed_forms.add(light["corner"], offset), point)
             total += to_light[1] ** 2 / scenes.dot(to_light, to_light) ** 2 * abs(area[1]) / count**2
-        self.assertAlmostEqual(closed_forms.polygon_irradiance(light, point)[0] / (light["radiance"][0] * total), 1.0, 5)
+        self.assertAlmostEqual(
+            closed_forms.polygon_irradiance(light, point)[0] / (light["radiance"][0] * total), 1.0, 5
+        )
 
     def test_a_spot_fades_linearly_in_the_angle(self):
         light = {"kind": "spot", "position": (0, 1, 0), "direction": (0, -1, 0), "angle": 40.0, "penumbra": 0.5}
@@ -189,10 +194,28 @@ class Reports(unittest.TestCase):
     def test_a_table_holds_every_row_and_says_what_is_missing(self):
         good = {"relmse": 1e-3, "flip": 0.02, "energy_ratio": 1.0}
         rows = [
-            {"renderer": "Mitsuba, path", "setting": "16 spp", "seconds": 2.0, "error": good | {"relmse": 1e-2}, "version": "3"},
+            {
+                "renderer": "Mitsuba, path",
+                "setting": "16 spp",
+                "seconds": 2.0,
+                "error": good | {"relmse": 1e-2},
+                "version": "3",
+            },
             {"renderer": "Cycles, path", "setting": "no Phong", "seconds": None, "error": None},
-            {"renderer": "lightpaths", "setting": "paper: first frame", "seconds": 5.0, "error": good, "version": "a GPU"},
-            {"renderer": "lightpaths", "setting": "paper: light moved", "seconds": 0.1, "error": good, "version": "a GPU"},
+            {
+                "renderer": "lightpaths",
+                "setting": "paper: first frame",
+                "seconds": 5.0,
+                "error": good,
+                "version": "a GPU",
+            },
+            {
+                "renderer": "lightpaths",
+                "setting": "paper: light moved",
+                "seconds": 0.1,
+                "error": good,
+                "version": "a GPU",
+            },
         ]
         table = {"scene": "box", "size": [4, 4], "threads": 1, "processor": "x", "reference": "r", "rows": rows}
         with tempfile.TemporaryDirectory() as folder:

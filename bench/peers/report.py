@@ -3,6 +3,9 @@
 import json
 import math
 
+OURS = "lightpaths"
+MEASURES = {"relmse": "relMSE", "flip": "FLIP"}
+
 
 def write(table, folder):
     """Writes peers.json and peers.md; returns the latter's text."""
@@ -41,31 +44,36 @@ def figure(value, digits=3):
 
 
 def sentence(found):
+    return "; ".join(f"to our {name} {reach(found[key])}" for key, name in MEASURES.items())
+
+
+def reach(found):
     if found["seconds"] is None:
-        return f"{found['how']}"
-    text = f"{found['seconds']:.3g} s to our error ({found['how']}): {found['frames']:.3g} of our relit frames"
-    return text + f", {found['firsts']:.3g} of our first ones"
+        return found["how"]
+    frames, firsts = (figure(found[key]) for key in ("frames", "firsts"))
+    return f"{figure(found['seconds'])} s ({found['how']}) = {frames} relit frames of ours, {firsts} first ones"
 
 
 def equal_error(rows):
-    """For each peer, how long it takes to our relMSE, and how many of our frames that is."""
-    mine = [row for row in rows if row["renderer"] == "lightpaths" and row.get("error")]
+    """For each peer, how long it takes to our relMSE and to our FLIP, and how many of our frames that is."""
+    mine = [row for row in rows if row["renderer"] == OURS and row.get("error")]
     if not mine:
         return {}
-    error = mine[0]["error"]["relmse"]
     first = next(row["seconds"] for row in mine if "first frame" in row["setting"])
     relit = next(row["seconds"] for row in mine if "light moved" in row["setting"])
     answer = {}
-    for name in dict.fromkeys(row["renderer"] for row in rows if row["renderer"] != "lightpaths"):
-        points = [
-            (row["seconds"], row["error"]["relmse"]) for row in rows if row["renderer"] == name and row.get("error")
-        ]
-        if not points:
+    for name in dict.fromkeys(row["renderer"] for row in rows if row["renderer"] != OURS):
+        good = [row for row in rows if row["renderer"] == name and row.get("error")]
+        if not good:
             continue
-        seconds, how = seconds_to(points, error, converges="Denoise" not in name)
-        answer[name] = {"seconds": seconds, "how": how}
-        if seconds is not None:
-            answer[name] |= {"frames": seconds / relit, "firsts": seconds / first}
+        answer[name] = {}
+        for key in MEASURES:
+            points = [(row["seconds"], row["error"][key]) for row in good]
+            converges = key == "relmse" and "Denoise" not in name
+            seconds, how = seconds_to(points, mine[0]["error"][key], converges)
+            answer[name][key] = {"seconds": seconds, "how": how}
+            if seconds is not None:
+                answer[name][key] |= {"frames": seconds / relit, "firsts": seconds / first}
     return answer
 
 
@@ -80,4 +88,4 @@ def seconds_to(points, error, converges):
             return t0 * (t1 / t0) ** share, "between two settings"
     if converges:
         return points[-1][0] * points[-1][1] / error, "extrapolated: error falls as one over samples"
-    return None, "does not reach our error with any setting tried"
+    return None, "not reached with any setting tried"

@@ -22,7 +22,7 @@ vn 0 0.5 1
 vn 0 0 -1
 usemtl a
 f 1 2 3 4
-usemtl b
+usemtl	b
 f -4//1 -3//2 -2//3
 f 1/7/3 3/7/3 2/7/3 # a repeat, the other way round
 f 1 2 2
@@ -221,9 +221,10 @@ class Reports(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             text = report.write(table, Path(folder))
         self.assertIn("| Cycles, path | no Phong | NaN | NaN | NaN | NaN |", text)
-        self.assertIn("Mitsuba, path: 20 s to our error", text)
-        self.assertAlmostEqual(table["equal_error"]["Mitsuba, path"]["frames"], 200.0)
-        self.assertAlmostEqual(table["equal_error"]["Mitsuba, path"]["firsts"], 4.0)
+        self.assertIn("Mitsuba, path: to our relMSE 20 s (extrapolated", text)
+        self.assertIn("to our FLIP 2 s (its cheapest setting", text)
+        self.assertAlmostEqual(table["equal_error"]["Mitsuba, path"]["relmse"]["frames"], 200.0)
+        self.assertAlmostEqual(table["equal_error"]["Mitsuba, path"]["relmse"]["firsts"], 4.0)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ pub mod layout;
 #[forbid(unsafe_code)]
 pub mod passes;
 #[forbid(unsafe_code)]
+pub mod reference;
 pub mod renderer;
 #[forbid(unsafe_code)]
 pub mod scene;

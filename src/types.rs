@@ -30,7 +30,7 @@ gpu_struct! {
         pub normal: Vec3,
         /// Index into the material table.
         pub material: u32,
-        /// Bits 0–4 normal code of the front, 5–9 of the back, 10 front takes part in transport, 11 back does.
+        /// Bits 0–5 cluster code of the front, 6–11 of the back, 12 front takes part in transport, 13 back does.
         pub sides: u32,
         /// Unit shading normal at the first corner.
         pub n0: Vec3,

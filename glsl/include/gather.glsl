@@ -5,9 +5,9 @@ struct Stratum { uint ring; uint sector; };
 
 Stratum stratum_of(uint ray) { return Stratum(ray / SECTORS, ray % SECTORS); }
 
-// Local direction (z = normal) of a ray of the hemisphere that `point` names.
+// Local direction (z = normal) of a ray of the hemisphere that `point` names. Each stratum has a scrambled sequence over the
+// points, so that the rays of points that are neighbours in order divide the stratum among them.
 vec3 stratum_direction(Stratum s, uint point, uint seed) {
-    uint bits = hash(point * (RINGS * SECTORS) + s.ring * SECTORS + s.sector, seed);
-    vec2 jitter = vec2(bits & 0xffffu, bits >> 16) * (1.0 / 65536.0) + 0.5 / 65536.0;
+    vec2 jitter = sample_3d(point, hash(s.ring * SECTORS + s.sector, seed)).xy;
     return sample_cosine((vec2(s.ring, s.sector) + jitter) / vec2(RINGS, SECTORS));
 }

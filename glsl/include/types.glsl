@@ -17,9 +17,9 @@ struct Surface {
     vec3 n2;
 };
 
-// Surface.sides: bits 0-4 normal code of the front, 5-9 of the back, 10 front takes part in transport, 11 back does.
-uint side_code(uint sides, bool back) { return (sides >> (back ? 5u : 0u)) & 31u; }
-bool side_is_active(uint sides, bool back) { return (sides & (back ? 0x800u : 0x400u)) != 0u; }
+// Surface.sides: bits 0-5 cluster code of the front, 6-11 of the back, 12 front takes part in transport, 13 back does.
+uint side_code(uint sides, bool back) { return (sides >> (back ? 6u : 0u)) & 63u; }
+bool side_is_active(uint sides, bool back) { return (sides & (back ? 0x2000u : 0x1000u)) != 0u; }
 
 // Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3]; the planes of one axis are stored min then max.
 struct Node {

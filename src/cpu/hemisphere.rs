@@ -1,7 +1,7 @@
 //! Twin of `glsl/include/gather.glsl`: the stratified hemisphere.
 
 use crate::cpu::math::frame_around;
-use crate::cpu::sampling::{hash_pair, sample_cosine};
+use crate::cpu::sampling::{hash_pair, sample_3d, sample_cosine};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use std::f64::consts::TAU;
 
@@ -25,14 +25,13 @@ impl Strata {
         [ray / self.sectors, ray % self.sectors]
     }
 
-    /// Local direction (z = normal) of a ray of point `point`, jittered by 16 bits an axis.
+    /// Local direction (z = normal) of a ray of point `point`.
     pub fn direction(self, ray: u32, point: u32, seed: u32) -> DVec3 {
         let [ring, sector] = self.of(ray).map(f64::from);
-        let bits = hash_pair(point.wrapping_mul(self.rays()).wrapping_add(ray), seed);
-        let jitter = [bits & 0xffff, bits >> 16].map(|bits| (f64::from(bits) + 0.5) / 65536.0);
+        let jitter = sample_3d(point, hash_pair(ray, seed)).as_dvec3();
         sample_cosine(DVec2::new(
-            (ring + jitter[0]) / f64::from(self.rings),
-            (sector + jitter[1]) / f64::from(self.sectors),
+            (ring + jitter.x) / f64::from(self.rings),
+            (sector + jitter.y) / f64::from(self.sectors),
         ))
     }
 

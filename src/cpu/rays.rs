@@ -91,7 +91,7 @@ impl Geometry<'_> {
         let cell = hvds.grid.index_of(hvds.grid.cell_of(position, self.normal(side)));
         let code = self.surfaces[side as usize / 2].side_code(side % 2 == 1);
         let listed = &hvds.cell_clusters[hvds.cell_first[cell] as usize..hvds.cell_first[cell + 1] as usize];
-        let found = listed.iter().find(|&&entry| entry >> 27 == code);
-        found.map_or(NO_CLUSTER, |&entry| entry & 0x07ff_ffff)
+        let found = listed.iter().find(|&&entry| entry >> 26 == code);
+        found.map_or(NO_CLUSTER, |&entry| entry & 0x03ff_ffff)
     }
 }

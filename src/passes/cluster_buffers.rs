@@ -13,7 +13,7 @@ pub struct ClusterBuffers {
     pub grid: Grid,
     /// First place in `cell_clusters` of each base cell, and the end.
     pub cell_first: Buffer,
-    /// `code << 27 | cluster` of the base cells.
+    /// `code << 26 | cluster` of the base cells.
     pub cell_clusters: Buffer,
     /// `ClusterLink` of each cluster.
     pub links: Buffer,

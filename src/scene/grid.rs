@@ -73,6 +73,13 @@ pub fn normal_code(normal: Vec3) -> u32 {
     best.1
 }
 
+/// What surfaces of one cell must share to be one cluster: the code of their normal, and whether they are fronts or backs.
+/// `normal` is that of the side. The two differ where a thin hollow part, a handle or a spout, has its outside and the far wall
+/// of its inside in one cell: they face the same way, but one is in the light and the other is not.
+pub fn cluster_code(normal: Vec3, back: bool) -> u32 {
+    2 * normal_code(normal) + u32::from(back)
+}
+
 /// Unit direction that a code stands for.
 pub fn code_direction(code: u32) -> DVec3 {
     // The 27 cells of a 3×3×3 cube without the middle one.

@@ -1,8 +1,8 @@
-//! The hierarchical volumetric data structure: which (level, cell, normal code) hold surface, how much, and how they nest.
+//! The hierarchical volumetric data structure: which (level, cell, cluster code) hold surface, how much, and how they nest.
 //! [Yue §2]
 //!
 //! Such a triple is a *cluster*. Only clusters that hold surface exist. They are numbered level by level from the base,
-//! within a level by normal code and then along a Morton curve, so that the children of a cluster stand together, in
+//! within a level by cluster code and then along a Morton curve, so that the children of a cluster stand together, in
 //! order, one level down, and so do neighbours on a surface.
 
 use crate::scene::{Triangle, clip};
@@ -30,7 +30,7 @@ pub struct Hvds {
     pub levels: Vec<Range<u32>>,
     /// First place in `cell_clusters` of each base cell, and the end.
     pub cell_first: Vec<u32>,
-    /// Clusters of the base cells: `code << 27 | cluster`.
+    /// Clusters of the base cells: `code << 26 | cluster`.
     pub cell_clusters: Vec<u32>,
     /// Exact surface area of each cluster, m².
     pub areas_m2: Vec<f32>,
@@ -42,7 +42,7 @@ pub struct Hvds {
     pub pieces: Vec<Piece>,
 }
 
-/// Key of a cluster at some level: normal code, then Morton index of the cell. One level up it loses three bits.
+/// Key of a cluster at some level: cluster code, then Morton index of the cell. One level up it loses three bits.
 fn key(code: u32, cell: UVec3) -> u64 {
     let spread = |v: u32| (0..16).fold(0u64, |m, bit| m | (u64::from(v >> bit) & 1) << (3 * bit));
     u64::from(code) << 48 | spread(cell.z) << 2 | spread(cell.y) << 1 | spread(cell.x)
@@ -106,7 +106,7 @@ impl Hvds {
             let gather =
                 |shift: u32| (0..16).fold(0, |v, bit| v | ((key >> (3 * bit + shift)) as u32 & 1) << bit);
             let cell = UVec3::new(gather(0), gather(1), gather(2));
-            entries.push((self.grid.index_of(cell), ((key >> 48) as u32) << 27 | cluster as u32));
+            entries.push((self.grid.index_of(cell), ((key >> 48) as u32) << 26 | cluster as u32));
         }
         entries.sort_unstable();
         self.cell_first = vec![0; self.grid.cell_count() + 1];

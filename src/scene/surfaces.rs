@@ -1,18 +1,18 @@
 //! Which sides of which triangles take part in light transport.
 
-use crate::scene::{Triangle, grid::normal_code};
+use crate::scene::{Triangle, grid::cluster_code};
 use crate::types;
 use glam::{DVec3, Vec3};
 
 impl types::Surface {
-    /// Normal code of a side; twin of `side_code` in `glsl/include/types.glsl`.
+    /// Cluster code of a side; twin of `side_code` in `glsl/include/types.glsl`.
     pub fn side_code(&self, back: bool) -> u32 {
-        self.sides >> (if back { 5 } else { 0 }) & 31
+        self.sides >> (if back { 6 } else { 0 }) & 63
     }
 
     /// Whether a side takes part in transport; twin of `side_is_active`.
     pub fn side_is_active(&self, back: bool) -> bool {
-        self.sides & (if back { 0x800 } else { 0x400 }) != 0
+        self.sides & (if back { 0x2000 } else { 0x1000 }) != 0
     }
 }
 
@@ -22,10 +22,10 @@ pub fn surface(triangle: &Triangle, active: [bool; 2]) -> types::Surface {
     types::Surface {
         normal,
         material: triangle.material,
-        sides: normal_code(normal)
-            | normal_code(-normal) << 5
-            | u32::from(active[0]) << 10
-            | u32::from(active[1]) << 11,
+        sides: cluster_code(normal, false)
+            | cluster_code(-normal, true) << 6
+            | u32::from(active[0]) << 12
+            | u32::from(active[1]) << 13,
         n0: triangle.normals[0],
         n1: triangle.normals[1],
         n2: triangle.normals[2],

@@ -70,7 +70,7 @@ pub fn deactivate_unreachable(
     let reachable = groups.find(outside);
     for side in 0..side_count {
         if groups.find(side) != reachable {
-            surfaces[side / 2].sides &= !(if side % 2 == 1 { 0x800 } else { 0x400 });
+            surfaces[side / 2].sides &= !(if side % 2 == 1 { 0x2000 } else { 0x1000 });
         }
     }
     Ok(())

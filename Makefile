@@ -42,15 +42,16 @@ bench:
 
 # Options of the table, e.g. `make peers PEERS='atrium --spp 16,64'`.
 PEERS ?= box
+PEERS_PYTHON = $(or $(LIGHTPATHS_PEERS),bench/peers)/.venv-mitsuba/bin/python
 
 peers:
 	@scripts/setup.sh
 	@python3 bench/peers/install.py
 	$(CARGO) build --release --locked
-	bench/peers/.venv-mitsuba/bin/python -m unittest discover -q bench/peers
-	bench/peers/.venv-mitsuba/bin/python bench/peers/selftest.py
-	bench/peers/.venv-mitsuba/bin/python bench/peers/run.py witness
-	bench/peers/.venv-mitsuba/bin/python bench/peers/run.py $(PEERS)
+	$(PEERS_PYTHON) -m unittest discover -q bench/peers
+	$(PEERS_PYTHON) bench/peers/selftest.py
+	$(PEERS_PYTHON) bench/peers/run.py witness
+	$(PEERS_PYTHON) bench/peers/run.py $(PEERS)
 
 spirv:
 	@scripts/setup.sh

@@ -4,13 +4,14 @@ CARGO ?= cargo
 # rustup puts cargo here; a shell that was open before the installation does not know yet.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help run test lint bench spirv setup clean
+.PHONY: help run test lint bench peers spirv setup clean
 
 help:
 	@echo 'make run    build, render the Box to out/box.png and time it'
 	@echo 'make test   all tests'
 	@echo 'make lint   formatting, lints, documentation, tree checks'
 	@echo 'make bench  time every built-in scene into out/time.json'
+	@echo 'make peers  Mitsuba and Cycles on the Box beside ours, into out/peers (1.5 GB, half an hour on two cores)'
 	@echo 'make spirv  rebuild spirv/ from glsl/ (needs cmake and a C++ compiler)'
 	@echo 'make setup  install what any of these needs'
 	@echo 'make clean  remove what was built'
@@ -38,6 +39,19 @@ bench:
 	@scripts/setup.sh
 	@mkdir -p out
 	$(CARGO) run --release --locked -- time --json out/time.json
+
+# Options of the table, e.g. `make peers PEERS='atrium --spp 16,64'`.
+PEERS ?= box
+PEERS_PYTHON = $(or $(LIGHTPATHS_PEERS),bench/peers)/.venv-mitsuba/bin/python
+
+peers:
+	@scripts/setup.sh
+	@python3 bench/peers/install.py
+	$(CARGO) build --release --locked
+	$(PEERS_PYTHON) -m unittest discover -q bench/peers
+	$(PEERS_PYTHON) bench/peers/selftest.py
+	$(PEERS_PYTHON) bench/peers/run.py witness
+	$(PEERS_PYTHON) bench/peers/run.py $(PEERS)
 
 spirv:
 	@scripts/setup.sh

@@ -1,0 +1,231 @@
+"""What can be tested without a renderer. Run by `make peers`: python -m unittest discover bench/peers."""
+
+import math
+import random
+import tempfile
+import unittest
+from pathlib import Path
+
+import closed_forms
+import exr
+import flat
+import report
+import scene as scenes
+
+OBJ = """mtllib m.mtl
+v 0 0 0
+v 1 0 0
+v 1 1 0
+v 0 1 0
+vn 0 0 2
+vn 0 0.5 1
+vn 0 0 -1
+usemtl a
+f 1 2 3 4
+usemtl	b
+f -4//1 -3//2 -2//3
+f 1/7/3 3/7/3 2/7/3 # a repeat, the other way round
+f 1 2 2
+usemtl nowhere
+v 0 0 1
+f 1 2 5
+"""
+MTL = "newmtl a\nKd 0.1 0.2 0.3\nnewmtl b\nKd 0.9 0.9 0.9\nKs 0.3 0.3 0.3\nNs 0\n"
+TOML = """[[model]]
+file = "m.obj"
+{model}
+[camera]
+position = [0, 0, 5]
+target = [0, 0, 0]
+fov_y = 30.0
+size = [8, 4]
+[[light]]
+kind = "spot"
+position = [0, 0, 1]
+direction = [0, 0, -2]
+angle = 20.0
+intensity = [1, 1, 1]
+[[material]]
+name = "nowhere"
+diffuse = [0.5, 0.5, 0.5]
+{more}
+"""
+
+
+class Sample(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = Path(self.temporary.name)
+        (self.folder / "m.obj").write_text(OBJ)
+        (self.folder / "m.mtl").write_text(MTL)
+
+    def file(self, model="", more=""):
+        file = self.folder / "s.toml"
+        file.write_text(TOML.format(model=model, more=more))
+        return file
+
+    def load(self, model="", more="", **options):
+        return scenes.load(self.file(model, more), **options)
+
+
+class Scenes(Sample):
+    def test_faces_become_fans_without_repeats_and_slivers(self):
+        by_name = {mesh.material.name: mesh for mesh in self.load().meshes}
+        self.assertEqual({name: len(mesh.positions) // 3 for name, mesh in by_name.items()}, {"a": 2, "nowhere": 1})
+        self.assertEqual(by_name["a"].positions[3:], [(0, 0, 0), (1, 1, 0), (0, 1, 0)])
+
+    def test_materials_come_from_the_library_and_the_scene(self):
+        by_name = {
+            m.name: m
+            for m in self.load(more='[[material]]\nname = "a"\nspecular = [0.3, 0.3, 0.3]\nexponent = 9').materials()
+        }
+        self.assertEqual(by_name["a"], scenes.Material("a", (0.1, 0.2, 0.3), (0.3, 0.3, 0.3), 9.0))
+        self.assertEqual(by_name["nowhere"].diffuse, (0.5, 0.5, 0.5))
+        with self.assertRaisesRegex(scenes.SceneError, "'c' is in no model"):
+            self.load(more='[[material]]\nname = "c"')
+
+    def test_energy_is_conserved_as_the_program_does_it(self):
+        material = scenes.read_mtl(self.folder / "m.mtl")["b"]
+        scenes.conserve_energy(material)
+        self.assertAlmostEqual(material.diffuse[0], 0.75)
+        self.assertAlmostEqual(material.specular[0], 0.25)
+        self.assertEqual(material.exponent, 1.0)
+
+    def test_normals_stay_in_front(self):
+        front = (0.0, 0.0, 1.0)
+        leaning = scenes.unit((0.0, 0.5, 1.0))
+        self.assertEqual(scenes.shading_normals(front, [(0, 0, 2), (0, 0.5, 1), (0, 0, -1)]), [front, leaning, front])
+        turned = scenes.shading_normals(front, [(0, 0, -2)] * 3)
+        self.assertEqual(turned, [front] * 3)
+        self.assertEqual(scenes.shading_normals(front, [(0, 0, 0)] * 3), [front] * 3)
+
+    def test_models_are_scaled_then_turned_then_moved(self):
+        place = scenes.transform({"scale": [2.0, 1.0, -1.0], "rotate": [90.0, 0.0, 90.0], "translate": [0.0, 0.0, 5.0]})
+        corners, normals = place([(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)], [(1.0, 0.0, 0.0)] * 3)
+        # A mirror image keeps its front: two corners change places.
+        for found, expected in zip(corners, [(0, 2, 5), (-1, 0, 5), (0, 0, 6)]):
+            for a, b in zip(found, expected):
+                self.assertAlmostEqual(a, b)
+        self.assertAlmostEqual(normals[0][1], 0.5)
+
+    def test_camera_and_lights(self):
+        scene = self.load(size=(16, 16))
+        self.assertEqual((scene.camera.size, scene.camera.fov_y), ((16, 16), 30.0))
+        self.assertEqual(scene.camera.frame(), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0)))
+        self.assertEqual((scene.lights[0]["direction"], scene.lights[0]["penumbra"]), ((0.0, 0.0, -1.0), 0.0))
+        with self.assertRaisesRegex(scenes.SceneError, "lacks edge_v, radiance"):
+            scenes.read_light({"kind": "area", "corner": [0, 0, 0], "edge_u": [1, 0, 0]})
+
+    def test_built_in_scenes_and_witnesses_load(self):
+        here = Path(__file__).parent
+        for spec in ["box", here / "scenes" / "box-spot.toml", here / "scenes" / "box-area.toml"]:
+            scene = scenes.load(spec)
+            self.assertEqual(sum(len(mesh.positions) for mesh in scene.meshes), 3 * 2914)
+            self.assertEqual([mesh.material.name for mesh in scene.meshes if not mesh.flat], ["teapot"])
+
+    def test_flat_copies_have_the_same_triangles(self):
+        (self.folder / "m.obj").write_text(OBJ.replace("usemtl a\nf 1 2 3 4\n", ""))
+        original = self.load()
+        copy = scenes.load(flat.write(self.file(), self.folder / "flat"))
+        self.assertFalse(all(mesh.flat for mesh in original.meshes))
+        self.assertTrue(all(mesh.flat for mesh in copy.meshes))
+        corners = [sorted(p for mesh in s.meshes for p in mesh.positions) for s in (original, copy)]
+        self.assertEqual(*corners)
+
+
+class Files(Sample):
+    def test_pictures_come_back_bit_by_bit(self):
+        planes = {name: [random.random() for _ in range(15)] for name in ("R", "G", "B", "variance.R")}
+        exr.write(self.folder / "a.exr", (5, 3), planes)
+        size, found = exr.read(self.folder / "a.exr")
+        self.assertEqual((size, sorted(found)), ((5, 3), sorted(planes)))
+        for name, values in planes.items():
+            self.assertEqual(list(found[name]), [exr.as_array([v])[0] for v in values])
+
+    def test_wrong_files_are_refused(self):
+        with self.assertRaisesRegex(ValueError, "14 values, 15 expected"):
+            exr.write(self.folder / "a.exr", (5, 3), {"R": [0.0] * 14})
+        (self.folder / "b.exr").write_bytes(b"\0" * 16)
+        with self.assertRaisesRegex(ValueError, "not a one-part"):
+            exr.read(self.folder / "b.exr")
+
+
+class ClosedForms(unittest.TestCase):
+    def test_polygon_formula_agrees_with_a_sum_over_the_light(self):
+        light, point, count = closed_forms.SLANTED, (0.1, 0.0, -0.3), 200
+        area = scenes.cross(light["edge_u"], light["edge_v"])
+        total = 0.0
+        for k in range(count * count):
+            u, v = (k % count + 0.5) / count, (k // count + 0.5) / count
+            offset = closed_forms.add(scenes.scaled(light["edge_u"], u), scenes.scaled(light["edge_v"], v))
+            to_light = scenes.sub(closed_forms.add(light["corner"], offset), point)
+            total += to_light[1] ** 2 / scenes.dot(to_light, to_light) ** 2 * abs(area[1]) / count**2
+        self.assertAlmostEqual(
+            closed_forms.polygon_irradiance(light, point)[0] / (light["radiance"][0] * total), 1.0, 5
+        )
+
+    def test_a_spot_fades_linearly_in_the_angle(self):
+        light = {"kind": "spot", "position": (0, 1, 0), "direction": (0, -1, 0), "angle": 40.0, "penumbra": 0.5}
+        light["intensity"] = (1.0, 1.0, 1.0)
+
+        def share(degrees):
+            x = math.tan(math.radians(degrees))
+            return closed_forms.point_irradiance(light, (x, 0.0, 0.0))[0] / math.cos(math.radians(degrees)) ** 3
+
+        for degrees, expected in ((0, 1.0), (19.9, 1.0), (25, 0.75), (30, 0.5), (39, 0.05), (41, 0.0)):
+            self.assertAlmostEqual(share(degrees), expected, 9)
+
+    def test_the_sphere_is_closed(self):
+        points, faces = closed_forms.icosphere(2)
+        self.assertEqual((len(points), len(faces)), (162, 320))
+        sides = [tuple(sorted((face[i - 1], face[i]))) for face in faces for i in range(3)]
+        self.assertTrue(all(sides.count(side) == 2 for side in set(sides)))
+
+
+class Reports(unittest.TestCase):
+    def test_equal_error(self):
+        falls = [(1.0, 1e-1), (10.0, 1e-2)]
+        self.assertEqual(report.seconds_to(falls, 0.2, True)[0], 1.0)
+        self.assertAlmostEqual(report.seconds_to(falls, 10**-1.5, True)[0], 10**0.5)
+        self.assertAlmostEqual(report.seconds_to(falls, 1e-3, True)[0], 100.0)
+        self.assertIsNone(report.seconds_to(falls, 1e-3, False)[0])
+
+    def test_a_table_holds_every_row_and_says_what_is_missing(self):
+        good = {"relmse": 1e-3, "flip": 0.02, "energy_ratio": 1.0}
+        rows = [
+            {
+                "renderer": "Mitsuba, path",
+                "setting": "16 spp",
+                "seconds": 2.0,
+                "error": good | {"relmse": 1e-2},
+                "version": "3",
+            },
+            {"renderer": "Cycles, path", "setting": "no Phong", "seconds": None, "error": None},
+            {
+                "renderer": "lightpaths",
+                "setting": "paper: first frame",
+                "seconds": 5.0,
+                "error": good,
+                "version": "a GPU",
+            },
+            {
+                "renderer": "lightpaths",
+                "setting": "paper: light moved",
+                "seconds": 0.1,
+                "error": good,
+                "version": "a GPU",
+            },
+        ]
+        table = {"scene": "box", "size": [4, 4], "threads": 1, "processor": "x", "reference": "r", "rows": rows}
+        with tempfile.TemporaryDirectory() as folder:
+            text = report.write(table, Path(folder))
+        self.assertIn("| Cycles, path | no Phong | NaN | NaN | NaN | NaN |", text)
+        self.assertIn("Mitsuba, path: to our relMSE 20 s (extrapolated", text)
+        self.assertIn("to our FLIP 2 s (its cheapest setting", text)
+        self.assertAlmostEqual(table["equal_error"]["Mitsuba, path"]["relmse"]["frames"], 200.0)
+        self.assertAlmostEqual(table["equal_error"]["Mitsuba, path"]["relmse"]["firsts"], 4.0)
+
+
+if __name__ == "__main__":
+    unittest.main()

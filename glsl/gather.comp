@@ -12,6 +12,7 @@ layout(constant_id = 0) const uint RINGS = 0;
 layout(constant_id = 1) const uint SECTORS = 0;
 
 struct GatherPush {
+    uint first_point;      // of the bound part of the table of rays
     uint point_count;
     uint cluster_bits;     // width of the cluster field in GatherRay.target
     float least_distance;  // unit of GatherRay.gradient, metres
@@ -29,14 +30,15 @@ const uint SUMS = 5u;  // irradiance; translation and rotation along tangent and
 shared vec3 sums[SUMS * gl_WorkGroupSize.x];
 
 void main() {
-    uint index = flat_workgroup();
-    if (index >= push.point_count) return;
+    uint row = flat_workgroup();
+    if (row >= push.point_count) return;
+    uint index = push.first_point + row;
     uint thread = gl_LocalInvocationIndex;
     uint mask = (1u << push.cluster_bits) - 1u;
 
     vec3 sum[SUMS] = vec3[](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
     for (uint i = thread; i < RINGS * SECTORS; i += gl_WorkGroupSize.x) {
-        GatherRay ray = gather_rays[index * RINGS * SECTORS + i];
+        GatherRay ray = gather_rays[row * RINGS * SECTORS + i];
         if (ray.target == NO_TARGET) continue;
         vec3 radiance = materials[ray.target >> push.cluster_bits].diffuse * irradiance[ray.target & mask] * (1.0 / PI);
         vec2 movement = unpackHalf2x16(ray.gradient);

@@ -20,6 +20,7 @@ struct ClusterLink {
 struct GatherRaysPush {
     Grid grid;
     uint first_point;     // of this chunk
+    uint first_row;       // of this chunk, in the bound part of the table
     uint point_count;
     uint seed;
     uint cluster_bits;    // width of the cluster field in GatherRay.target
@@ -117,7 +118,7 @@ void main() {
     if ((point.side & 1u) != 0u) normal = -normal;
     vec3 origin = offset_origin(point.position, normal);
     mat3 frame = frame_around(point.normal);
-    uint first = index * RINGS * SECTORS;
+    uint first = (push.first_row + local_point) * RINGS * SECTORS;
 
     for (uint ray = gl_LocalInvocationIndex; ray < RINGS * SECTORS; ray += gl_WorkGroupSize.x) {
         vec3 local = stratum_direction(stratum_of(ray), index, push.seed);

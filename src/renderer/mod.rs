@@ -3,6 +3,7 @@
 mod accounts;
 mod precompute;
 mod report;
+mod twins;
 
 pub use crate::passes::precompute::{Progress, Silent};
 pub use report::{Columns, Edit, FrameReport, Layer, Statistics};
@@ -23,6 +24,7 @@ use crate::passes::frame::{
     splat::Splat,
     tonemap::Tonemap,
 };
+use crate::passes::precompute::gather_rays::RayTable;
 use crate::passes::{SceneBuffers, light_sources};
 use crate::scene::{Light, LightKind, Scene};
 use crate::types::{NO_SIDE, PixelSurface, Surface, View};
@@ -50,6 +52,8 @@ pub struct Renderer {
     compose: Compose,
     tonemap: Tonemap,
     exposure_stops: f32,
+    /// Least area of a cluster that a gather ray reads, m².
+    least_area_m2: f32,
     statistics: Statistics,
     /// No frame has run yet.
     is_fresh: bool,
@@ -90,6 +94,7 @@ impl Renderer {
             compose: Compose::new(context, pixels)?,
             tonemap: Tonemap::new(context, pixels)?,
             exposure_stops: 0.0,
+            least_area_m2: made.least_area_m2,
             buffers: made.buffers,
             surfaces: made.surfaces,
             scene,
@@ -317,7 +322,7 @@ pub struct StageBuffers<'a> {
     /// `CachePoint`s.
     pub cache_points: &'a Buffer,
     /// `GatherRay`s, a row a cache point.
-    pub gather_rays: &'a Buffer,
+    pub gather_rays: &'a RayTable,
     /// `Record`s of the cache points as gathered.
     pub gathered: &'a Buffer,
     /// `Record`s of the cache points, blended.

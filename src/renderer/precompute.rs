@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::passes::precompute::cache_points::{self, Geometry, Placement};
 use crate::passes::precompute::entry_points::{self, Strata};
-use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
+use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, RayTable};
 use crate::passes::precompute::light_paths::{self, LightPaths};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::{Progress, rays::Rays, sides};
@@ -28,9 +28,11 @@ pub(super) struct Precomputed {
     pub(super) point_count: u32,
     pub(super) cache_points: Buffer,
     pub(super) neighbourhoods: Neighbourhoods,
-    pub(super) rays: Buffer,
+    pub(super) rays: RayTable,
     pub(super) hemisphere: Hemisphere,
     pub(super) code: GatherCode,
+    /// Least area of a cluster that a gather ray reads, m².
+    pub(super) least_area_m2: f32,
     pub(super) statistics: Statistics,
 }
 
@@ -113,7 +115,7 @@ pub(super) fn precompute(
     let hemisphere = Hemisphere::new(quality.gather_rays);
     let code = GatherCode::new(hvds.cluster_count(), scene.materials.len(), placement.least_radius)?;
     let point_count = placement.points.len() as u32;
-    let least_area = (gather_rays::LEAST_ENTRY_POINTS * f64::from(area_m2)) as f32;
+    let least_area_m2 = (gather_rays::LEAST_ENTRY_POINTS * f64::from(area_m2)) as f32;
     let rays = gather_rays::trace(
         context,
         &buffers,
@@ -122,7 +124,7 @@ pub(super) fn precompute(
         point_count,
         hemisphere,
         code,
-        least_area,
+        least_area_m2,
         seed,
         progress,
     )?;
@@ -148,6 +150,7 @@ pub(super) fn precompute(
         rays,
         hemisphere,
         code,
+        least_area_m2,
         statistics,
     })
 }

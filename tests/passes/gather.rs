@@ -7,7 +7,7 @@ use lightpaths::cpu::gather::{Sources, gather, unpack};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::gather::Gather;
-use lightpaths::passes::precompute::gather_rays::{GatherCode, Hemisphere};
+use lightpaths::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
 use lightpaths::types::{CachePoint, GatherRay, NO_TARGET, Record, Reflectance};
 
 const CLUSTERS: u32 = 501;
@@ -56,11 +56,15 @@ fn irradiance_and_gradients_equal_the_twin() {
         if let Some(last) = rays.last_chunk_mut::<4>().filter(|_| rings == 1) {
             last.fill(GatherRay { target: NO_TARGET, gradient: 0x3c00_3c00 });
         }
+        // In parts, so that the table is cut as it is where bindings are small.
+        let rows = point_count.div_ceil(3).max(1);
+        let parts = rays.chunks((rows * strata.rays()) as usize);
+        let buffers = parts.map(|part| Buffer::from_slice(&context, "gather rays", part).unwrap());
         let pass = Gather::new(
             &context,
             Buffer::from_slice(&context, "cache points", &points).unwrap(),
             point_count,
-            Buffer::from_slice(&context, "gather rays", &rays).unwrap(),
+            RayTable { rows_per_buffer: rows, buffers: buffers.collect() },
             Hemisphere { rings, sectors: strata.sectors },
             code,
         )

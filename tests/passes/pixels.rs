@@ -5,7 +5,13 @@ use crate::world::{FLOAT, Random, World, assert_near};
 use glam::Vec3;
 use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::frame::{compose::Compose, direct::Direct, primary::Primary, tonemap::Tonemap};
+use lightpaths::passes::frame::{
+    antialias::Antialias,
+    compose::{Compose, Irradiances},
+    direct::Direct,
+    primary::Primary,
+    tonemap::Tonemap,
+};
 use lightpaths::scene::{Camera, shapes};
 use lightpaths::types::{LightSource, NO_SIDE, PixelSurface, View};
 
@@ -106,7 +112,10 @@ fn radiance_equals_the_twin() {
         let [direct, indirect] = [upload("direct", &irradiances[0]), upload("indirect", &irradiances[1])];
         let surfaces = Buffer::from_slice(&world.context, "pixels", &pixels).unwrap();
         let pass = Compose::new(&world.context, count as u32).unwrap();
-        world.context.run(|rec| pass.record(rec, &world.buffers, &surfaces, &direct, &indirect)).unwrap();
+        let antialias = Antialias::new(&world.context, [count as u32, 1], 0).unwrap();
+        let irradiances_of =
+            Irradiances { pixels: &surfaces, direct: &direct, indirect: &indirect, antialias: &antialias };
+        world.context.run(|rec| pass.record(rec, &world.buffers, irradiances_of, [1.0, 1.0])).unwrap();
         let radiance: Vec<Vec3> = pass.radiance.read().unwrap();
         for (index, (device, pixel)) in radiance.iter().zip(&pixels).enumerate() {
             if pixel.side == NO_SIDE {

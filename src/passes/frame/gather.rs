@@ -2,9 +2,10 @@
 //! In: gather rays, cluster irradiance (W/m²), reflectances. Out: records: irradiance and its gradients.
 
 use crate::error::Result;
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::precompute::gather_rays::{GatherCode, Hemisphere};
+use crate::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
 use crate::types::Record;
 use glam::{DVec2, Vec2};
 use std::sync::Arc;
@@ -12,7 +13,9 @@ use std::sync::Arc;
 gpu_struct! {
     /// Push constants.
     pub struct GatherPush {
-        /// Cache points.
+        /// First cache point of the bound part of the table of rays.
+        pub first_point: u32,
+        /// Cache points of that part.
         pub point_count: u32,
         /// Width of the cluster field in `GatherRay::target`.
         pub cluster_bits: u32,
@@ -28,12 +31,15 @@ pub const LAYOUTS: &[Layout] = &[GatherPush::LAYOUT];
 pub struct Gather {
     pipeline: Pipeline,
     point_count: u32,
-    code: GatherCode,
+    /// How the rays are packed.
+    pub code: GatherCode,
+    /// How a hemisphere is stratified.
+    pub hemisphere: Hemisphere,
     turns: Buffer,
     /// `CachePoint`s.
     pub cache_points: Buffer,
-    /// `GatherRay`s, a row a cache point.
-    pub rays: Buffer,
+    /// A row of rays for each cache point.
+    pub rays: RayTable,
     /// `Record` of each cache point.
     pub records: Buffer,
 }
@@ -50,7 +56,7 @@ impl Gather {
         context: &Arc<Context>,
         cache_points: Buffer,
         point_count: u32,
-        rays: Buffer,
+        rays: RayTable,
         hemisphere: Hemisphere,
         code: GatherCode,
     ) -> Result<Self> {
@@ -58,6 +64,7 @@ impl Gather {
             pipeline: Pipeline::new(context, Self::STEM, &hemisphere.constants())?,
             point_count,
             code,
+            hemisphere,
             turns: Buffer::from_slice(context, "turns", &turns(hemisphere))?,
             cache_points,
             rays,
@@ -76,24 +83,32 @@ impl Gather {
 
     /// Gathers at every cache point.
     pub fn record(&self, rec: &mut Recorder, materials: &Buffer, irradiance: &Buffer) {
-        let push = GatherPush {
-            point_count: self.point_count,
-            cluster_bits: self.code.cluster_bits,
-            least_distance: self.code.least_distance,
-        };
-        rec.pass(Self::STEM).dispatch(
-            &self.pipeline,
-            [self.point_count * self.pipeline.local_size()[0], 1, 1],
-            &push,
-            &[
-                ("CachePoints", &self.cache_points),
-                ("Turns", &self.turns),
-                ("GatherRays", &self.rays),
-                ("Materials", materials),
-                ("Irradiance", irradiance),
-                ("Records", &self.records),
-            ],
-        );
+        let mut pass = rec.pass(Self::STEM);
+        for (first_point, point_count, rays) in self.rays.parts(self.point_count) {
+            let push = GatherPush {
+                first_point,
+                point_count,
+                cluster_bits: self.code.cluster_bits,
+                least_distance: self.code.least_distance,
+            };
+            if first_point > 0 {
+                // The parts write different records, but the hazard check counts in buffers.
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
+            pass.dispatch(
+                &self.pipeline,
+                [point_count * self.pipeline.local_size()[0], 1, 1],
+                &push,
+                &[
+                    ("CachePoints", &self.cache_points),
+                    ("Turns", &self.turns),
+                    ("GatherRays", rays),
+                    ("Materials", materials),
+                    ("Irradiance", irradiance),
+                    ("Records", &self.records),
+                ],
+            );
+        }
     }
 }
 

@@ -26,6 +26,8 @@ gpu_struct! {
         pub grid: Grid,
         /// First cache point of the dispatch.
         pub first_point: u32,
+        /// Its row in the bound part of the table.
+        pub first_row: u32,
         /// Cache points in the dispatch.
         pub point_count: u32,
         /// Seed of all decisions.
@@ -108,7 +110,53 @@ impl GatherCode {
     }
 }
 
-/// Traces the hemispheres of all cache points into a buffer of `GatherRay`s.
+/// `GatherRay`s, a row a cache point, in as many buffers as the device's bindings need.
+pub struct RayTable {
+    /// Rows of each buffer; the last may have fewer.
+    pub rows_per_buffer: u32,
+    /// The buffers.
+    pub buffers: Vec<Buffer>,
+}
+
+impl RayTable {
+    fn new(context: &Arc<Context>, point_count: u32, hemisphere: Hemisphere) -> Result<Self> {
+        let row_bytes = u64::from(hemisphere.rays()) * size_of::<GatherRay>() as u64;
+        let limit = (context.limits().storage_range_bytes / row_bytes).max(1);
+        let rows_per_buffer = limit.min(u64::from(point_count.max(1))) as u32;
+        let rows = Self::split(rows_per_buffer, point_count);
+        let buffers =
+            rows.map(|(_, rows)| Buffer::storage(context, "gather rays", u64::from(rows) * row_bytes));
+        Ok(Self { rows_per_buffer, buffers: buffers.collect::<Result<_>>()? })
+    }
+
+    /// First row and number of rows of each buffer.
+    fn split(rows_per_buffer: u32, point_count: u32) -> impl Iterator<Item = (u32, u32)> {
+        let starts = (0..point_count.max(1)).step_by(rows_per_buffer as usize);
+        starts.map(move |first| (first, rows_per_buffer.min(point_count - first)))
+    }
+
+    /// First point, number of points and buffer of each part of the table.
+    pub fn parts(&self, point_count: u32) -> impl Iterator<Item = (u32, u32, &Buffer)> {
+        Self::split(self.rows_per_buffer, point_count)
+            .zip(&self.buffers)
+            .map(|((first, rows), buffer)| (first, rows, buffer))
+    }
+
+    /// Bytes of all parts.
+    pub fn bytes(&self) -> u64 {
+        self.buffers.iter().map(Buffer::bytes).sum()
+    }
+
+    /// All rows.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn read(&self) -> Result<Vec<GatherRay>> {
+        Ok(self.buffers.iter().map(Buffer::read).collect::<Result<Vec<_>>>()?.concat())
+    }
+}
+
+/// Traces the hemispheres of all cache points.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -124,41 +172,44 @@ pub fn trace(
     least_area_m2: f32,
     seed: u32,
     progress: &mut dyn Progress,
-) -> Result<Buffer> {
+) -> Result<RayTable> {
     let pipeline = Pipeline::new(context, STEM, &hemisphere.constants())?;
-    let bytes = u64::from(point_count) * u64::from(hemisphere.rays()) * size_of::<GatherRay>() as u64;
-    let rays = Buffer::storage(context, "gather rays", bytes)?;
+    let table = RayTable::new(context, point_count, hemisphere)?;
     progress.stage("gather rays", u64::from(point_count));
-    Chunks::new(64, point_count.max(1)).run(point_count, |first, count| {
-        let push = GatherRaysPush {
-            grid: clusters.grid,
-            first_point: first,
-            point_count: count,
-            seed,
-            cluster_bits: code.cluster_bits,
-            least_area_m2,
-            near_area_m2: NEAR_TRUST * least_area_m2,
-            least_distance: code.least_distance,
-        };
-        let ((), timings) = context.run(|rec| {
-            rec.pass(STEM).dispatch(
-                &pipeline,
-                [count * pipeline.local_size()[0], 1, 1],
-                &push,
-                &[
-                    ("Nodes", &scene.nodes),
-                    ("Triangles", &scene.triangles),
-                    ("Surfaces", &scene.surfaces),
-                    ("CellFirst", &clusters.cell_first),
-                    ("CellClusters", &clusters.cell_clusters),
-                    ("ClusterLinks", &clusters.links),
-                    ("CachePoints", cache_points),
-                    ("GatherRays", &rays),
-                ],
-            );
+    let mut chunks = Chunks::new(64, point_count.max(1));
+    for (first_point, rows, rays) in table.parts(point_count) {
+        chunks.run(rows, |first_row, count| {
+            let push = GatherRaysPush {
+                grid: clusters.grid,
+                first_point: first_point + first_row,
+                first_row,
+                point_count: count,
+                seed,
+                cluster_bits: code.cluster_bits,
+                least_area_m2,
+                near_area_m2: NEAR_TRUST * least_area_m2,
+                least_distance: code.least_distance,
+            };
+            let ((), timings) = context.run(|rec| {
+                rec.pass(STEM).dispatch(
+                    &pipeline,
+                    [count * pipeline.local_size()[0], 1, 1],
+                    &push,
+                    &[
+                        ("Nodes", &scene.nodes),
+                        ("Triangles", &scene.triangles),
+                        ("Surfaces", &scene.surfaces),
+                        ("CellFirst", &clusters.cell_first),
+                        ("CellClusters", &clusters.cell_clusters),
+                        ("ClusterLinks", &clusters.links),
+                        ("CachePoints", cache_points),
+                        ("GatherRays", rays),
+                    ],
+                );
+            })?;
+            progress.advance(u64::from(first_point + first_row + count));
+            Ok(timings[0].ms)
         })?;
-        progress.advance(u64::from(first + count));
-        Ok(timings[0].ms)
-    })?;
-    Ok(rays)
+    }
+    Ok(table)
 }

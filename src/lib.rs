@@ -15,6 +15,8 @@ pub mod layout;
 #[forbid(unsafe_code)]
 pub mod passes;
 #[forbid(unsafe_code)]
+pub mod reference;
+#[forbid(unsafe_code)]
 pub mod renderer;
 #[forbid(unsafe_code)]
 pub mod scene;

@@ -1,0 +1,7 @@
+//! Passes of the reference renderers.
+
+pub mod photon_gather;
+pub mod photon_irradiance;
+pub mod photon_map;
+pub mod photon_reach;
+pub mod photon_trace;

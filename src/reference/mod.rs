@@ -1,0 +1,43 @@
+//! Reference renderers: other methods on the same scene, acceleration structure and device, to judge ours by.
+
+mod irradiance_points;
+mod photon_mapper;
+mod traced_scene;
+
+pub use photon_mapper::PhotonMapper;
+pub use traced_scene::{FirstHits, TracedScene};
+
+use crate::error::Result;
+
+/// What a reference renderer has found so far: mean radiance of each pixel, W/m²/sr, row by row from the top, linear Rec.709.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// All light.
+    pub beauty: Vec<[f32; 3]>,
+    /// Light that was reflected once.
+    pub direct: Vec<[f32; 3]>,
+    /// Light that was reflected more than once.
+    pub indirect: Vec<[f32; 3]>,
+}
+
+/// A renderer whose picture gets better with every sample.
+pub trait Progressive {
+    /// Takes so many more samples of each pixel.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    fn add_samples(&mut self, per_pixel: u32) -> Result<()>;
+    /// Samples of each pixel so far.
+    fn samples(&self) -> u32;
+    /// Device time so far, milliseconds.
+    fn device_ms(&self) -> f64;
+    /// The picture so far.
+    ///
+    /// # Errors
+    /// The device failed.
+    fn picture(&self) -> Result<Picture>;
+    /// The scene on the device.
+    fn traced_scene(&self) -> &TracedScene;
+}

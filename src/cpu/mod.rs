@@ -19,6 +19,7 @@ pub mod lights;
 pub mod math;
 pub mod path_flux;
 pub mod path_scan;
+pub mod path_trace;
 pub mod prefix_sum;
 pub mod primary;
 pub mod rays;

@@ -33,6 +33,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::splat::LAYOUTS,
         frame::compose::LAYOUTS,
         frame::tonemap::LAYOUTS,
+        reference::path_trace::LAYOUTS,
         reference::photon_trace::LAYOUTS,
         reference::photon_map::LAYOUTS,
         reference::photon_reach::LAYOUTS,

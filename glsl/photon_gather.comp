@@ -73,8 +73,9 @@ uint nearest_point(vec3 position, vec3 normal) {
                 float turned = 1.0 - dot(normal, point.normal);
                 float above = dot(offset, normal);
                 float apart = dot(offset, offset) + 16.0 * above * above + push.radius * push.radius * turned;
-                // Cells that share a bucket may list a point twice: no harm in a minimum.
                 if (turned > 0.75 || apart >= least) continue;
+                // Cells that share a bucket are told apart: a far one's points are no neighbours.
+                if (photon_cell(push.grid, point.position) != cell) continue;
                 if (!is_within_reach(reaches[j], point.normal, offset, push.radius)) continue;
                 least = apart;
                 nearest = j;

@@ -1,5 +1,5 @@
 // Photon map, last step: photons in the order of their buckets, and where each bucket begins. Deterministic.
-// One invocation = one sorted pair, and one more for the end. In: photons, sorted pairs. Out: map entries, first entries.
+// One invocation = one sorted pair and one bucket. In: photons, sorted pairs. Out: map entries, first entries.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -21,15 +21,25 @@ layout(scalar, binding = 3) writeonly buffer MapEntries { MapEntry map_entries[]
 layout(scalar, binding = 4) writeonly buffer FirstEntries { uint first_entries[]; };  // a bucket, and the end twice
 layout(scalar, push_constant) uniform Push { PhotonOrderPush push; };
 
+// How many sorted pairs lie in buckets before `bucket`. By halves: some drivers end a loop over all buckets early.
+uint pairs_before(uint bucket) {
+    uint low = 0u;
+    uint high = push.slot_count;
+    while (low < high) {
+        uint middle = (low + high) / 2u;
+        if (sorted_pairs[middle].tile < bucket) low = middle + 1u;
+        else high = middle;
+    }
+    return low;
+}
+
 void main() {
     uint index = flat_invocation();
-    if (index > push.slot_count) return;
-    uint bucket = index < push.slot_count ? sorted_pairs[index].tile : PHOTON_BUCKETS + 1u;
-    uint before = index > 0u ? sorted_pairs[index - 1u].tile + 1u : 0u;
-    // All buckets after the last pair's, up to this one's, begin here.
-    for (uint b = before; b <= bucket; ++b) first_entries[b] = index;
-    if (bucket >= PHOTON_BUCKETS) return;
-    Photon photon = photons[sorted_pairs[index].record];
+    if (index <= PHOTON_BUCKETS + 1u) first_entries[index] = pairs_before(index);
+    if (index >= push.slot_count) return;
+    TilePair pair = sorted_pairs[index];
+    if (pair.tile == PHOTON_BUCKETS) return;
+    Photon photon = photons[pair.record];
     vec3 normal = surfaces[photon.side >> 1].normal;
     map_entries[index] = MapEntry(photon.position, (photon.side & 1u) != 0u ? -normal : normal, photon.flux);
 }

@@ -67,8 +67,7 @@ impl PhotonMapper {
         progress.stage("acceleration structure", 1);
         let scene = TracedScene::new(context, scene)?;
         let (centre, radius) = bounding_sphere(&scene.scene);
-        let power =
-            |light| luminance(light_power(light, f64::from(radius)).as_vec3());
+        let power = |light| luminance(light_power(light, f64::from(radius)).as_vec3());
         let [photon_seed, gather_seed] = [2, 3].map(|number| hash_pair(scene.scene.quality.seed, number));
         let sphere = BoundingSphere { centre, radius };
         Ok(Self {

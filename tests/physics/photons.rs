@@ -31,7 +31,12 @@ fn sphere() {
         let [mean, rms] = errors(&picture.indirect, expected);
         println!(
             "albedo {albedo}: mean {:+.3} %, rms {:.3} %, {} paths, {} maps, r {}, {} ms",
-            100.0 * mean, 100.0 * rms, mapper.paths_a_map(), mapper.maps(), mapper.radius(), mapper.device_ms()
+            100.0 * mean,
+            100.0 * rms,
+            mapper.paths_a_map(),
+            mapper.maps(),
+            mapper.radius(),
+            mapper.device_ms()
         );
     }
     assert_silent(&context());

@@ -63,13 +63,8 @@ gpu_struct! {
 }
 
 /// What this pass shares with its shaders.
-pub const LAYOUTS: &[Layout] = &[
-    Photon::LAYOUT,
-    MapEntry::LAYOUT,
-    PhotonGrid::LAYOUT,
-    PhotonCellsPush::LAYOUT,
-    PhotonOrderPush::LAYOUT,
-];
+pub const LAYOUTS: &[Layout] =
+    &[Photon::LAYOUT, MapEntry::LAYOUT, PhotonGrid::LAYOUT, PhotonCellsPush::LAYOUT, PhotonOrderPush::LAYOUT];
 
 /// The name that shaders, twin and timing share.
 pub const STEM: &str = "photon_map";
@@ -98,9 +93,8 @@ impl PhotonMap {
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, capacity: u32) -> Result<Self> {
-        let storage = |name, element: usize| {
-            Buffer::storage(context, name, u64::from(capacity) * element as u64)
-        };
+        let storage =
+            |name, element: usize| Buffer::storage(context, name, u64::from(capacity) * element as u64);
         Ok(Self {
             cells: Pipeline::new(context, "photon_cells", &[])?,
             order: Pipeline::new(context, "photon_order", &[])?,
@@ -147,7 +141,7 @@ impl PhotonMap {
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.order,
-            [count + 1, 1, 1],
+            [count.max(BUCKETS + 2), 1, 1],
             &PhotonOrderPush { slot_count: count },
             &[
                 ("Surfaces", &scene.surfaces),

@@ -1,6 +1,6 @@
 //! The path tracer: unbiased, progressive, its own noise stated. [Kajiya 1986]
 
-use super::{Picture, Progressive, TracedScene};
+use super::{Picture, Progressive, TracedScene, noise_of_halves};
 use crate::cpu::sampling::hash_pair;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
@@ -216,6 +216,19 @@ impl Progressive for PathTracer {
 
     fn picture(&self) -> Result<Picture> {
         self.picture()
+    }
+
+    fn variance(&self) -> Result<Vec<[f32; 3]>> {
+        self.variance()
+    }
+
+    fn noise(&self) -> Result<Option<f64>> {
+        let is_known = self.halves[1].samples > 0;
+        is_known.then(|| Ok(noise_of_halves(&self.halves()?))).transpose()
+    }
+
+    fn rays(&self) -> Result<Option<u64>> {
+        self.rays().map(Some)
     }
 
     fn traced_scene(&self) -> &TracedScene {

@@ -28,7 +28,7 @@ pub struct TracedScene {
 }
 
 /// What the central ray of each pixel meets, as layers of an image.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct FirstHits {
     /// Diffuse albedo; zero where the ray left the scene.
     pub albedo: Vec<[f32; 3]>,

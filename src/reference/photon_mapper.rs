@@ -4,14 +4,14 @@
 //! of the density estimate shrinks, and with it the bias that it has. [Knaus and Zwicker 2011]
 
 use super::irradiance_points::{IrradiancePoints, Reachable, bounding_sphere};
-use super::{Picture, Progressive, TracedScene};
+use super::{Picture, Progressive, TracedScene, noise_of_halves};
 use crate::cpu::brdf::luminance;
 use crate::cpu::emission::light_power;
 use crate::cpu::sampling::hash_pair;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::passes::precompute::Progress;
-use crate::passes::reference::photon_gather::{GatherSums, PhotonGather};
+use crate::passes::reference::photon_gather::{GatherSums, PhotonGather, Sequence};
 use crate::passes::reference::photon_irradiance::PhotonIrradiance;
 use crate::passes::reference::photon_map::PhotonMap;
 use crate::passes::reference::photon_trace::{self, BoundingSphere, PhotonTrace};
@@ -49,13 +49,24 @@ pub struct PhotonMapper {
     points: Option<IrradiancePoints>,
     /// Paths of a map.
     paths: u32,
-    /// Rays that each light has sent so far.
-    first_rays: Vec<u32>,
+    /// Maps belong to them in turn.
+    halves: [Half; 2],
     /// Radius of the first map's density estimate, metres.
     first_radius: f64,
     maps: u32,
+    /// Slots in use of the last map.
+    slots: u32,
     samples: u32,
     device_ms: f64,
+}
+
+/// One sequence of photons and samples.
+struct Half {
+    gather: Sequence,
+    photon_seed: u32,
+    /// Rays that each light has sent so far.
+    first_rays: Vec<u32>,
+    samples: u32,
 }
 
 impl PhotonMapper {
@@ -68,20 +79,26 @@ impl PhotonMapper {
         let scene = TracedScene::new(context, scene)?;
         let (centre, radius) = bounding_sphere(&scene.scene);
         let power = |light| luminance(light_power(light, f64::from(radius)).as_vec3());
-        let [photon_seed, gather_seed] = [2, 3].map(|number| hash_pair(scene.scene.quality.seed, number));
+        let half = |number| {
+            let [photon_seed, gather_seed] =
+                [2_u32, 4].map(|purpose| hash_pair(scene.scene.quality.seed, purpose + number));
+            let gather = Sequence::new(context, scene.pixel_count(), gather_seed)?;
+            Ok(Half { gather, photon_seed, first_rays: vec![0; scene.light_sources.len()], samples: 0 })
+        };
         let sphere = BoundingSphere { centre, radius };
         Ok(Self {
             powers: scene.light_sources.iter().map(power).collect(),
             reachable: Reachable::new(context, &scene)?,
-            trace: PhotonTrace::new(context, PATHS + scene.light_sources.len() as u32, sphere, photon_seed)?,
+            trace: PhotonTrace::new(context, PATHS + scene.light_sources.len() as u32, sphere)?,
             estimate: PhotonIrradiance::new(context)?,
-            gather: PhotonGather::new(context, scene.pixel_count(), gather_seed)?,
+            gather: PhotonGather::new(context)?,
             photons: PhotonMap::new(context, SLOTS)?,
             points: None,
             paths: PATHS,
-            first_rays: vec![0; scene.light_sources.len()],
+            halves: [half(0)?, half(1)?],
             first_radius: 0.0,
             maps: 0,
+            slots: 0,
             samples: 0,
             device_ms: 0.0,
             scene,
@@ -100,12 +117,15 @@ impl PhotonMapper {
                 self.next_map()?;
             }
             let Some(points) = &self.points else { break };
-            let samples = self.samples..goal.min(self.maps * samples_a_map);
+            let half = &mut self.halves[(self.maps - 1) as usize % 2];
+            let count = goal.min(self.maps * samples_a_map) - self.samples;
+            let samples = half.samples..half.samples + count;
             let lights = (&self.scene.lights, self.scene.light_sources.len() as u32);
             let (scene, view) = (&self.scene.buffers, &self.scene.view);
             let ms = &mut self.device_ms;
-            self.gather.gather(scene, lights, view, points.irradiance(), samples.clone(), ms)?;
-            self.samples = samples.end;
+            self.gather.gather(scene, lights, view, points.irradiance(), &half.gather, samples, ms)?;
+            half.samples += count;
+            self.samples += count;
         }
         Ok(())
     }
@@ -114,10 +134,13 @@ impl PhotonMapper {
     fn next_map(&mut self) -> Result<()> {
         let (context, buffers) = (self.scene.context.clone(), &self.scene.buffers);
         let ms = &mut self.device_ms;
+        let half = &mut self.halves[self.maps as usize % 2];
         let (slots, rays) = loop {
             let rays = photon_trace::deal(&self.powers, self.paths);
-            let paths = photon_trace::start(&rays, &self.first_rays);
-            if let Some(slots) = self.trace.trace(buffers, &self.scene.lights, paths, &self.photons, ms)? {
+            let paths = photon_trace::start(&rays, &half.first_rays);
+            if let Some(slots) =
+                self.trace.trace(buffers, &self.scene.lights, paths, half.photon_seed, &self.photons, ms)?
+            {
                 break (slots, rays);
             }
             self.paths /= 2;
@@ -128,7 +151,7 @@ impl PhotonMapper {
                 )));
             }
         };
-        for (first, rays) in self.first_rays.iter_mut().zip(rays) {
+        for (first, rays) in half.first_rays.iter_mut().zip(rays) {
             *first = first.wrapping_add(rays);
         }
 
@@ -148,6 +171,7 @@ impl PhotonMapper {
         };
         points.estimate(&context, buffers, &self.photons, slots, &mut self.estimate, ms)?;
         self.points = Some(points);
+        self.slots = slots;
         self.maps += 1;
         Ok(())
     }
@@ -182,7 +206,12 @@ impl PhotonMapper {
         &self.scene
     }
 
-    /// The last photon map, its slots as traced.
+    /// Slots of the last map that photons were traced into.
+    pub fn slots(&self) -> u32 {
+        self.slots
+    }
+
+    /// The last photon map.
     pub fn photons(&self) -> &PhotonMap {
         &self.photons
     }
@@ -192,10 +221,11 @@ impl PhotonMapper {
     /// # Errors
     /// The device failed.
     pub fn picture(&self) -> Result<Picture> {
-        let sums: Vec<GatherSums> = self.gather.sums.read()?;
+        let [a, b] = [self.halves[0].gather.sums.read::<GatherSums>()?, self.halves[1].gather.sums.read()?];
         let scale = 1.0 / f64::from(self.samples.max(1));
         let layer = |of: fn([DVec3; 2]) -> DVec3| {
-            sums.iter().map(|sums| (scale * of(sums.values())).as_vec3().to_array()).collect()
+            let both = a.iter().zip(&b);
+            both.map(|(a, b)| rounded(scale * (of(a.values()) + of(b.values())))).collect()
         };
         Ok(Picture {
             size: self.scene.size(),
@@ -204,6 +234,24 @@ impl PhotonMapper {
             indirect: layer(|[_, indirect]| indirect),
         })
     }
+
+    /// Mean radiance of all light, each half by itself: estimates from independent photons and gather rays, alike in bias.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn halves(&self) -> Result<[Vec<[f32; 3]>; 2]> {
+        let mean = |half: &Half| -> Result<Vec<[f32; 3]>> {
+            let scale = 1.0 / f64::from(half.samples.max(1));
+            let sums: Vec<GatherSums> = half.gather.sums.read()?;
+            let value = |sums: &GatherSums| sums.values().into_iter().sum::<DVec3>();
+            Ok(sums.iter().map(|sums| rounded(scale * value(sums))).collect())
+        };
+        Ok([mean(&self.halves[0])?, mean(&self.halves[1])?])
+    }
+}
+
+fn rounded(value: DVec3) -> [f32; 3] {
+    value.as_vec3().to_array()
 }
 
 impl Progressive for PhotonMapper {
@@ -221,6 +269,23 @@ impl Progressive for PhotonMapper {
 
     fn picture(&self) -> Result<Picture> {
         self.picture()
+    }
+
+    /// Not known: samples of one map share its photons.
+    fn variance(&self) -> Result<Vec<[f32; 3]>> {
+        Err(Error::Usage("photon mapping does not know the variance of a pixel; --method path does".into()))
+    }
+
+    /// From the difference of the halves, where both have samples. The bias of the density estimate is no part of it.
+    fn noise(&self) -> Result<Option<f64>> {
+        if self.halves[1].samples == 0 {
+            return Ok(None);
+        }
+        Ok(Some(noise_of_halves(&self.halves()?)))
+    }
+
+    fn rays(&self) -> Result<Option<u64>> {
+        Ok(None)
     }
 
     fn traced_scene(&self) -> &TracedScene {

@@ -7,7 +7,7 @@ use crate::world::Random;
 use glam::{DVec3, Vec3};
 use lightpaths::cpu::photon_gather::{Gather, IrradiancePoint};
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::reference::photon_gather::{GatherSums, Irradiance, PhotonGather};
+use lightpaths::passes::reference::photon_gather::{GatherSums, Irradiance, PhotonGather, Sequence};
 use lightpaths::passes::reference::photon_map::Photon;
 use lightpaths::passes::{light_sources, reflectances};
 
@@ -62,12 +62,13 @@ fn samples_equal_the_twin() {
             radius,
         };
         let pixels = view.width * view.height;
-        let mut pass = PhotonGather::new(&world.context, pixels, SEED).unwrap();
+        let mut pass = PhotonGather::new(&world.context).unwrap();
+        let sequence = Sequence::new(&world.context, pixels, SEED).unwrap();
         for samples in [0..1, 1..5] {
             let lights = (&buffer, sources.len() as u32);
-            pass.gather(&world.buffers, lights, &view, irradiance, samples, &mut 0.0).unwrap();
+            pass.gather(&world.buffers, lights, &view, irradiance, &sequence, samples, &mut 0.0).unwrap();
         }
-        let sums: Vec<GatherSums> = pass.sums.read().unwrap();
+        let sums: Vec<GatherSums> = sequence.sums.read().unwrap();
         let (mut differ, mut bright) = (0, 0);
         for (pixel, sums) in (0..pixels).zip(sums) {
             let samples: Vec<[DVec3; 2]> = (0..5).map(|ray| gather.sample(pixel, ray)).collect();

@@ -73,10 +73,10 @@ fn photons_equal_the_twin() {
         let first_rays = [5, 0, u32::MAX - 3, 70];
         let count: u32 = rays.iter().sum();
         let map = PhotonMap::new(&world.context, (count * 40).max(STEPS)).unwrap();
-        let mut trace = PhotonTrace::new(&world.context, count, SPHERE, SEED).unwrap();
+        let mut trace = PhotonTrace::new(&world.context, count, SPHERE).unwrap();
         let paths = photon_trace::start(&rays, &first_rays);
         let mut ms = 0.0;
-        let used = trace.trace(&world.buffers, &buffer, paths.clone(), &map, &mut ms).unwrap().unwrap();
+        let used = trace.trace(&world.buffers, &buffer, paths.clone(), SEED, &map, &mut ms).unwrap().unwrap();
         let slots: Vec<Photon> = map.slots.read_range(0, used as usize).unwrap();
 
         // Round by round, as the paths that are alive stand in the list.
@@ -131,10 +131,10 @@ fn a_full_map_is_told() {
     let sources = light_sources(&lights());
     let buffer = Buffer::from_slice(&world.context, "lights", &sources).unwrap();
     let map = PhotonMap::new(&world.context, 100 * STEPS).unwrap();
-    let mut trace = PhotonTrace::new(&world.context, 101, SPHERE, SEED).unwrap();
+    let mut trace = PhotonTrace::new(&world.context, 101, SPHERE).unwrap();
     let mut slots = |rays| {
         let paths = photon_trace::start(&[rays, 0, 0, 0], &[0; 4]);
-        trace.trace(&world.buffers, &buffer, paths, &map, &mut 0.0).unwrap()
+        trace.trace(&world.buffers, &buffer, paths, SEED, &map, &mut 0.0).unwrap()
     };
     assert_eq!([slots(101), slots(100)], [None; 2]);
     assert!(slots(10).is_some_and(|slots| (10 * STEPS..100 * STEPS).contains(&slots)));

@@ -82,18 +82,16 @@ pub struct Irradiance<'a> {
     pub radius: f32,
 }
 
-/// The pipeline and the sums.
-pub struct PhotonGather {
-    context: Arc<Context>,
-    pipeline: Pipeline,
-    chunks: Chunks,
-    seed: u32,
+/// One sequence of samples.
+pub struct Sequence {
     /// `GatherSums`, a pixel each.
     pub sums: Buffer,
+    /// Names its random numbers.
+    pub seed: u32,
 }
 
-impl PhotonGather {
-    /// Makes room for an image.
+impl Sequence {
+    /// Sums of no sample yet.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -101,25 +99,42 @@ impl PhotonGather {
         let bytes = u64::from(pixel_count) * size_of::<GatherSums>() as u64;
         let sums = Buffer::storage(context, "gather sums", bytes)?;
         context.run(|rec| rec.fill_zero(&sums))?;
+        Ok(Self { sums, seed })
+    }
+}
+
+/// The pipeline.
+pub struct PhotonGather {
+    context: Arc<Context>,
+    pipeline: Pipeline,
+    chunks: Chunks,
+}
+
+impl PhotonGather {
+    /// Makes the pipeline.
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub fn new(context: &Arc<Context>) -> Result<Self> {
         Ok(Self {
             context: context.clone(),
             pipeline: Pipeline::new(context, STEM, &[])?,
             chunks: Chunks::new(1 << 10, u32::MAX),
-            seed,
-            sums,
         })
     }
 
-    /// Adds those samples to every pixel. Adds the device time in milliseconds to `ms`.
+    /// Adds those samples of a sequence to every pixel. Adds the device time in milliseconds to `ms`.
     ///
     /// # Errors
     /// The device lacks memory or failed.
+    #[expect(clippy::too_many_arguments, reason = "one call, at one place")]
     pub fn gather(
         &mut self,
         scene: &SceneBuffers,
         (lights, light_count): (&Buffer, u32),
         view: &View,
         irradiance: Irradiance<'_>,
+        sequence: &Sequence,
         samples: Range<u32>,
         ms: &mut f64,
     ) -> Result<()> {
@@ -133,7 +148,7 @@ impl PhotonGather {
                 first_sample: samples.start,
                 sample_count: samples.len() as u32,
                 radius: irradiance.radius,
-                seed: self.seed,
+                seed: sequence.seed,
             };
             let ((), timings) = self.context.run(|rec| {
                 rec.pass(STEM).dispatch(
@@ -150,7 +165,7 @@ impl PhotonGather {
                         ("FirstEntries", irradiance.first_entries),
                         ("Reaches", irradiance.reaches),
                         ("Irradiances", irradiance.irradiances),
-                        ("PixelSums", &self.sums),
+                        ("PixelSums", &sequence.sums),
                     ],
                 );
             })?;

@@ -74,7 +74,6 @@ pub struct PhotonTrace {
     paths: Buffer,
     chunks: Chunks,
     sphere: BoundingSphere,
-    seed: u32,
 }
 
 impl PhotonTrace {
@@ -82,7 +81,7 @@ impl PhotonTrace {
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, capacity: u32, sphere: BoundingSphere, seed: u32) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, capacity: u32, sphere: BoundingSphere) -> Result<Self> {
         let constants = [("STEPS", STEPS), ("MOST_SURVIVAL", MOST_SURVIVAL.to_bits())];
         Ok(Self {
             context: context.clone(),
@@ -94,11 +93,10 @@ impl PhotonTrace {
             )?,
             chunks: Chunks::new(1 << 12, u32::MAX),
             sphere,
-            seed,
         })
     }
 
-    /// Traces paths to their ends into the slots of a map. Returns the slots used, or None where they do not suffice.
+    /// Traces paths to their ends into the slots of a map, by decisions that `seed` names. Returns the slots used, or None where they do not suffice.
     /// Adds the device time in milliseconds to `ms`.
     ///
     /// # Errors
@@ -108,6 +106,7 @@ impl PhotonTrace {
         scene: &SceneBuffers,
         lights: &Buffer,
         mut paths: Vec<PhotonPath>,
+        seed: u32,
         map: &PhotonMap,
         ms: &mut f64,
     ) -> Result<Option<u32>> {
@@ -125,7 +124,7 @@ impl PhotonTrace {
                     first_path: first,
                     end_path: first + chunk,
                     first_slot: used,
-                    seed: self.seed,
+                    seed,
                 };
                 let ((), timings) = self.context.run(|rec| {
                     rec.pass(STEM).dispatch(

@@ -28,7 +28,9 @@ const SLOTS: u32 = 1 << 20;
 const PATHS_IN_KERNEL: f64 = 32.0;
 /// A map serves so many gather rays or, on the smallest images, so many samples of a pixel.
 const RAYS_A_MAP: u32 = 1 << 19;
-const MOST_SAMPLES_A_MAP: u32 = 16;
+const MOST_SAMPLES_A_MAP: u32 = 32;
+/// Samples of a pixel in one dispatch: lavapipe ends all loops of an invocation once they have turned 65 535 times.
+const SAMPLES_A_DISPATCH: u32 = 2;
 /// The radius shrinks each time that the number of maps has doubled, so many times at most: to 35 % of the first.
 const MOST_SHRINKS: u32 = 9;
 
@@ -118,7 +120,7 @@ impl PhotonMapper {
             }
             let Some(points) = &self.points else { break };
             let half = &mut self.halves[(self.maps - 1) as usize % 2];
-            let count = goal.min(self.maps * samples_a_map) - self.samples;
+            let count = (goal.min(self.maps * samples_a_map) - self.samples).min(SAMPLES_A_DISPATCH);
             let samples = half.samples..half.samples + count;
             let lights = (&self.scene.lights, self.scene.light_sources.len() as u32);
             let (scene, view) = (&self.scene.buffers, &self.scene.view);

@@ -8,7 +8,7 @@ use lightpaths::cpu;
 use lightpaths::cpu::photon_trace::Photons;
 use lightpaths::cpu::photons::{Cells, SurfacePoint, kernel, sector, sector_direction};
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::reference::photon_irradiance::{PhotonIrradiance, Points};
+use lightpaths::passes::reference::photon_irradiance::{MOST_PHOTONS, PhotonIrradiance, Points};
 use lightpaths::passes::reference::photon_map::{Photon, PhotonGrid, PhotonMap};
 use lightpaths::passes::reference::photon_reach;
 use lightpaths::passes::reference::photon_trace::{self, BoundingSphere, MOST_SURVIVAL, PhotonTrace, STEPS};
@@ -246,6 +246,7 @@ fn irradiances_equal_the_twin() {
         }
         assert!(photon_count < 1_000 || bright * 3 > points.len(), "{bright} of {} points", points.len());
     }
+    crowded_buckets_are_thinned(&world);
     let point = SurfacePoint { position: Vec3::ZERO, normal: Vec3::Z };
     let at = |position, normal| kernel(point, SurfacePoint { position, normal }, 2.0);
     assert_eq!(at(Vec3::X, Vec3::Z), 0.75);
@@ -254,4 +255,33 @@ fn irradiances_equal_the_twin() {
         [0.0; 3]
     );
     assert_silent(&world.context);
+}
+
+/// More photons on a spot than an estimate looks at: it looks at a share, which stands for all.
+fn crowded_buckets_are_thinned(world: &World) {
+    let mut random = Random::new(96);
+    let (position, _, side) = world.surface_point(&mut random);
+    let map_at = |count: u32| {
+        let photons: Vec<Photon> = (0..count)
+            .map(|index| Photon { position, side, flux: Vec3::splat((index % 7) as f32) })
+            .collect();
+        map_of(world, &photons)
+    };
+    let points_map = map_at(100);
+    let (_, reaches) = points_of(world, &points_map, 100);
+    let points = Points { entries: &points_map.entries, reaches: &reaches, count: 100 };
+    for count in [1_000, 1_024, 1_025, 9_990] {
+        let map = map_at(count);
+        let masses = Buffer::from_slice(&world.context, "masses", &[Vec3::ONE; 100]).unwrap();
+        let irradiances = Buffer::from_slice(&world.context, "irradiances", &[Vec3::ZERO; 100]).unwrap();
+        PhotonIrradiance::new(&world.context)
+            .unwrap()
+            .estimate(points, &map, grid(), RADIUS, &masses, &irradiances, &mut 0.0)
+            .unwrap();
+        let sums: Vec<Vec3> = irradiances.read().unwrap();
+        let exact: f32 = (0..count).map(|index| (index % 7) as f32).sum();
+        let mean = sums.iter().map(|sum| sum.x).sum::<f32>() / 100.0;
+        let tolerance = if count <= MOST_PHOTONS { 1e-5 } else { 0.05 };
+        assert!((mean / exact - 1.0).abs() <= tolerance, "{count} photons: {mean} of {exact}");
+    }
 }

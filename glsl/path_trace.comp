@@ -1,7 +1,7 @@
 // Path tracing with next-event estimation to every light and Russian roulette: the reference. [Kajiya 1986] Deterministic.
-// One invocation = one pixel, which takes a run of samples. In: camera, scene, lights. In and out: sums of radiance
-// (W/m²/sr) over samples. A lane whose path ends begins its next sample in the same round, so that neighbours with longer
-// paths do not leave it idle.
+// One invocation = one pixel, whose paths go on for so many rounds, a vertex a round. In: camera, scene, lights. In and out: sums
+// of radiance (W/m²/sr) over samples, and where the paths stand. A lane whose path ends begins its next sample in the next
+// round, so that neighbours with longer paths do not leave it idle.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -24,15 +24,28 @@ struct SampleMoments {
     vec3 squares;  // sum over the samples of their squared distance from the mean of all
     uint rays;     // camera, shadow and reflected rays so far
 };
+// A path under way.
+struct TracedPath {
+    vec3 origin;
+    vec3 direction;
+    vec3 throughput;    // product of brdf·cosθ/pdf so far, roulette included
+    vec3 direct;        // radiance found so far: reflected once
+    vec3 indirect;      // and more often
+    uint depth;         // vertices so far
+    uint sample_index;  // names its random numbers; the samples of the pixel that are done
+};
 struct PathTracePush {
     View view;
     uint light_count;
     uint seed;
     uint first_tile;    // tiles are numbered row by row
     uint tile_count;
-    uint first_sample;  // how many samples each pixel has had
-    uint sample_count;
+    uint first_sample;  // where paths are to begin; RESUME: they go on from where they stand
+    uint goal;          // the sample before which to stop
+    uint rounds;
 };
+
+const uint RESUME = 0xffffffffu;
 
 layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
 layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
@@ -42,18 +55,22 @@ layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 5) buffer DirectSums { RadianceSum direct_sums[]; };
 layout(scalar, binding = 6) buffer IndirectSums { RadianceSum indirect_sums[]; };
 layout(scalar, binding = 7) buffer Moments { SampleMoments sample_moments[]; };
+layout(scalar, binding = 8) buffer TracedPaths { TracedPath traced_paths[]; };
+layout(scalar, binding = 9) buffer Unfinished { uint unfinished[]; };  // how many pixels have not reached the goal
 layout(scalar, push_constant) uniform Push { PathTracePush push; };
 
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/brdf.glsl"
 
-// Exact: high + low is the sum as long as low itself does not round. [Knuth 4.2.2]
+// Keeps twice the digits: `high` is the sum rounded, `low` the rest. [Knuth §4.2.2]
 void add(inout RadianceSum sum, vec3 value) {
     precise vec3 total = sum.high + value;
     precise vec3 added = total - sum.high;
-    precise vec3 lost = (sum.high - (total - added)) + (value - added);
-    sum = RadianceSum(total, sum.low + lost);
+    precise vec3 low = sum.low + ((sum.high - (total - added)) + (value - added));
+    precise vec3 high = total + low;
+    precise vec3 rest = low - (high - total);
+    sum = RadianceSum(high, rest);
 }
 
 struct Vertex {
@@ -113,49 +130,52 @@ void main() {
     SampleMoments moments = sample_moments[index];
 
     const float threshold = uintBitsToFloat(ROULETTE_THRESHOLD);
-    uint sample_index = push.first_sample;
-    uint depth = 0u;  // vertices of the path so far
-    vec3 origin, direction, throughput, direct, indirect;
-    while (sample_index != push.first_sample + push.sample_count) {
-        if (depth == 0u) {
-            vec2 jitter = sample_3d(sample_index, pixel_seed).xy;
+    uint lane = flat_invocation();
+    TracedPath path = traced_paths[lane];
+    if (push.first_sample != RESUME) {
+        path.sample_index = push.first_sample;
+        path.depth = 0u;
+    }
+    for (uint round = 0u; round < push.rounds && path.sample_index != push.goal; ++round) {
+        if (path.depth == 0u) {
+            vec2 jitter = sample_3d(path.sample_index, pixel_seed).xy;
             vec2 ndc = (vec2(pixel) + jitter) / vec2(view.width, view.height) * 2.0 - 1.0;
-            origin = view.position;
-            direction = view.forward + ndc.x * view.right - ndc.y * view.up;
-            throughput = vec3(1.0);
-            direct = vec3(0.0);
-            indirect = vec3(0.0);
+            vec3 direction = view.forward + ndc.x * view.right - ndc.y * view.up;
+            path = TracedPath(view.position, direction, vec3(1.0), vec3(0.0), vec3(0.0), 0u, path.sample_index);
         }
         Hit hit;
         ++moments.rays;
-        bool alive = trace(Ray(origin, direction, 1e30), false, hit);
+        bool alive = trace(Ray(path.origin, path.direction, 1e30), false, hit);
         if (alive) {
-            Vertex vertex = vertex_at(hit, direction, depth == 0u);
-            uint seed = hash(pixel_seed, depth + 1u);
-            vec3 radiance = throughput * reflected_light(vertex, sample_index, seed, moments.rays);
-            if (depth == 0u) direct = radiance; else indirect += radiance;
+            Vertex vertex = vertex_at(hit, path.direction, path.depth == 0u);
+            uint seed = hash(pixel_seed, path.depth + 1u);
+            vec3 radiance = path.throughput * reflected_light(vertex, path.sample_index, seed, moments.rays);
+            if (path.depth == 0u) path.direct = radiance; else path.indirect += radiance;
 
-            vec3 u = sample_3d(sample_index, seed);
+            vec3 u = sample_3d(path.sample_index, seed);
             BrdfSample next = sample_brdf(vertex.material, vertex.shading, vertex.outgoing, u.xy);
             // Where the shading normal leans away from the geometric one, part of its hemisphere lies inside the surface.
-            throughput *= dot(vertex.geometric, next.incident) > 0.0 ? next.weight : vec3(0.0);
+            path.throughput *= dot(vertex.geometric, next.incident) > 0.0 ? next.weight : vec3(0.0);
             // The path goes on with a probability that falls with its throughput; dividing by it keeps the estimate right.
-            float survival = min(1.0, max(throughput.x, max(throughput.y, throughput.z)) / threshold);
+            float carried = max(path.throughput.x, max(path.throughput.y, path.throughput.z));
+            float survival = min(1.0, carried / threshold);
             alive = u.z < survival;
-            throughput /= max(survival, 1e-30);
-            origin = offset_origin(vertex.position, vertex.geometric);
-            direction = next.incident;
-            ++depth;
+            path.throughput /= max(survival, 1e-30);
+            path.origin = offset_origin(vertex.position, vertex.geometric);
+            path.direction = next.incident;
+            ++path.depth;
         }
         if (!alive) {
             vec3 sum = direct_sum.high + indirect_sum.high;
-            add_to_spread(moments.squares, direct + indirect, sum, float(sample_index));
-            add(direct_sum, direct);
-            add(indirect_sum, indirect);
-            ++sample_index;
-            depth = 0u;
+            add_to_spread(moments.squares, path.direct + path.indirect, sum, float(path.sample_index));
+            add(direct_sum, path.direct);
+            add(indirect_sum, path.indirect);
+            ++path.sample_index;
+            path.depth = 0u;
         }
     }
+    traced_paths[lane] = path;
+    if (path.sample_index != push.goal) atomicAdd(unfinished[0], 1u);
     direct_sums[index] = direct_sum;
     indirect_sums[index] = indirect_sum;
     sample_moments[index] = moments;

@@ -32,14 +32,17 @@ const uint SOBOL_2[32] = uint[](
 
 // Point `index` of the first three Sobol dimensions, unscrambled, as 32-bit fractions.
 uvec3 sobol(uint index) {
-    uvec3 point = uvec3(bitfieldReverse(index), 0u, 0u);
-    uint direction = 0x80000000u;
-    for (uint bit = 0u; index != 0u; index >>= 1, ++bit, direction ^= direction >> 1) {
-        if ((index & 1u) != 0u) {
-            point.yz ^= uvec2(direction, SOBOL_2[bit]);
-        }
-    }
-    return point;
+    // Bit p of the second dimension, from the top, sums the bits k of the index for which C(k, p) is odd: those k that have all
+    // of p's bits. Five steps sum over supersets.
+    uint pascal = index ^ ((index >> 1) & 0x55555555u);
+    pascal ^= (pascal >> 2) & 0x33333333u;
+    pascal ^= (pascal >> 4) & 0x0f0f0f0fu;
+    pascal ^= (pascal >> 8) & 0x00ff00ffu;
+    pascal ^= pascal >> 16;
+    // Of fixed length, so that compilers unroll it and the table turns into constants.
+    uint third = 0u;
+    for (uint bit = 0u; bit < 32u; ++bit) third ^= SOBOL_2[bit] & (0u - ((index >> bit) & 1u));
+    return uvec3(bitfieldReverse(index), bitfieldReverse(pascal), third);
 }
 
 float unit_float(uint fraction) { return float(fraction >> 8) * (1.0 / 16777216.0); }

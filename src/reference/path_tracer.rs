@@ -5,16 +5,15 @@ use crate::cpu::sampling::hash_pair;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::passes::precompute::{Chunks, Progress};
-use crate::passes::reference::path_trace::{Accumulators, PathTrace, RadianceSum, SampleMoments};
+use crate::passes::reference::path_trace::{
+    Accumulators, Job, PathTrace, RadianceSum, SampleMoments, TILE_LIMIT,
+};
 use crate::scene::Scene;
 use glam::DVec3;
 use std::sync::Arc;
 
 /// Pixels whose worth of doubt the scale of the variance starts from, so that images of few pixels do not swing it.
 const SCALE_PRIOR: f64 = 16.0;
-/// Samples of a pixel in one dispatch at most: many keep lanes busy that begin a path when theirs ends.
-const SAMPLES_A_DISPATCH: u32 = 32;
-
 /// Estimates the light of every pixel from random paths; box-filtered over the pixel. Samples belong in turn to two halves,
 /// whose sequences are independent.
 pub struct PathTracer {
@@ -52,9 +51,9 @@ impl PathTracer {
             Ok(Half { sums, seed: hash_pair(scene.scene.quality.seed, number), samples: 0 })
         };
         Ok(Self {
-            pass: PathTrace::new(context)?,
+            pass: PathTrace::new(context, &scene.view)?,
             halves: [half(0)?, half(1)?],
-            chunks: Chunks::new(4, u32::MAX),
+            chunks: Chunks::new(4, TILE_LIMIT),
             device_ms: 0.0,
             scene,
         })
@@ -67,28 +66,21 @@ impl PathTracer {
     pub fn add_samples(&mut self, per_pixel: u32) -> Result<()> {
         let total = self.samples() + per_pixel;
         let (scene, tiles) = (&self.scene, PathTrace::tiles(&self.scene.view));
-        let light_count = scene.light_sources.len() as u32;
         for (half, goal) in self.halves.iter_mut().zip([total.div_ceil(2), total / 2]) {
-            while half.samples < goal {
-                let samples = half.samples..goal.min(half.samples + SAMPLES_A_DISPATCH);
-                self.chunks.run(tiles, |first, count| {
-                    let ((), timings) = scene.context.run(|rec| {
-                        self.pass.record(
-                            rec,
-                            &scene.buffers,
-                            (&scene.lights, light_count),
-                            &scene.view,
-                            half.seed,
-                            first..first + count,
-                            samples.clone(),
-                            &half.sums,
-                        );
-                    })?;
-                    self.device_ms += timings[0].ms;
-                    Ok(timings[0].ms)
-                })?;
-                half.samples = samples.end;
-            }
+            let job = Job {
+                scene: &scene.buffers,
+                lights: &scene.lights,
+                light_count: scene.light_sources.len() as u32,
+                view: &scene.view,
+                seed: half.seed,
+                sums: &half.sums,
+            };
+            self.chunks.run(tiles, |first, count| {
+                let [ms, longest] = self.pass.run(job, first..first + count, half.samples..goal)?;
+                self.device_ms += ms;
+                Ok(longest)
+            })?;
+            half.samples = goal;
         }
         Ok(())
     }

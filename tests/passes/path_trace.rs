@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use lightpaths::cpu::path_trace::{Paths, Sample};
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::reference::path_trace::{
-    Accumulators, PathTrace, ROULETTE_THRESHOLD, RadianceSum, SampleMoments,
+    Accumulators, Job, PathTrace, ROULETTE_THRESHOLD, RadianceSum, SampleMoments,
 };
 use lightpaths::passes::{light_sources, reflectances};
 use lightpaths::scene::{Camera, Light, LightKind};
@@ -34,11 +34,11 @@ pub(crate) fn lights() -> Vec<Light> {
     kinds.map(|kind| Light { name: kind.word().to_owned(), kind }).to_vec()
 }
 
-/// The room with two glossy walls and without its lid, so that parallel light comes in.
+/// The room with glossy walls and without its lid, so that parallel light comes in.
 pub(crate) fn world() -> World {
     let mut scene = crate::world::room();
     scene.triangles.retain(|triangle| triangle.positions.iter().any(|p| p.y < 0.7));
-    for (material, exponent) in scene.materials.iter_mut().zip([1.0, 30.0]) {
+    for (material, exponent) in scene.materials.iter_mut().zip([1.0, 30.0, 2000.0]) {
         (material.diffuse, material.specular, material.exponent) =
             (0.5 * material.diffuse, Vec3::splat(0.4), exponent);
     }
@@ -66,7 +66,7 @@ fn samples_equal_the_twin() {
         roulette_threshold: f64::from(ROULETTE_THRESHOLD),
     };
     let buffer = Buffer::from_slice(&world.context, "lights", &lights).unwrap();
-    let pass = PathTrace::new(&world.context).unwrap();
+    let pass = PathTrace::new(&world.context, &view).unwrap();
     let pixels = SIZE[0] * SIZE[1];
     for light_count in [4, 0, 1] {
         let paths = Paths { lights: &lights[..light_count as usize], ..paths };
@@ -74,20 +74,15 @@ fn samples_equal_the_twin() {
         // Run by run, and one tile after the other.
         for samples in [0..1, 1..3, 3..11] {
             for tile in 0..PathTrace::tiles(&view) {
-                let record = |rec: &mut _| {
-                    let lights = (&buffer, light_count);
-                    pass.record(
-                        rec,
-                        &world.buffers,
-                        lights,
-                        &view,
-                        SEED,
-                        tile..tile + 1,
-                        samples.clone(),
-                        &sums,
-                    );
+                let job = Job {
+                    scene: &world.buffers,
+                    lights: &buffer,
+                    light_count,
+                    view: &view,
+                    seed: SEED,
+                    sums: &sums,
                 };
-                world.context.run(record).unwrap();
+                pass.run(job, tile..tile + 1, samples.clone()).unwrap();
             }
         }
         let direct: Vec<RadianceSum> = sums.direct.read().unwrap();

@@ -6,6 +6,8 @@ mod common;
 mod direct;
 mod energy;
 mod form_factors;
+mod path_noise;
+mod path_tracer;
 mod photons;
 mod plates;
 mod sphere;

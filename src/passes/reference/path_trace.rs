@@ -1,6 +1,7 @@
 //! Path tracing. In: camera, scene, lights. In and out: sums of radiance over samples (W/m²/sr), pixel by pixel.
 
 use crate::error::Result;
+use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
@@ -30,6 +31,26 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// A path under way.
+    pub struct TracedPath {
+        /// Where its next ray starts.
+        pub origin: Vec3,
+        /// And where it goes.
+        pub direction: Vec3,
+        /// Product of brdf·cosθ/pdf so far, roulette included.
+        pub throughput: Vec3,
+        /// Radiance found so far, reflected once, W/m²/sr.
+        pub direct: Vec3,
+        /// And reflected more often.
+        pub indirect: Vec3,
+        /// Vertices so far.
+        pub depth: u32,
+        /// Names its random numbers; the samples of the pixel that are done.
+        pub sample_index: u32,
+    }
+}
+
+gpu_struct! {
     /// Push constants.
     pub struct PathTracePush {
         /// The camera.
@@ -42,18 +63,28 @@ gpu_struct! {
         pub first_tile: u32,
         /// Squares in this dispatch.
         pub tile_count: u32,
-        /// How many samples each pixel has had.
+        /// Where paths are to begin; `RESUME`: they go on from where they stand.
         pub first_sample: u32,
-        /// How many it gets.
-        pub sample_count: u32,
+        /// The sample before which to stop.
+        pub goal: u32,
+        /// Vertices of each pixel's paths in this dispatch at most.
+        pub rounds: u32,
     }
 }
 
 /// What this pass shares with its shader.
-pub const LAYOUTS: &[Layout] = &[RadianceSum::LAYOUT, SampleMoments::LAYOUT, PathTracePush::LAYOUT];
+pub const LAYOUTS: &[Layout] =
+    &[RadianceSum::LAYOUT, SampleMoments::LAYOUT, TracedPath::LAYOUT, PathTracePush::LAYOUT];
 
 /// Throughput below which Russian roulette may end a path.
 pub const ROULETTE_THRESHOLD: f32 = 0.5;
+/// Paths go on from where they stand.
+const RESUME: u32 = u32::MAX;
+/// Rays of a pixel in one dispatch. Bounds the dispatch's length; and lavapipe ends a shader's loops, silently, once they have
+/// turned 65 535 times in all: a thousand for each ray.
+const RAYS_A_DISPATCH: u32 = 64;
+/// Squares of one dispatch at most: 2¹⁸ pixels fill the largest device, and their paths 17 MiB.
+pub const TILE_LIMIT: u32 = 1 << 12;
 /// A workgroup works on a square of so many pixels a side.
 const TILE: u32 = 8;
 
@@ -93,22 +124,48 @@ impl Accumulators {
     }
 }
 
-/// The pipeline.
+/// The pipeline, and the paths under way.
 pub struct PathTrace {
+    context: Arc<Context>,
     pipeline: Pipeline,
+    paths: Buffer,
+    unfinished: Buffer,
+}
+
+/// What [`PathTrace::run`] works on.
+#[derive(Clone, Copy)]
+pub struct Job<'a> {
+    /// Geometry and materials.
+    pub scene: &'a SceneBuffers,
+    /// `LightSource`s.
+    pub lights: &'a Buffer,
+    /// How many.
+    pub light_count: u32,
+    /// The camera.
+    pub view: &'a View,
+    /// Names the sequence of samples.
+    pub seed: u32,
+    /// Sums of that sequence.
+    pub sums: &'a Accumulators,
 }
 
 impl PathTrace {
     /// The name that shader, twin and timing share.
     pub const STEM: &str = "path_trace";
 
-    /// Makes the pipeline.
+    /// Makes the pipeline, and room for the paths of an image.
     ///
     /// # Errors
-    /// A Vulkan call failed.
-    pub fn new(context: &Arc<Context>) -> Result<Self> {
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn new(context: &Arc<Context>, view: &View) -> Result<Self> {
         let constants = [("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits())];
-        Ok(Self { pipeline: Pipeline::new(context, Self::STEM, &constants)? })
+        let lanes = u64::from(Self::tiles(view).min(TILE_LIMIT) * TILE * TILE);
+        Ok(Self {
+            context: context.clone(),
+            pipeline: Pipeline::new(context, Self::STEM, &constants)?,
+            paths: Buffer::storage(context, "traced paths", lanes * size_of::<TracedPath>() as u64)?,
+            unfinished: Buffer::storage(context, "unfinished", 4)?,
+        })
     }
 
     /// Squares of pixels in an image.
@@ -116,41 +173,52 @@ impl PathTrace {
         view.width.div_ceil(TILE) * view.height.div_ceil(TILE)
     }
 
-    /// Takes samples of some tiles; `samples` are numbered through a sequence that `seed` names.
-    #[expect(clippy::too_many_arguments, reason = "one call, at one place")]
-    pub fn record(
-        &self,
-        rec: &mut Recorder,
-        scene: &SceneBuffers,
-        (lights, light_count): (&Buffer, u32),
-        view: &View,
-        seed: u32,
-        tiles: Range<u32>,
-        samples: Range<u32>,
-        sums: &Accumulators,
-    ) {
-        let push = PathTracePush {
-            view: *view,
-            light_count,
-            seed,
-            first_tile: tiles.start,
-            tile_count: tiles.len() as u32,
-            first_sample: samples.start,
-            sample_count: samples.len() as u32,
-        };
-        rec.pass(Self::STEM).dispatch(
+    /// Takes some samples of a sequence in each pixel of some tiles, at most [`TILE_LIMIT`]. Returns the device time of all its
+    /// dispatches and of the longest, milliseconds.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn run(&self, job: Job<'_>, tiles: Range<u32>, samples: Range<u32>) -> Result<[f64; 2]> {
+        let mut first_sample = samples.start;
+        let (mut sum, mut longest) = (0.0, 0.0_f64);
+        while !samples.is_empty() {
+            let push = PathTracePush {
+                view: *job.view,
+                light_count: job.light_count,
+                seed: job.seed,
+                first_tile: tiles.start,
+                tile_count: tiles.len() as u32,
+                first_sample,
+                goal: samples.end,
+                rounds: (RAYS_A_DISPATCH / (1 + job.light_count)).max(1),
+            };
+            let ((), timings) = self.context.run(|rec| self.record(rec, job, &push))?;
+            sum += timings[0].ms;
+            longest = longest.max(timings[0].ms);
+            if self.unfinished.read::<u32>()? == [0] {
+                break;
+            }
+            first_sample = RESUME;
+        }
+        Ok([sum, longest])
+    }
+
+    fn record(&self, rec: &mut Recorder, job: Job<'_>, push: &PathTracePush) {
+        rec.pass(Self::STEM).fill_zero(&self.unfinished).barrier(TRANSFER_TO_COMPUTE).dispatch(
             &self.pipeline,
             [push.tile_count * TILE * TILE, 1, 1],
-            &push,
+            push,
             &[
-                ("Nodes", &scene.nodes),
-                ("Triangles", &scene.triangles),
-                ("Surfaces", &scene.surfaces),
-                ("Materials", &scene.materials),
-                ("Lights", lights),
-                ("DirectSums", &sums.direct),
-                ("IndirectSums", &sums.indirect),
-                ("Moments", &sums.moments),
+                ("Nodes", &job.scene.nodes),
+                ("Triangles", &job.scene.triangles),
+                ("Surfaces", &job.scene.surfaces),
+                ("Materials", &job.scene.materials),
+                ("Lights", job.lights),
+                ("DirectSums", &job.sums.direct),
+                ("IndirectSums", &job.sums.indirect),
+                ("Moments", &job.sums.moments),
+                ("TracedPaths", &self.paths),
+                ("Unfinished", &self.unfinished),
             ],
         );
     }

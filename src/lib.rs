@@ -16,6 +16,7 @@ pub mod layout;
 pub mod passes;
 #[forbid(unsafe_code)]
 pub mod reference;
+#[forbid(unsafe_code)]
 pub mod renderer;
 #[forbid(unsafe_code)]
 pub mod scene;

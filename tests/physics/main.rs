@@ -8,6 +8,7 @@ mod energy;
 mod form_factors;
 mod path_noise;
 mod path_tracer;
+mod photons;
 mod plates;
 mod sphere;
 

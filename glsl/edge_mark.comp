@@ -40,7 +40,8 @@ void main() {
     PixelSurface pixel = pixels[index];
     vec3 direct = direct_irradiance[index];
     bool found = false;
-    for (int i = 0; i < 9 && !found; ++i) {
+    for (int i = 1; i < 9 && !found; i += 2) {
+        // Above, left, right, below.
         ivec2 other = clamp(xy + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1);
         int neighbour = other.y * size.x + other.x;
         found = is_edge(pixel, pixels[neighbour], direct, direct_irradiance[neighbour]);

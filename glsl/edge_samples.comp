@@ -53,8 +53,9 @@ void main() {
 
     uint source = pixel;
     float least = 1e30;
-    for (int i = 0; i < 9 && found.side != NO_SIDE; ++i) {
-        ivec2 other = clamp(xy + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1);
+    // The pixel itself first: if it will do, the others need not be asked.
+    for (int i = 4; i < 13 && found.side != NO_SIDE && least > 0.01; ++i) {
+        ivec2 other = clamp(xy + ivec2(i % 9 % 3, i % 9 / 3) - 1, ivec2(0), size - 1);
         uint neighbour = uint(other.y * size.x + other.x);
         PixelSurface candidate = pixels[neighbour];
         float cost = candidate.side == NO_SIDE ? 1e30 : dissimilarity(found, candidate);

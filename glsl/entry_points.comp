@@ -1,23 +1,32 @@
-// Entry points: uniform over the active sides' area, stratified along its running sum. [Yue §1] Deterministic.
-// One invocation = one entry point. In: first point of every active side. Out: the first vertex of every light path.
+// Entry points: stratified over the patches of the active sides, along their running number. [Yue §1] Deterministic.
+// One invocation = one entry point. In: first point of every patch. Out: the first vertex of every light path.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
 #include "include/dispatch.glsl"
+#include "include/sampling.glsl"
 
 layout(local_size_x = 64) in;
 
+struct EntryPatch {
+    vec3 p0;
+    vec3 p1;
+    vec3 p2;
+    uint side;     // 2·triangle + (1 if the back side)
+    float weight;  // area that each of its points stands for, over the mean of all
+};
 struct EntryPointsPush {
     Grid grid;
     uint point_count;
-    uint side_count;  // active sides
+    uint patch_count;
+    uint seed;
 };
 
 layout(scalar, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(scalar, binding = 1) readonly buffer Surfaces { Surface surfaces[]; };
-layout(scalar, binding = 2) readonly buffer ActiveSides { uint active_sides[]; };
-layout(scalar, binding = 3) readonly buffer FirstPoints { uint first_points[]; };  // of each active side, and the total
+layout(scalar, binding = 2) readonly buffer EntryPatches { EntryPatch entry_patches[]; };
+layout(scalar, binding = 3) readonly buffer FirstPoints { uint first_points[]; };  // of each patch, and the total
 layout(scalar, binding = 4) readonly buffer CellFirst { uint cell_first[]; };
 layout(scalar, binding = 5) readonly buffer CellClusters { uint cell_clusters[]; };
 layout(scalar, binding = 6) writeonly buffer EntryPoints { PathVertex entry_points[]; };
@@ -25,10 +34,10 @@ layout(scalar, push_constant) uniform Push { EntryPointsPush push; };
 
 #include "include/grid.glsl"
 
-// The active side whose run of points holds `index`: the last one whose first point is not beyond it.
-uint find_side(uint index) {
+// The patch whose run of points holds `index`: the last one whose first point is not beyond it.
+uint find_patch(uint index) {
     uint low = 0u;
-    uint high = push.side_count;
+    uint high = push.patch_count;
     while (high - low > 1u) {
         uint middle = (low + high) / 2u;
         if (first_points[middle] <= index) low = middle;
@@ -40,25 +49,21 @@ uint find_side(uint index) {
 void main() {
     uint index = flat_invocation();
     if (index >= push.point_count) return;
-    uint slot = find_side(index);
-    uint side = active_sides[slot];
-    Triangle triangle = triangles[side >> 1];
-    Surface surface = surfaces[side >> 1];
-    bool back = (side & 1u) != 0u;
+    EntryPatch entry_patch = entry_patches[find_patch(index)];
+    Triangle triangle = triangles[entry_patch.side >> 1];
+    Surface surface = surfaces[entry_patch.side >> 1];
+    bool back = (entry_patch.side & 1u) != 0u;
 
-    // Hammersley points over the side, mapped to the triangle with constant density. Half a step of offset per side
-    // keeps the two sides of one triangle from sharing their points; in v it keeps the first point off the edge, where
-    // a ray would start in the plane of the next wall and leave a closed room.
-    uint run = first_points[slot + 1u] - first_points[slot];
-    uint rank = index - first_points[slot];
-    float u = (float(rank) + (back ? 0.25 : 0.75)) / float(run);
-    float v = float(bitfieldReverse(rank) >> 8) * (1.0 / 16777216.0) + 0.5 / float(run);
-    float along = sqrt(u);
-    // Off the edges by a hair: see `hit_position`.
-    vec3 weights = mix(vec3(1.0 - along, along * (1.0 - v), along * v), vec3(1.0 / 3.0), 1.0 / 32768.0);
-    vec3 position = weights.x * triangle.p0 + weights.y * triangle.p1 + weights.z * triangle.p2;
+    // Neighbours in order, which are neighbours on the surface, complement each other.
+    vec2 u = sample_3d(index, push.seed).xy;
+    float along = sqrt(u.x);
+    vec3 weights = vec3(1.0 - along, along * (1.0 - u.y), along * u.y);
+    vec3 position = weights.x * entry_patch.p0 + weights.y * entry_patch.p1 + weights.z * entry_patch.p2;
+    // Off the triangle's edges by a hair, or a ray may start in the plane of the next wall and leave a closed room: see
+    // `hit_position`.
+    position = mix(position, (triangle.p0 + triangle.p1 + triangle.p2) * (1.0 / 3.0), 1.0 / 32768.0);
 
     vec3 normal = back ? -surface.normal : surface.normal;
     uint cluster = base_cluster(grid_cell(push.grid, position, normal), side_code(surface.sides, back));
-    entry_points[index] = PathVertex(position, side, vec3(0.0), 1.0, cluster);
+    entry_points[index] = PathVertex(position, entry_patch.side, vec3(0.0), entry_patch.weight, cluster);
 }

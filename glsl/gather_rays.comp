@@ -15,7 +15,7 @@ layout(constant_id = 1) const uint SECTORS = 0;
 
 struct ClusterLink {
     uint parent;    // cluster one level up; NO_CLUSTER at the root
-    float area_m2;  // exact surface area
+    float entry_points;  // on its surface, in expectation
 };
 struct GatherRaysPush {
     Grid grid;
@@ -24,8 +24,7 @@ struct GatherRaysPush {
     uint point_count;
     uint seed;
     uint cluster_bits;    // width of the cluster field in GatherRay.target
-    float least_area_m2;  // clusters smaller than this hold too few entry points to trust
-    float near_area_m2;   // the same for hits nearer than a base cell
+    float least_entry_points;  // clusters with fewer of them are not trusted
     float least_distance; // distances in gradients are bounded from below by this, metres
 };
 
@@ -63,9 +62,7 @@ uint cluster_for(Hit hit, vec3 direction, float cos_theta) {
     for (; size >= 1.41421356 && links[cluster].parent != NO_CLUSTER; size *= 0.5) {
         cluster = links[cluster].parent;
     }
-    // What stands nearer than a cell fills many rays with one cluster: their common noise has to be smaller.
-    float least_area = hit.t * push.grid.inverse_cell < 1.0 ? push.near_area_m2 : push.least_area_m2;
-    while (links[cluster].area_m2 < least_area && links[cluster].parent != NO_CLUSTER) {
+    while (links[cluster].entry_points < push.least_entry_points && links[cluster].parent != NO_CLUSTER) {
         cluster = links[cluster].parent;
     }
     return cluster;

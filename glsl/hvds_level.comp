@@ -1,10 +1,10 @@
-// One coarser level of the volumetric hierarchy: a cluster's flux is the sum of its children's; then it is divided by its
-// area. Radiances are never averaged. [Yue §2] Deterministic. One invocation = one cluster of the level.
-// In: flux one level down (W). Out: flux (W) and irradiance (W/m²).
+// One coarser level of the volumetric hierarchy: a cluster's flux is the sum of its children's. Radiances are never averaged.
+// [Yue §2] Deterministic. One invocation = one cluster of the level. In: flux one level down (W). Out: flux (W).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/dispatch.glsl"
+#include "include/hvds.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -14,19 +14,17 @@ struct HvdsLevelPush {
 };
 
 layout(scalar, binding = 0) readonly buffer FirstChildren { uint first_children[]; };  // of each cluster, and the end
-layout(scalar, binding = 1) readonly buffer InverseAreas { float inverse_areas[]; };   // 1/m²
-layout(scalar, binding = 2) buffer ClusterFlux { vec3 cluster_flux[]; };
-layout(scalar, binding = 3) writeonly buffer Irradiance { vec3 irradiance[]; };
+layout(scalar, binding = 1) buffer ClusterFluxes { ClusterFlux cluster_fluxes[]; };
 layout(scalar, push_constant) uniform Push { HvdsLevelPush push; };
 
 void main() {
     uint index = flat_invocation();
     if (index >= push.cluster_count) return;
     uint cluster = push.first_cluster + index;
-    vec3 flux = vec3(0.0);
+    ClusterFlux sum = ClusterFlux(vec3(0.0), vec3(0.0));
     for (uint child = first_children[cluster]; child < first_children[cluster + 1u]; ++child) {
-        flux += cluster_flux[child];
+        sum.direct += cluster_fluxes[child].direct;
+        sum.indirect += cluster_fluxes[child].indirect;
     }
-    cluster_flux[cluster] = flux;
-    irradiance[cluster] = flux * inverse_areas[cluster];
+    cluster_fluxes[cluster] = sum;
 }

@@ -29,7 +29,7 @@ void main() {
         if (first + i < push.step_count) {
             PathStep path_step = steps[first + i];
             bool head = path_step.material == HEAD;
-            vec3 factor = head ? vec3(1.0) : materials[path_step.material].diffuse * path_step.weight;
+            vec3 factor = (head ? vec3(1.0) : materials[path_step.material].diffuse) * path_step.weight;
             running = join(running, Segment(factor, uint(head)));
         }
         scanned[i] = running;

@@ -92,7 +92,7 @@ gpu_struct! {
         pub side: u32,
         /// Unit direction of travel when it arrived; zero at an entry point.
         pub incoming: Vec3,
-        /// 1 / survival probability of the step that led here.
+        /// 1 / survival probability of the step that led here; at an entry point, its area over the mean of all.
         pub weight: f32,
         /// Base cluster that it deposits into.
         pub cluster: u32,

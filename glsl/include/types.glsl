@@ -46,7 +46,7 @@ struct PathVertex {
     vec3 position;
     uint side;      // 2·triangle + (1 if the back side)
     vec3 incoming;  // unit direction of travel when it arrived; zero at an entry point
-    float weight;   // 1 / survival probability of the step that led here
+    float weight;   // 1 / survival probability of the step that led here; at an entry point, its area over the mean of all
     uint cluster;   // base cluster that it deposits into
 };
 

@@ -1,31 +1,36 @@
-//! Twin of the entry points: the same points, side by side in the order of the strata.
+//! Twin of the entry points: the same points, patch by patch in the order of the strata.
 
 use crate::cpu::rays::Geometry;
+use crate::cpu::sampling::sample_3d;
 use crate::scene::hvds::Hvds;
 use crate::types::PathVertex;
 use glam::{DVec3, Vec3};
 
-/// Places the points of every active side; `first_points` has the first point of each side, and the total.
+/// A triangle of some piece of a side: its corners, side, and the weight of its points.
+pub type Patch = ([Vec3; 3], u32, f32);
+
+/// Places the points of every patch; `first_points` has the first point of each, and the total.
 pub fn entry_points(
     geometry: Geometry<'_>,
     hvds: &Hvds,
-    sides: &[u32],
+    patches: &[Patch],
     first_points: &[u32],
+    seed: u32,
 ) -> Vec<PathVertex> {
     let mut points = Vec::new();
-    for (&side, run) in sides.iter().zip(first_points.windows(2)) {
-        let count = run[1] - run[0];
-        let [p0, p1, p2] = geometry.triangles[side as usize / 2].positions.map(Vec3::as_dvec3);
-        for rank in 0..count {
-            let shift = if side % 2 == 1 { 0.25 } else { 0.75 };
-            let along = ((f64::from(rank) + shift) / f64::from(count)).sqrt();
-            let v = f64::from(rank.reverse_bits() >> 8) / 16_777_216.0 + 0.5 / f64::from(count);
-            let weights = DVec3::new(1.0 - along, along * (1.0 - v), along * v);
+    for (&(corners, side, weight), run) in patches.iter().zip(first_points.windows(2)) {
+        let [p0, p1, p2] = corners.map(Vec3::as_dvec3);
+        for index in run[0]..run[1] {
+            let u = sample_3d(index, seed).as_dvec3();
+            let along = u.x.sqrt();
+            let inside = (1.0 - along) * p0 + along * ((1.0 - u.y) * p1 + u.y * p2);
+            let middle =
+                geometry.triangles[side as usize / 2].positions.map(Vec3::as_dvec3).iter().sum::<DVec3>()
+                    / 3.0;
             // Off the edges by a hair.
-            let [w0, w1, w2] = weights.lerp(DVec3::splat(1.0 / 3.0), 1.0 / 32_768.0).to_array();
-            let position = (w0 * p0 + w1 * p1 + w2 * p2).as_vec3();
+            let position = inside.lerp(middle, 1.0 / 32_768.0).as_vec3();
             let cluster = geometry.cluster(hvds, position, side);
-            points.push(PathVertex { position, side, incoming: Vec3::ZERO, weight: 1.0, cluster });
+            points.push(PathVertex { position, side, incoming: Vec3::ZERO, weight, cluster });
         }
     }
     points

@@ -19,10 +19,10 @@ pub struct Tracing<'a> {
     pub strata: Strata,
     /// Seed of all decisions.
     pub seed: u32,
-    /// Clusters smaller than this are not read, m².
-    pub least_area_m2: f32,
-    /// The same for hits nearer than a base cell.
-    pub near_area_m2: f32,
+    /// Entry points of every cluster, in expectation.
+    pub entry_points: &'a [f32],
+    /// Clusters with fewer of them are not read.
+    pub least_entry_points: f32,
 }
 
 /// What one ray found.
@@ -60,19 +60,17 @@ impl Tracing<'_> {
         let facing = surface.normal.as_dvec3().dot(direction).abs().max(0.1);
         let solid_angle = PI / (f64::from(self.strata.rays()) * local.z);
         let footprint = hit.t * (solid_angle / facing).sqrt();
-        let is_near = hit.t < self.hvds.grid.cell_size();
-        let least_area_m2 = if is_near { self.near_area_m2 } else { self.least_area_m2 };
-        let cluster = self.coarsen(cluster, footprint, least_area_m2);
+        let cluster = self.coarsen(cluster, footprint);
         Found { target: Some((cluster, surface.material)), distance: hit.t }
     }
 
     /// The cluster of the level whose cells are nearest to the footprint in size, in octaves; or coarser, until it is
-    /// large enough to be trusted.
-    fn coarsen(&self, base: u32, footprint: f64, least_area_m2: f32) -> u32 {
+    /// rich enough to be trusted.
+    fn coarsen(&self, base: u32, footprint: f64) -> u32 {
         let mut cluster = base;
         let mut cell = self.hvds.grid.cell_size();
         while self.hvds.parents[cluster as usize] != NO_CLUSTER
-            && (footprint >= SQRT_2 * cell || self.hvds.areas_m2[cluster as usize] < least_area_m2)
+            && (footprint >= SQRT_2 * cell || self.entry_points[cluster as usize] < self.least_entry_points)
         {
             cluster = self.hvds.parents[cluster as usize];
             cell *= 2.0;

@@ -3,12 +3,12 @@
 use glam::{DVec3, Vec3};
 
 /// Throughput of every vertex in path order. A step is the albedo of the material that reflected the path towards the
-/// vertex, none where a path starts, and the weight of having survived.
+/// vertex, none where a path starts, and the weight of having survived, or of the path itself where it starts.
 pub fn path_scan(steps: impl IntoIterator<Item = (Option<Vec3>, f32)>) -> Vec<DVec3> {
     let mut throughput = DVec3::ONE;
     let mut throughputs = Vec::new();
     for (albedo, weight) in steps {
-        throughput = albedo.map_or(DVec3::ONE, |albedo| throughput * albedo.as_dvec3() * f64::from(weight));
+        throughput = f64::from(weight) * albedo.map_or(DVec3::ONE, |albedo| throughput * albedo.as_dvec3());
         throughputs.push(throughput);
     }
     throughputs

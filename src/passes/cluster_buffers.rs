@@ -20,16 +20,16 @@ pub struct ClusterBuffers {
 }
 
 impl ClusterBuffers {
-    /// Uploads the tables.
+    /// Uploads the tables. `entry_points`: how many each cluster holds, in expectation.
     ///
     /// # Errors
     /// The device lacks memory.
-    pub fn new(context: &Arc<Context>, hvds: &Hvds) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, hvds: &Hvds, entry_points: &[f32]) -> Result<Self> {
         let links: Vec<ClusterLink> = hvds
             .parents
             .iter()
-            .zip(&hvds.areas_m2)
-            .map(|(&parent, &area_m2)| ClusterLink { parent, area_m2 })
+            .zip(entry_points)
+            .map(|(&parent, &entry_points)| ClusterLink { parent, entry_points })
             .collect();
         Ok(Self {
             grid: hvds.grid,

@@ -27,6 +27,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::form_factors::LAYOUTS,
         frame::path_scan::LAYOUTS,
         frame::hvds::LAYOUTS,
+        frame::near_field::LAYOUTS,
         frame::gather::LAYOUTS,
         frame::blend::LAYOUTS,
         frame::prefix_sum::LAYOUTS,

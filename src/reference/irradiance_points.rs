@@ -7,7 +7,7 @@ use crate::cpu::math::clear_distance;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::SceneBuffers;
-use crate::passes::precompute::{entry_points::Strata, rays::Rays, sides};
+use crate::passes::precompute::{rays::Rays, sides};
 use crate::passes::reference::photon_gather::Irradiance;
 use crate::passes::reference::photon_irradiance::{PhotonIrradiance, Points};
 use crate::passes::reference::photon_map::{Photon, PhotonGrid, PhotonMap};
@@ -41,7 +41,7 @@ impl Reachable {
         let clear_distance = clear_distance(&root[0]);
         let rays = Rays::new(context)?;
         sides::deactivate_unreachable(&rays, &scene.buffers, &scene.scene, clear_distance, &mut surfaces)?;
-        let area_m2 = Strata::new(&scene.scene.triangles, &surfaces, 0).area_m2;
+        let area_m2 = active_sides(&scene.scene.triangles, &surfaces).map(|(_, area)| area).sum();
         Ok(Self { surfaces, low: scene.scene.bounds().0, area_m2 })
     }
 }
@@ -145,20 +145,30 @@ fn map_of(
 /// and on each along a lattice: consecutive points of the additive recurrence R2. [Roberts 2018]
 fn spread(triangles: &[Triangle], surfaces: &[Surface], count: u32) -> Vec<Photon> {
     const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
-    let strata = Strata::new(triangles, surfaces, count);
-    let area = Vec3::splat((strata.area_m2 / f64::from(count)) as f32);
-    let ranges = strata.first_points.windows(2).map(|ends| ends[0]..ends[1]);
+    let total: f64 = active_sides(triangles, surfaces).map(|(_, area)| area).sum();
+    let area = Vec3::splat((total / f64::from(count)) as f32);
     let mut points = Vec::with_capacity(count as usize);
-    for (&side, range) in strata.sides.iter().zip(ranges) {
+    let (mut running, mut first) = (0.0, 0);
+    for (side, side_area) in active_sides(triangles, surfaces) {
         let [p0, p1, p2] = triangles[side as usize / 2].positions;
-        points.extend(range.map(|index| {
+        running += side_area / total * f64::from(count);
+        // Point i goes to the side that holds the fraction (i + ½) / count of the area.
+        let end = ((running + 0.5).floor() as u32).min(count);
+        points.extend((first..end).map(|index| {
             let [u, v] = STEPS.map(|step| (0.5 + f64::from(index) * step).fract());
             // The far half of the parallelogram is folded back.
             let [u, v] = if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] }.map(|w| w as f32);
             Photon { position: p0 + u * (p1 - p0) + v * (p2 - p0), side, flux: area }
         }));
+        first = end;
     }
     points
+}
+
+/// The active sides, as 2·triangle + (1 if the back side), and their areas, m².
+fn active_sides(triangles: &[Triangle], surfaces: &[Surface]) -> impl Iterator<Item = (u32, f64)> {
+    let active = |side: &u32| surfaces[*side as usize / 2].side_is_active(side % 2 == 1);
+    (0..2 * triangles.len() as u32).filter(active).map(|side| (side, triangles[side as usize / 2].area_m2()))
 }
 
 /// Metres of the sphere around a scene's bounding box: centre and radius.

@@ -19,13 +19,14 @@ use crate::passes::frame::{
     form_factors::FormFactors,
     gather::Gather,
     hvds::Pyramid,
+    near_field::NearField,
     path_scan::PathScan,
     primary::Primary,
     splat::Splat,
     tonemap::Tonemap,
 };
 use crate::passes::precompute::gather_rays::RayTable;
-use crate::passes::{SceneBuffers, light_sources};
+use crate::passes::{ClusterBuffers, SceneBuffers, light_sources};
 use crate::scene::{Light, LightKind, Scene};
 use crate::types::{NO_SIDE, PixelSurface, Surface, View};
 use glam::Vec3;
@@ -46,14 +47,16 @@ pub struct Renderer {
     form_factors: FormFactors,
     path_scan: PathScan,
     pyramid: Pyramid,
+    near_field: NearField,
+    /// Cache points that see the near field: the first so many.
+    near_count: u32,
     gather: Gather,
     blend: Blend,
     splat: Splat,
     compose: Compose,
     tonemap: Tonemap,
     exposure_stops: f32,
-    /// Least area of a cluster that a gather ray reads, m².
-    least_area_m2: f32,
+    clusters: ClusterBuffers,
     statistics: Statistics,
     /// No frame has run yet.
     is_fresh: bool,
@@ -81,6 +84,8 @@ impl Renderer {
             form_factors: FormFactors::new(context, &made.entry_points, made.area_m2, light_count)?,
             path_scan: PathScan::new(context, &made.paths.steps, &made.paths.deposits)?,
             pyramid: Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2)?,
+            near_count: made.near_count,
+            near_field: NearField::new(context, &made.near_clusters)?,
             gather: Gather::new(
                 context,
                 made.cache_points,
@@ -94,7 +99,7 @@ impl Renderer {
             compose: Compose::new(context, pixels)?,
             tonemap: Tonemap::new(context, pixels)?,
             exposure_stops: 0.0,
-            least_area_m2: made.least_area_m2,
+            clusters: made.clusters,
             buffers: made.buffers,
             surfaces: made.surfaces,
             scene,
@@ -152,7 +157,12 @@ impl Renderer {
         if stages.energy {
             self.pyramid.record(rec, &self.form_factors.flux, &self.path_scan.deposits);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            self.gather.record(rec, &self.buffers.materials, &self.pyramid.irradiance);
+            let (materials, clusters) = (&self.buffers.materials, &self.pyramid.irradiance);
+            self.gather.record(rec, materials, clusters, self.gather.point_count());
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            self.near_field.record(rec, &self.pyramid, &self.gather.records);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            self.gather.record(rec, materials, clusters, self.near_count);
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.blend.record(rec, &self.gather.cache_points, &self.gather.records);
             rec.barrier(COMPUTE_TO_COMPUTE);

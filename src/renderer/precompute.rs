@@ -4,17 +4,27 @@ use super::Statistics;
 use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
-use crate::passes::precompute::cache_points::{self, Geometry, Placement};
+use crate::passes::frame::near_field::NearCluster;
+use crate::passes::precompute::cache_points::{self, Geometry, Placed, Placement, Survey};
 use crate::passes::precompute::entry_points::{self, Strata};
 use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, RayTable};
 use crate::passes::precompute::light_paths::{self, LightPaths};
 use crate::passes::precompute::neighbours::Neighbourhoods;
-use crate::passes::precompute::{Progress, rays::Rays, sides};
+use crate::passes::precompute::{Progress, near_clusters, rays::Rays, sides};
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, surfaces};
 use crate::types::{CachePoint, PathVertex, Surface};
 use std::sync::Arc;
 use std::time::Instant;
+
+/// Cells of the finest level along an axis for each that was asked for: where surfaces are nearer than a cell, clusters are
+/// smaller than one.
+const REFINED: u32 = 2;
+/// And in all: the table of cells is dense.
+const FINEST: u32 = 256;
+
+/// Cache points that have a surface within so many base cells see clusters of the near field.
+const SEES_NEAR: f32 = 1.0;
 
 /// All that the frames are made of.
 pub(super) struct Precomputed {
@@ -31,8 +41,10 @@ pub(super) struct Precomputed {
     pub(super) rays: RayTable,
     pub(super) hemisphere: Hemisphere,
     pub(super) code: GatherCode,
-    /// Least area of a cluster that a gather ray reads, m².
-    pub(super) least_area_m2: f32,
+    pub(super) clusters: ClusterBuffers,
+    pub(super) near_clusters: Vec<NearCluster>,
+    /// The first so many cache points see them.
+    pub(super) near_count: u32,
     pub(super) statistics: Statistics,
 }
 
@@ -76,31 +88,44 @@ pub(super) fn precompute(
 
     progress.stage("cells", 1);
     let (low, high) = scene.bounds();
-    let hvds = Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, quality.cells), quality.cells);
-    let clusters = ClusterBuffers::new(context, &hvds)?;
+    let build = |cells| Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells);
+    let cells = build(quality.cells);
+    let finest = (REFINED * quality.cells).min(FINEST);
+    let hvds = build(finest);
     watch.lap("cells");
 
+    let seed = quality.seed;
+    let geometry = Geometry {
+        triangles: &scene.triangles,
+        surfaces: &surfaces,
+        hvds: &cells,
+        scene_size: (high - low).length(),
+    };
+    let survey = Survey::new(context, &buffers, &geometry, seed, progress)?;
+    watch.lap("clearances");
+
     progress.stage("entry points", 1);
-    let strata = Strata::new(&scene.triangles, &surfaces, quality.entry_points);
+    let cell_size = cells.grid.cell_size() as f32;
+    let clearances = survey.clearances_of(&geometry, &hvds);
+    let densities: Vec<f32> = clearances.iter().map(|&c| entry_points::density(c, cell_size)).collect();
+    let strata = Strata::new(&hvds, &densities, quality.entry_points);
+    let clusters = ClusterBuffers::new(context, &hvds, &strata.in_clusters)?;
     let area_m2 = (strata.area_m2 / f64::from(quality.entry_points)) as f32;
-    let entry_points = entry_points::place(context, &buffers, &clusters, &strata)?;
+    let entry_points = entry_points::place(context, &buffers, &clusters, &strata, seed)?;
     watch.lap("entry points");
 
     let base = hvds.levels[0].len() as u32;
-    let seed = quality.seed;
     let paths =
         light_paths::trace(context, &buffers, &clusters, &surfaces, base, &entry_points, seed, progress)?;
     watch.lap("light paths");
 
-    let geometry = Geometry {
-        triangles: &scene.triangles,
-        surfaces: &surfaces,
-        hvds: &hvds,
-        scene_size: (high - low).length(),
-    };
     let mut placement =
-        cache_points::place(context, &buffers, &geometry, quality.cache_points, seed, progress)?;
+        cache_points::place(&survey, &buffers, &geometry, quality.cache_points, seed, progress)?;
     entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
+    // Points that see near clusters come first: only they are gathered twice.
+    let is_far = |placed: &Placed| placed.clearance >= SEES_NEAR * cell_size;
+    placement.points.sort_by_key(is_far);
+    let near_count = placement.points.partition_point(|placed| !is_far(placed)) as u32;
     let points: Vec<CachePoint> = placement.points.iter().map(|placed| placed.point).collect();
     let cache_points = Buffer::from_slice(context, "cache points", &points)?;
     let neighbourhoods = Neighbourhoods::new(&placement.points);
@@ -112,10 +137,14 @@ pub(super) fn precompute(
     }
     watch.lap("cache points");
 
+    let normal = |side: u32| {
+        let normal = surfaces[side as usize / 2].normal;
+        if side % 2 == 1 { -normal } else { normal }
+    };
+    let near_clusters = near_clusters::find(&hvds, &densities, normal, &placement.points);
     let hemisphere = Hemisphere::new(quality.gather_rays);
     let code = GatherCode::new(hvds.cluster_count(), scene.materials.len(), placement.least_radius)?;
     let point_count = placement.points.len() as u32;
-    let least_area_m2 = (gather_rays::LEAST_ENTRY_POINTS * f64::from(area_m2)) as f32;
     let rays = gather_rays::trace(
         context,
         &buffers,
@@ -124,7 +153,6 @@ pub(super) fn precompute(
         point_count,
         hemisphere,
         code,
-        least_area_m2,
         seed,
         progress,
     )?;
@@ -136,7 +164,7 @@ pub(super) fn precompute(
         precompute_stages: watch.stages,
         ..Statistics::default()
     };
-    count(&mut statistics, scene, &surfaces, &hvds, &paths, &placement, hemisphere);
+    count(&mut statistics, scene, &surfaces, &hvds, &paths, &placement, hemisphere, near_clusters.len());
     Ok(Precomputed {
         buffers,
         surfaces,
@@ -150,7 +178,9 @@ pub(super) fn precompute(
         rays,
         hemisphere,
         code,
-        least_area_m2,
+        clusters,
+        near_clusters,
+        near_count,
         statistics,
     })
 }
@@ -184,6 +214,7 @@ fn count(
     paths: &LightPaths,
     placement: &Placement,
     hemisphere: Hemisphere,
+    near: usize,
 ) {
     let active_area = |triangle: &Triangle, surface: &Surface| {
         let sides = [false, true].into_iter().filter(|&back| surface.side_is_active(back)).count();
@@ -199,6 +230,7 @@ fn count(
         ("path vertices", paths.steps.len() as u64),
         ("path vertices outside all clusters", paths.lost),
         ("clusters", u64::from(hvds.cluster_count())),
+        ("near clusters", near as u64),
         ("base clusters", hvds.levels[0].len() as u64),
         ("cache points", placement.points.len() as u64),
         ("cache point candidates", placement.candidates),

@@ -3,10 +3,8 @@
 use super::{Layer, Renderer};
 use crate::error::Result;
 use crate::gpu::Buffer;
-use crate::passes::ClusterBuffers;
 use crate::passes::frame::gather::Gather;
 use crate::passes::precompute::{Silent, gather_rays};
-use crate::scene::{grid, hvds::Hvds};
 use crate::types::{CachePoint, NO_SIDE, PixelSurface, Record};
 use glam::Vec3;
 
@@ -24,11 +22,6 @@ impl Renderer {
         let splatted: Vec<Vec3> = self.splat.irradiance.read()?;
         let mut irradiance = vec![Vec3::ZERO; pixels.len()];
         let seen: Vec<usize> = (0..pixels.len()).filter(|&index| pixels[index].side != NO_SIDE).collect();
-        let (low, high) = self.scene.bounds();
-        let cells = self.scene.quality.cells;
-        let grid = grid::grid(low, high, cells);
-        let hvds = Hvds::build(&self.scene.triangles, &self.surfaces, grid, cells);
-        let clusters = ClusterBuffers::new(&self.context, &hvds)?;
         for indices in seen.chunks(PIXELS_AT_A_TIME) {
             let point = |&index: &usize| CachePoint {
                 position: pixels[index].position,
@@ -38,7 +31,7 @@ impl Renderer {
                 wall: Vec3::ZERO,
             };
             let points: Vec<CachePoint> = indices.iter().map(point).collect();
-            for (&index, record) in indices.iter().zip(self.gather_at(&clusters, &points)?) {
+            for (&index, record) in indices.iter().zip(self.gather_at(&points)?) {
                 irradiance[index] = record.irradiance;
             }
         }
@@ -50,24 +43,24 @@ impl Renderer {
     }
 
     /// Gathers at any points from the clusters of the last frame.
-    fn gather_at(&self, clusters: &ClusterBuffers, points: &[CachePoint]) -> Result<Vec<Record>> {
+    fn gather_at(&self, points: &[CachePoint]) -> Result<Vec<Record>> {
         let count = points.len() as u32;
         let buffer = Buffer::from_slice(&self.context, "gather points", points)?;
         let (hemisphere, code) = (self.gather.hemisphere, self.gather.code);
         let rays = gather_rays::trace(
             &self.context,
             &self.buffers,
-            clusters,
+            &self.clusters,
             &buffer,
             count,
             hemisphere,
             code,
-            self.least_area_m2,
             self.scene.quality.seed,
             &mut Silent,
         )?;
         let gather = Gather::new(&self.context, buffer, count, rays, hemisphere, code)?;
-        self.context.run(|rec| gather.record(rec, &self.buffers.materials, &self.pyramid.irradiance))?;
+        self.context
+            .run(|rec| gather.record(rec, &self.buffers.materials, &self.pyramid.irradiance, count))?;
         gather.records.read()
     }
 }

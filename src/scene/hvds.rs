@@ -15,6 +15,8 @@ use std::ops::Range;
 pub struct Piece {
     /// 2·triangle + (1 if the back side).
     pub side: u32,
+    /// Its base cluster.
+    pub cluster: u32,
     /// Exact area, m².
     pub area_m2: f64,
     /// Corners of the convex polygon, on the surface.
@@ -55,9 +57,13 @@ fn key_up(key: u64) -> u64 {
 impl Hvds {
     /// Builds the clusters of all active sides. `surfaces` goes with `triangles`; `cells` is a power of two.
     pub fn build(triangles: &[Triangle], surfaces: &[types::Surface], grid: types::Grid, cells: u32) -> Self {
-        let (mut parts, pieces) = cut_sides(triangles, surfaces, &grid);
+        let (mut parts, mut pieces) = cut_sides(triangles, surfaces, &grid);
         parts.sort_by_key(|part| part.0);
 
+        let mut level = merge(&parts);
+        for (key, piece) in &mut pieces {
+            piece.cluster = level.partition_point(|cluster| cluster.0 < *key) as u32;
+        }
         let mut hvds = Self {
             grid,
             levels: Vec::new(),
@@ -66,9 +72,8 @@ impl Hvds {
             areas_m2: Vec::new(),
             parents: Vec::new(),
             first_children: vec![0],
-            pieces,
+            pieces: pieces.into_iter().map(|(_, piece)| piece).collect(),
         };
-        let mut level = merge(&parts);
         hvds.cell_table(&level);
         for depth in 0..=cells.ilog2() {
             let first = hvds.areas_m2.len() as u32;
@@ -97,6 +102,20 @@ impl Hvds {
     /// Clusters in all.
     pub fn cluster_count(&self) -> u32 {
         self.areas_m2.len() as u32
+    }
+
+    /// Sums a quantity of the pieces over every cluster of every level.
+    pub fn sum_up(&self, of_pieces: impl IntoIterator<Item = f64>) -> Vec<f32> {
+        let mut sums = vec![0.0; self.areas_m2.len()];
+        for (piece, value) in self.pieces.iter().zip(of_pieces) {
+            sums[piece.cluster as usize] += value;
+        }
+        for cluster in 0..sums.len() {
+            if self.parents[cluster] != types::NO_CLUSTER {
+                sums[self.parents[cluster] as usize] += sums[cluster];
+            }
+        }
+        sums.into_iter().map(|sum| sum as f32).collect()
     }
 
     /// Fills the table from base cells to their clusters; `base` is in cluster order.
@@ -133,12 +152,13 @@ impl Hvds {
     }
 }
 
-/// Cuts every active side along the grid: (cluster key, area) of each part, and the parts themselves.
+/// Cuts every active side along the grid: (cluster key, area) of each part, and the parts themselves, their clusters still
+/// to be numbered.
 fn cut_sides(
     triangles: &[Triangle],
     surfaces: &[types::Surface],
     grid: &types::Grid,
-) -> (Vec<(u64, f64)>, Vec<Piece>) {
+) -> (Vec<(u64, f64)>, Vec<(u64, Piece)>) {
     let mut parts = Vec::new();
     let mut pieces = Vec::new();
     for (index, (triangle, surface)) in triangles.iter().zip(surfaces).enumerate() {
@@ -155,7 +175,8 @@ fn cut_sides(
                 parts.push((key(code, cell), area_m2));
                 if area_m2 > 0.0 {
                     let corners = polygon.iter().map(|&p| (p + pull).as_vec3()).collect();
-                    pieces.push(Piece { side: 2 * index as u32 + u32::from(back), area_m2, corners });
+                    let side = 2 * index as u32 + u32::from(back);
+                    pieces.push((key(code, cell), Piece { side, cluster: 0, area_m2, corners }));
                 }
             });
         }

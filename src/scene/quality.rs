@@ -52,7 +52,7 @@ impl Quality {
         preset: "high",
         entry_points: 1_600_000,
         cache_points: 80_000,
-        gather_rays: 256,
+        gather_rays: 576,
         directions: 256,
         cells: 128,
         edge_samples: 64,

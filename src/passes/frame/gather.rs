@@ -81,10 +81,10 @@ impl Gather {
         self.point_count
     }
 
-    /// Gathers at every cache point.
-    pub fn record(&self, rec: &mut Recorder, materials: &Buffer, irradiance: &Buffer) {
+    /// Gathers at the first `point_count` cache points.
+    pub fn record(&self, rec: &mut Recorder, materials: &Buffer, irradiance: &Buffer, point_count: u32) {
         let mut pass = rec.pass(Self::STEM);
-        for (first_point, point_count, rays) in self.rays.parts(self.point_count) {
+        for (first_point, point_count, rays) in self.rays.parts(point_count) {
             let push = GatherPush {
                 first_point,
                 point_count,

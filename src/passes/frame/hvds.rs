@@ -5,6 +5,9 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::scene::hvds::Hvds;
+use crate::types::NO_CLUSTER;
+use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -28,18 +31,44 @@ gpu_struct! {
     }
 }
 
+gpu_struct! {
+    /// Push constants of the last step.
+    pub struct HvdsResolvePush {
+        /// Clusters of all levels.
+        pub cluster_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// What a cluster has received, W.
+    pub struct ClusterFlux {
+        /// At entry points: straight from the lights.
+        pub direct: Vec3,
+        /// At all other vertices: from surfaces.
+        pub indirect: Vec3,
+    }
+}
+
 /// What this pass shares with its shaders.
-pub const LAYOUTS: &[Layout] = &[HvdsBasePush::LAYOUT, HvdsLevelPush::LAYOUT];
+pub const LAYOUTS: &[Layout] =
+    &[HvdsBasePush::LAYOUT, HvdsLevelPush::LAYOUT, HvdsResolvePush::LAYOUT, ClusterFlux::LAYOUT];
+
+/// Path vertices that a cluster must hold before its indirect light is trusted. They come by chance, with unequal weights, while
+/// entry points are spread evenly: it takes more of them.
+pub const LEAST_VERTICES: u32 = 48;
 
 /// The pipelines, the nesting of the clusters and their energy.
 pub struct Pyramid {
     base: Pipeline,
     level: Pipeline,
+    resolve: Pipeline,
     levels: Vec<Range<u32>>,
     first_deposits: Buffer,
     first_children: Buffer,
-    inverse_areas: Buffer,
-    /// Flux of each cluster, W; three floats.
+    /// 1/area of each cluster, 1/m².
+    pub inverse_areas: Buffer,
+    indirect_sources: Buffer,
+    /// `ClusterFlux` of each cluster, W.
     pub flux: Buffer,
     /// Irradiance of each cluster, W/m²; three floats.
     pub irradiance: Buffer,
@@ -49,14 +78,15 @@ impl Pyramid {
     /// The name that shaders, twin and timing share.
     pub const STEM: &str = "hvds";
 
-    /// Uploads the nesting. No cluster is divided by an area below `least_area_m2`, the area of one entry point: what
+    /// Uploads the nesting. `first_deposits` has the first deposit of each base cluster by an entry
+    /// point, then its first by another vertex, and the end. No cluster is divided by an area below `least_area_m2`, the area of one entry point: what
     /// is smaller cannot be resolved, and only roots so small are ever read.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(
         context: &Arc<Context>,
-        hvds: &crate::scene::hvds::Hvds,
+        hvds: &Hvds,
         first_deposits: &[u32],
         least_area_m2: f32,
     ) -> Result<Self> {
@@ -66,16 +96,22 @@ impl Pyramid {
         Ok(Self {
             base: Pipeline::new(context, "hvds_base", &[])?,
             level: Pipeline::new(context, "hvds_level", &[])?,
+            resolve: Pipeline::new(context, "hvds_resolve", &[])?,
             levels: hvds.levels.clone(),
             first_deposits: Buffer::from_slice(context, "first deposits", first_deposits)?,
             first_children: Buffer::from_slice(context, "first children", &hvds.first_children)?,
             inverse_areas: Buffer::from_slice(context, "inverse areas", &inverse_areas)?,
-            flux: Buffer::storage(context, "cluster flux", bytes)?,
+            indirect_sources: Buffer::from_slice(
+                context,
+                "indirect sources",
+                &indirect_sources(hvds, first_deposits, LEAST_VERTICES),
+            )?,
+            flux: Buffer::storage(context, "cluster flux", 2 * bytes)?,
             irradiance: Buffer::storage(context, "cluster irradiance", bytes)?,
         })
     }
 
-    /// Sums the base level, then each coarser one from the level below it.
+    /// Sums the base level, then each coarser one from the level below it; then divides.
     pub fn record(&self, rec: &mut Recorder, path_flux: &Buffer, deposits: &Buffer) {
         let mut pass = rec.pass(Self::STEM);
         let base = &self.levels[0];
@@ -87,9 +123,7 @@ impl Pyramid {
                 ("PathFlux", path_flux),
                 ("FirstDeposits", &self.first_deposits),
                 ("Deposits", deposits),
-                ("InverseAreas", &self.inverse_areas),
-                ("ClusterFlux", &self.flux),
-                ("Irradiance", &self.irradiance),
+                ("ClusterFluxes", &self.flux),
             ],
         );
         for level in &self.levels[1..] {
@@ -98,13 +132,43 @@ impl Pyramid {
                 &self.level,
                 [level.len() as u32, 1, 1],
                 &HvdsLevelPush { first_cluster: level.start, cluster_count: level.len() as u32 },
-                &[
-                    ("FirstChildren", &self.first_children),
-                    ("InverseAreas", &self.inverse_areas),
-                    ("ClusterFlux", &self.flux),
-                    ("Irradiance", &self.irradiance),
-                ],
+                &[("FirstChildren", &self.first_children), ("ClusterFluxes", &self.flux)],
             );
         }
+        let cluster_count = self.levels.last().map_or(0, |root| root.end);
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.dispatch(
+            &self.resolve,
+            [cluster_count, 1, 1],
+            &HvdsResolvePush { cluster_count },
+            &[
+                ("InverseAreas", &self.inverse_areas),
+                ("IndirectSources", &self.indirect_sources),
+                ("ClusterFluxes", &self.flux),
+                ("Irradiance", &self.irradiance),
+            ],
+        );
     }
+}
+
+/// For each cluster, the smallest one around it that holds `least` path vertices that are no entry points.
+pub fn indirect_sources(hvds: &Hvds, first_deposits: &[u32], least: u32) -> Vec<u32> {
+    let mut counts = vec![0; hvds.cluster_count() as usize];
+    for (count, runs) in counts.iter_mut().zip(first_deposits[1..].chunks(2)) {
+        *count = runs[1] - runs[0];
+    }
+    for cluster in 0..counts.len() {
+        if hvds.parents[cluster] != NO_CLUSTER {
+            counts[hvds.parents[cluster] as usize] += counts[cluster];
+        }
+    }
+    // From the root down: what a parent takes is known before its children ask.
+    let mut sources: Vec<u32> = (0..hvds.cluster_count()).collect();
+    for cluster in (0..counts.len()).rev() {
+        let parent = hvds.parents[cluster];
+        if counts[cluster] < least && parent != NO_CLUSTER {
+            sources[cluster] = sources[parent as usize];
+        }
+    }
+    sources
 }

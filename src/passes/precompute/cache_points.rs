@@ -48,12 +48,51 @@ pub struct Placement {
     pub is_covering: bool,
 }
 
+/// How far away other surfaces are, all over the active sides: a sample a piece.
+pub struct Survey {
+    surveyor: Surveyor,
+    samples: Vec<CachePoint>,
+    clearances: Vec<f32>,
+}
+
+impl Survey {
+    /// Measures the clearance of a point on each piece.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn new(
+        context: &Arc<Context>,
+        buffers: &SceneBuffers,
+        geometry: &Geometry<'_>,
+        seed: u32,
+        progress: &mut dyn Progress,
+    ) -> Result<Self> {
+        let surveyor = Surveyor::new(context, geometry.scene_size, seed)?;
+        let pieces = &geometry.hvds.pieces;
+        progress.stage("clearances", pieces.len() as u64);
+        let samples: Vec<CachePoint> = (0..pieces.len()).map(|piece| geometry.draw(piece, 0, seed)).collect();
+        let measured = surveyor.measure(buffers, &samples, Some(progress))?;
+        let clearances = measured.iter().map(|clearance| clearance.distance).collect();
+        Ok(Self { surveyor, samples, clearances })
+    }
+
+    /// What the samples around say of the clearance at the middle of each piece of another cut of the same surface, metres.
+    pub fn clearances_of(&self, geometry: &Geometry<'_>, other: &Hvds) -> Vec<f32> {
+        let neighbourhood = Neighbourhood::new(&geometry.hvds.grid, &self.samples, &self.clearances);
+        let middle = |piece: &Piece| {
+            let position = piece.corners.iter().sum::<Vec3>() / piece.corners.len() as f32;
+            neighbourhood.clamp(&geometry.point(piece.side, position), geometry.scene_size)
+        };
+        other.pieces.iter().map(middle).collect()
+    }
+}
+
 /// Places at most `budget` cache points on the pieces of the active sides.
 ///
 /// # Errors
 /// The device lacks memory or failed.
 pub fn place(
-    context: &Arc<Context>,
+    survey: &Survey,
     buffers: &SceneBuffers,
     geometry: &Geometry<'_>,
     budget: u32,
@@ -68,21 +107,13 @@ pub fn place(
             is_covering: true,
         });
     }
-    let surveyor = Surveyor::new(context, geometry.scene_size, seed)?;
-    let pieces = &geometry.hvds.pieces;
-    progress.stage("clearances", pieces.len() as u64);
-    let samples: Vec<CachePoint> = (0..pieces.len()).map(|piece| geometry.draw(piece, 0, seed)).collect();
-    let clearances: Vec<f32> = surveyor
-        .measure(buffers, &samples, Some(progress))?
-        .iter()
-        .map(|clearance| clearance.distance)
-        .collect();
-    let (mut unit, largest) = spread(geometry, &clearances, budget);
+    let Survey { surveyor, samples, clearances } = survey;
+    let (mut unit, largest) = spread(geometry, clearances, budget);
     loop {
-        let neighbourhood = Neighbourhood::new(&geometry.hvds.grid, &samples, &clearances);
+        let neighbourhood = Neighbourhood::new(&geometry.hvds.grid, samples, clearances);
         let mut records = Records::new(&geometry.hvds.grid, RADIUS_RANGE[1] * unit);
-        let attempt = Attempt { buffers, geometry, surveyor: &surveyor, neighbourhood, unit, budget, seed };
-        let placement = attempt.run(&mut records, &clearances, progress)?;
+        let attempt = Attempt { buffers, geometry, surveyor, neighbourhood, unit, budget, seed };
+        let placement = attempt.run(&mut records, clearances, progress)?;
         if placement.is_covering || unit >= largest {
             return Ok(placement);
         }

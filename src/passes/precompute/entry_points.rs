@@ -1,13 +1,33 @@
-//! Entry points: uniform over the area that light can reach, stratified. [Yue §1]
-//! In: triangles, active sides. Out: the first vertex of every light path, in Morton order.
+//! Entry points: stratified over the area that light can reach, denser where surfaces stand close together. [Yue §1]
+//! In: pieces of the active sides, their densities. Out: the first vertex of every light path, in Morton order.
+//!
+//! Deviation: the paper's entry points are uniform. Where a surface is nearer than a cell, what a gather ray sees of it changes
+//! within the cell; there the clusters must be finer to be right, and need as many entry points to be trusted.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::{ClusterBuffers, SceneBuffers};
-use crate::scene::Triangle;
-use crate::types::{Grid, PathVertex, Surface};
+use crate::scene::hvds::Hvds;
+use crate::types::{Grid, PathVertex};
+use glam::Vec3;
 use std::sync::Arc;
+
+gpu_struct! {
+    /// A triangle of some piece of a side, and how dense its entry points are.
+    pub struct EntryPatch {
+        /// First corner.
+        pub p0: Vec3,
+        /// Second corner.
+        pub p1: Vec3,
+        /// Third corner.
+        pub p2: Vec3,
+        /// 2·triangle + (1 if the back side).
+        pub side: u32,
+        /// Area that each of its points stands for, over the mean of all.
+        pub weight: f32,
+    }
+}
 
 gpu_struct! {
     /// Push constants.
@@ -16,46 +36,71 @@ gpu_struct! {
         pub grid: Grid,
         /// Entry points.
         pub point_count: u32,
-        /// Active sides.
-        pub side_count: u32,
+        /// Patches.
+        pub patch_count: u32,
+        /// Seed of all decisions.
+        pub seed: u32,
     }
 }
 
 /// What this pass shares with its shader.
-pub const LAYOUTS: &[Layout] = &[EntryPointsPush::LAYOUT];
+pub const LAYOUTS: &[Layout] = &[EntryPatch::LAYOUT, EntryPointsPush::LAYOUT];
 
 /// The name that shader, twin and timing share.
 pub const STEM: &str = "entry_points";
 
-/// Active sides and the running number of entry points on them.
+/// How much denser entry points may stand than in the open.
+pub const DENSEST: f32 = 8.0;
+
+/// Density of entry points, relative to the open, where the nearest surface in front is `clearance` away: such that clusters can
+/// shrink with the distance below the size of a cell.
+pub fn density(clearance: f32, cell_size: f32) -> f32 {
+    (cell_size / clearance.max(1e-30)).powi(2).clamp(1.0, DENSEST)
+}
+
+/// Patches of the surface and the running number of entry points on them.
 pub struct Strata {
-    /// 2·triangle + (1 if the back side), of each active side.
-    pub sides: Vec<u32>,
-    /// First entry point of each active side, and the total.
+    /// The patches, cluster by cluster, so that the points of every cluster of every level are a run, and their number is
+    /// right to one.
+    pub patches: Vec<EntryPatch>,
+    /// First entry point of each patch, and the total.
     pub first_points: Vec<u32>,
-    /// Area of all active sides, m².
+    /// Area of all, m².
     pub area_m2: f64,
+    /// Entry points that each cluster holds, in expectation.
+    pub in_clusters: Vec<f32>,
 }
 
 impl Strata {
-    /// Deals `count` points to the active sides in proportion to their area, the running sum in f64: point i goes to the
-    /// side that holds the fraction (i + ½) / count of the area.
-    pub fn new(triangles: &[Triangle], surfaces: &[Surface], count: u32) -> Self {
-        let active = |side: &u32| surfaces[*side as usize / 2].side_is_active(side % 2 == 1);
-        let sides: Vec<u32> = (0..2 * triangles.len() as u32).filter(active).collect();
-        let areas: Vec<f64> = sides.iter().map(|&side| triangles[side as usize / 2].area_m2()).collect();
-        let area_m2: f64 = areas.iter().sum();
-        let mut first_points = vec![0];
+    /// Deals `count` points to the pieces in proportion to area and density, the running sum in f64: point i goes to the patch
+    /// that holds the fraction (i + ½) / count of it.
+    pub fn new(hvds: &Hvds, densities: &[f32], count: u32) -> Self {
+        let mut order: Vec<usize> = (0..hvds.pieces.len()).collect();
+        order.sort_by_key(|&piece| hvds.pieces[piece].cluster);
+        let area_m2: f64 = hvds.pieces.iter().map(|piece| piece.area_m2).sum();
+        let share = |(piece, &density): (usize, &f32)| hvds.pieces[piece].area_m2 * f64::from(density);
+        let total: f64 = densities.iter().enumerate().map(share).sum();
+        let mut strata =
+            Self { patches: Vec::new(), first_points: vec![0], area_m2, in_clusters: Vec::new() };
         let mut running = 0.0;
-        for area in &areas {
-            running += area;
-            let end = (running / area_m2 * f64::from(count) + 0.5).floor() as u32;
-            first_points.push(end.min(count));
+        for index in order {
+            let (piece, density) = (&hvds.pieces[index], f64::from(densities[index]));
+            for fan in piece.corners.windows(2).skip(1) {
+                let (p0, p1, p2) = (piece.corners[0], fan[0], fan[1]);
+                let area_m2 = 0.5 * (p1 - p0).as_dvec3().cross((p2 - p0).as_dvec3()).length();
+                running += area_m2 * density / total;
+                let end = (running * f64::from(count) + 0.5).floor() as u32;
+                let weight = (total / (density * strata.area_m2)) as f32;
+                strata.patches.push(EntryPatch { p0, p1, p2, side: piece.side, weight });
+                strata.first_points.push(end.min(count));
+            }
         }
-        if let Some(last) = first_points.last_mut() {
-            *last = count;
+        if let Some(last) = strata.first_points.last_mut() {
+            *last = if strata.patches.is_empty() { 0 } else { count };
         }
-        Self { sides, first_points, area_m2 }
+        let expected = densities.iter().enumerate().map(share).map(|share| share * f64::from(count) / total);
+        strata.in_clusters = hvds.sum_up(expected);
+        strata
     }
 }
 
@@ -68,17 +113,19 @@ pub fn place(
     scene: &SceneBuffers,
     clusters: &ClusterBuffers,
     strata: &Strata,
+    seed: u32,
 ) -> Result<Vec<PathVertex>> {
     let point_count = strata.first_points.last().copied().unwrap_or(0);
-    if strata.sides.is_empty() || point_count == 0 {
+    if point_count == 0 {
         return Ok(Vec::new());
     }
     let pipeline = Pipeline::new(context, STEM, &[])?;
-    let sides = Buffer::from_slice(context, "active sides", &strata.sides)?;
+    let patches = Buffer::from_slice(context, "entry patches", &strata.patches)?;
     let first_points = Buffer::from_slice(context, "first points", &strata.first_points)?;
     let points =
         Buffer::storage(context, "entry points", u64::from(point_count) * size_of::<PathVertex>() as u64)?;
-    let push = EntryPointsPush { grid: clusters.grid, point_count, side_count: strata.sides.len() as u32 };
+    let patch_count = strata.patches.len() as u32;
+    let push = EntryPointsPush { grid: clusters.grid, point_count, patch_count, seed };
     context.run(|rec| {
         rec.pass(STEM).dispatch(
             &pipeline,
@@ -87,7 +134,7 @@ pub fn place(
             &[
                 ("Triangles", &scene.triangles),
                 ("Surfaces", &scene.surfaces),
-                ("ActiveSides", &sides),
+                ("EntryPatches", &patches),
                 ("FirstPoints", &first_points),
                 ("CellFirst", &clusters.cell_first),
                 ("CellClusters", &clusters.cell_clusters),
@@ -101,10 +148,10 @@ pub fn place(
 }
 
 /// Sorts items by the Morton index of their position, stably. 1024 steps along the grid's longest axis.
-pub fn sort_along_curve<T>(items: &mut [T], grid: &Grid, position: impl Fn(&T) -> glam::Vec3) {
+pub fn sort_along_curve<T>(items: &mut [T], grid: &Grid, position: impl Fn(&T) -> Vec3) {
     let scale = 1023.0 * grid.inverse_cell / grid.cells.max_element() as f32;
     items.sort_by_cached_key(|item| {
-        let cell = ((position(item) - grid.low) * scale).max(glam::Vec3::ZERO).as_uvec3();
+        let cell = ((position(item) - grid.low) * scale).max(Vec3::ZERO).as_uvec3();
         let spread = |v: u32| (0..10).fold(0u32, |m, bit| m | (v >> bit & 1) << (3 * bit));
         spread(cell.z) << 2 | spread(cell.y) << 1 | spread(cell.x)
     });

@@ -14,8 +14,8 @@ gpu_struct! {
     pub struct ClusterLink {
         /// Cluster one level up; `NO_CLUSTER` at the root.
         pub parent: u32,
-        /// Exact surface area, m².
-        pub area_m2: f32,
+        /// Entry points on its surface, in expectation.
+        pub entry_points: f32,
     }
 }
 
@@ -34,10 +34,8 @@ gpu_struct! {
         pub seed: u32,
         /// Width of the cluster field in `GatherRay::target`.
         pub cluster_bits: u32,
-        /// Clusters smaller than this hold too few entry points to trust, m².
-        pub least_area_m2: f32,
-        /// The same for hits nearer than a base cell, m².
-        pub near_area_m2: f32,
+        /// Clusters with fewer of them are not trusted.
+        pub least_entry_points: f32,
         /// Bound of distances in gradients, and their unit, metres.
         pub least_distance: f32,
     }
@@ -49,12 +47,8 @@ pub const LAYOUTS: &[Layout] = &[ClusterLink::LAYOUT, GatherRaysPush::LAYOUT];
 /// The name that shader, twin and timing share.
 pub const STEM: &str = "gather_rays";
 
-/// Entry points that a cluster's area must be worth before a gather ray reads it: fewer make fireflies.
-pub const LEAST_ENTRY_POINTS: f64 = 24.0;
-
-/// How much more area a cluster must have where it is nearer than a base cell: there it fills many rays of one hemisphere,
-/// and what noise it has does not average out.
-pub const NEAR_TRUST: f32 = 4.0;
+/// Entry points that a cluster must hold, in expectation, before a gather ray reads it: fewer make fireflies.
+pub const LEAST_ENTRY_POINTS: f32 = 8.0;
 
 /// The stratification of a gather hemisphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -131,7 +125,7 @@ impl RayTable {
 
     /// First row and number of rows of each buffer.
     fn split(rows_per_buffer: u32, point_count: u32) -> impl Iterator<Item = (u32, u32)> {
-        let starts = (0..point_count.max(1)).step_by(rows_per_buffer as usize);
+        let starts = (0..point_count).step_by(rows_per_buffer as usize);
         starts.map(move |first| (first, rows_per_buffer.min(point_count - first)))
     }
 
@@ -169,7 +163,6 @@ pub fn trace(
     point_count: u32,
     hemisphere: Hemisphere,
     code: GatherCode,
-    least_area_m2: f32,
     seed: u32,
     progress: &mut dyn Progress,
 ) -> Result<RayTable> {
@@ -186,8 +179,7 @@ pub fn trace(
                 point_count: count,
                 seed,
                 cluster_bits: code.cluster_bits,
-                least_area_m2,
-                near_area_m2: NEAR_TRUST * least_area_m2,
+                least_entry_points: LEAST_ENTRY_POINTS,
                 least_distance: code.least_distance,
             };
             let ((), timings) = context.run(|rec| {

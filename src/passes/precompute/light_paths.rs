@@ -70,7 +70,7 @@ pub struct LightPaths {
     /// Every vertex in the order of base clusters; throughputs are the scan's to fill in. One more, which nobody reads,
     /// takes vertices that no cluster holds.
     pub deposits: Vec<Deposit>,
-    /// First deposit of each base cluster, and the end.
+    /// First deposit of each base cluster by an entry point, then its first by another vertex, and the end.
     pub first_deposits: Vec<u32>,
     /// Vertices that no cluster holds: zero unless the binning is broken.
     pub lost: u64,
@@ -96,11 +96,12 @@ pub fn trace(
     let mut live: Vec<PathState> = Vec::with_capacity(entry_points.len());
     for (path, entry) in entry_points.iter().enumerate() {
         let path = path as u32;
-        vertices.push(Vertex { path, side: entry.side, weight: 1.0, cluster: entry.cluster });
+        vertices.push(Vertex { path, side: entry.side, weight: entry.weight, cluster: entry.cluster });
         live.push(PathState {
             position: entry.position,
             side: entry.side,
-            throughput: Vec3::ONE,
+            // A path that carries little ends early.
+            throughput: Vec3::splat(entry.weight),
             path,
             depth: 0,
             is_alive: 1,
@@ -219,20 +220,23 @@ impl LightPaths {
             *place += 1;
         }
 
-        let held = ordered.iter().filter(|vertex| vertex.cluster != NO_CLUSTER);
-        let first_deposits = offsets(base_clusters as usize, held.map(|vertex| vertex.cluster));
-        let total = first_deposits[base_clusters as usize];
+        let mut heads = vec![false; ordered.len()];
+        first_vertices[..paths].iter().for_each(|&first| heads[first as usize] = true);
+        let list = |(vertex, &is_head): (&Vertex, &bool)| 2 * vertex.cluster + u32::from(!is_head);
+        let held = ordered.iter().zip(&heads).filter(|(vertex, _)| vertex.cluster != NO_CLUSTER);
+        let first_deposits = offsets(2 * base_clusters as usize, held.map(list));
+        let total = first_deposits[2 * base_clusters as usize];
         let mut cursor = first_deposits.clone();
         let mut deposits = vec![Deposit { throughput: Vec3::ZERO, path: 0 }; total as usize + 1];
         let mut steps = Vec::with_capacity(ordered.len());
         let mut before: Option<Vertex> = None;
         let mut lost = 0;
-        for vertex in ordered {
+        for (vertex, is_head) in ordered.into_iter().zip(heads) {
             let slot = if vertex.cluster == NO_CLUSTER {
                 lost += 1;
                 total
             } else {
-                let place = &mut cursor[vertex.cluster as usize];
+                let place = &mut cursor[2 * vertex.cluster as usize + usize::from(!is_head)];
                 *place += 1;
                 *place - 1
             };

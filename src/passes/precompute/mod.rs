@@ -7,6 +7,7 @@ mod coverage;
 pub mod entry_points;
 pub mod gather_rays;
 pub mod light_paths;
+pub mod near_clusters;
 pub mod neighbours;
 pub mod rays;
 pub mod sides;

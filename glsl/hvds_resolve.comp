@@ -1,0 +1,26 @@
+// Irradiance of the clusters: flux over area. Light from surfaces is noisier than light from the lights, and smoother: it is
+// taken from the smallest cluster around that enough paths have met. Deterministic. One invocation = one cluster.
+// In: flux (W). Out: irradiance, W/m².
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/dispatch.glsl"
+#include "include/hvds.glsl"
+
+layout(local_size_x = 64) in;
+
+struct HvdsResolvePush { uint cluster_count; };
+
+layout(scalar, binding = 0) readonly buffer InverseAreas { float inverse_areas[]; };      // 1/m²
+layout(scalar, binding = 1) readonly buffer IndirectSources { uint indirect_sources[]; };  // the cluster itself, or one around it
+layout(scalar, binding = 2) readonly buffer ClusterFluxes { ClusterFlux cluster_fluxes[]; };
+layout(scalar, binding = 3) writeonly buffer Irradiance { vec3 irradiance[]; };
+layout(scalar, push_constant) uniform Push { HvdsResolvePush push; };
+
+void main() {
+    uint cluster = flat_invocation();
+    if (cluster >= push.cluster_count) return;
+    uint source = indirect_sources[cluster];
+    irradiance[cluster] = cluster_fluxes[cluster].direct * inverse_areas[cluster]
+                        + cluster_fluxes[source].indirect * inverse_areas[source];
+}

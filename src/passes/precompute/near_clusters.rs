@@ -1,0 +1,89 @@
+//! Small clusters where surfaces stand close together, and the cache point beside each.
+
+use super::coverage::Placed;
+use crate::passes::frame::near_field::NearCluster;
+use crate::scene::hvds::Hvds;
+use crate::types::NO_CLUSTER;
+use glam::{IVec3, Vec3};
+use std::collections::HashMap;
+
+/// Levels of the hierarchy, from the finest, whose clusters are small enough.
+const LEVELS: usize = 2;
+/// Density of entry points from which on surfaces count as close.
+const CLOSE: f64 = 1.5;
+/// How far a record may be, in its validity radii.
+const REACH: f32 = 1.5;
+/// Cosine of how far its normal may lean from the cluster's.
+const LEAN: f32 = 0.8;
+
+/// Middle and mean normal of a cluster, summed by area.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    area: f64,
+    points: f64,
+    middle: Vec3,
+    normal: Vec3,
+    is_back: bool,
+}
+
+/// Finds them. `densities` of the pieces; `normal` of a side.
+pub fn find(
+    hvds: &Hvds,
+    densities: &[f32],
+    normal: impl Fn(u32) -> Vec3,
+    points: &[Placed],
+) -> Vec<NearCluster> {
+    let end = hvds.levels[LEVELS.min(hvds.levels.len()) - 1].end as usize;
+    let mut sums = vec![Sums::default(); end];
+    for (piece, &density) in hvds.pieces.iter().zip(densities) {
+        let middle = piece.corners.iter().sum::<Vec3>() / piece.corners.len() as f32;
+        let mut cluster = piece.cluster as usize;
+        while cluster < end {
+            let sum = &mut sums[cluster];
+            let area = piece.area_m2 as f32;
+            sum.area += piece.area_m2;
+            sum.points += piece.area_m2 * f64::from(density);
+            sum.middle += area * middle;
+            sum.normal += area * normal(piece.side);
+            sum.is_back = piece.side % 2 == 1;
+            cluster = hvds.parents[cluster] as usize;
+            if cluster == NO_CLUSTER as usize {
+                break;
+            }
+        }
+    }
+    let cell = points.iter().fold(f32::MIN_POSITIVE, |a, placed| a.max(REACH * placed.point.radius));
+    let cell_of = |position: Vec3| (position / cell).floor().as_ivec3();
+    let mut cells: HashMap<IVec3, Vec<u32>> = HashMap::new();
+    for (index, placed) in points.iter().enumerate() {
+        cells.entry(cell_of(placed.point.position)).or_default().push(index as u32);
+    }
+    let mut near = Vec::new();
+    for (cluster, sum) in sums.iter().enumerate() {
+        if sum.points < CLOSE * sum.area || sum.area <= 0.0 {
+            continue;
+        }
+        let (middle, normal) = (sum.middle / sum.area as f32, sum.normal.normalize_or_zero());
+        let centre = cell_of(middle);
+        let mut best = (f32::INFINITY, 0);
+        for offset in 0..27 {
+            let step = IVec3::new(offset % 3, offset / 3 % 3, offset / 9) - 1;
+            for &index in cells.get(&(centre + step)).into_iter().flatten() {
+                let point = &points[index as usize].point;
+                let distance = point.position.distance(middle);
+                let fits = (point.side % 2 == 1) == sum.is_back
+                    && distance <= REACH * point.radius
+                    && point.normal.dot(normal) >= LEAN
+                    && (middle - point.position).dot(point.wall) <= 1.0;
+                if fits && distance < best.0 {
+                    best = (distance, index);
+                }
+            }
+        }
+        if best.0.is_finite() {
+            let offset = middle - points[best.1 as usize].point.position;
+            near.push(NearCluster { cluster: cluster as u32, record: best.1, offset });
+        }
+    }
+    near
+}

@@ -10,6 +10,8 @@ use clap::{Parser, Subcommand};
 use crate::error::{Error, Result};
 
 mod args;
+mod compare;
+mod heatmap;
 mod info;
 mod output;
 mod progress;
@@ -28,6 +30,7 @@ struct Cli {
 enum Command {
     Render(render::Render),
     Time(time::Time),
+    Compare(compare::Compare),
     Info(info::Info),
 }
 
@@ -40,6 +43,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(cli) => match cli.command {
             Command::Render(command) => command.run(),
             Command::Time(command) => command.run(),
+            Command::Compare(command) => command.run(),
             Command::Info(command) => command.run(),
         },
         Err(refusal) => match refusal.kind() {

@@ -1,6 +1,8 @@
 //! The command line as scripts see it: exit codes, one line a failure, files whole or absent.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+mod compare;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::BufReader;
@@ -93,8 +95,9 @@ fn folder_with(files: &[(&str, &str)]) -> TempDir {
 fn help_and_version_succeed_and_no_command_fails() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, words) in [
-        (&["--help"][..], &["render", "time", "info"][..]),
+        (&["--help"][..], &["render", "time", "compare", "info"][..]),
         (&["render", "--help"], &["--aov", "--exposure", "--set"]),
+        (&["compare", "--help"], &["--heatmap", "--max-relmse", "--z-test"]),
         (&["time", "--help"], &["--frames", "--json"]),
         (&["--version"], &[env!("CARGO_PKG_VERSION")]),
     ] {

@@ -17,6 +17,7 @@ pub mod metrics;
 #[forbid(unsafe_code)]
 pub mod passes;
 #[forbid(unsafe_code)]
+pub mod reference;
 pub mod renderer;
 #[forbid(unsafe_code)]
 pub mod scene;

@@ -106,6 +106,14 @@ pub(super) fn parse_finite(text: &str) -> std::result::Result<f32, String> {
     }
 }
 
+/// Takes a length of time that can be waited for.
+pub(super) fn parse_seconds(text: &str) -> std::result::Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
+        _ => Err("expected a positive number of seconds".to_owned()),
+    }
+}
+
 /// The name of the device as tables and files show it: nobody shall mistake a processor for a GPU.
 pub(super) fn device_label(context: &Context) -> String {
     format!("{}{}", context.name(), if context.is_cpu() { " (a CPU)" } else { "" })

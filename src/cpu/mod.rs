@@ -4,8 +4,10 @@
 //! integers are integers here, too.
 
 pub mod blend;
+pub mod brdf;
 pub mod compose;
 pub mod direct;
+pub mod emission;
 pub mod entry_points;
 pub mod form_factors;
 pub mod gather;
@@ -13,9 +15,11 @@ pub mod gather_rays;
 pub mod hemisphere;
 pub mod hvds;
 pub mod light_paths;
+pub mod lights;
 pub mod math;
 pub mod path_flux;
 pub mod path_scan;
+pub mod path_trace;
 pub mod prefix_sum;
 pub mod primary;
 pub mod rays;

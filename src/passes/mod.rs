@@ -3,6 +3,7 @@
 mod cluster_buffers;
 pub mod frame;
 pub mod precompute;
+pub mod reference;
 mod scene_buffers;
 
 pub use cluster_buffers::ClusterBuffers;
@@ -32,6 +33,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::splat::LAYOUTS,
         frame::compose::LAYOUTS,
         frame::tonemap::LAYOUTS,
+        reference::path_trace::LAYOUTS,
     ]
     .concat()
 }

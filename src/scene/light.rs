@@ -34,7 +34,7 @@ pub enum LightKind {
         intensity: Vec3,
         /// Half-angle of the cone, radians.
         angle: f32,
-        /// Share of the half-angle over which the intensity falls to zero, 0..=1.
+        /// Share of the half-angle over which the intensity falls to zero, linearly in the angle, 0..=1.
         penumbra: f32,
     },
     /// One-sided parallelogram that emits towards `edge_u × edge_v`.

@@ -16,6 +16,7 @@ mod gather;
 mod gather_rays;
 mod light_paths;
 mod path_scan;
+mod path_trace;
 mod pixels;
 mod prefix_sum;
 mod rays;

@@ -149,7 +149,7 @@ impl World {
     }
 }
 
-fn room() -> Scene {
+pub(crate) fn room() -> Scene {
     let mut scene = shapes::closed_box(Vec3::new(2.0, 1.5, 1.0), 0.7);
     let colours = [Vec3::new(0.9, 0.8, 0.7), Vec3::new(0.6, 0.1, 0.05), Vec3::new(0.1, 0.5, 0.2), Vec3::ZERO];
     let material = scene.materials[0].clone();

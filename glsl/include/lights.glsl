@@ -1,0 +1,48 @@
+// Light sources seen from a surface point. Include after types.glsl and bvh.glsl.
+
+// A direction in which a light may be seen.
+struct LightSample {
+    vec3 direction;   // unit, towards the light
+    float distance;   // metres; LIGHT_FAR where the light is at infinity
+    vec3 irradiance;  // of a surface that faces the direction, before visibility, over the sample's pdf, W/m²
+};
+
+const float LIGHT_FAR = 1e30;
+
+// Share of a spot's intensity at a unit direction of travel: falls linearly in the angle between the two half-angles.
+float spot_falloff(LightSource light, vec3 direction) {
+    // Not the arc cosine, which has lost half its digits near the axis.
+    float angle = atan(length(cross(light.axis, direction)), dot(light.axis, direction));
+    if (angle <= light.inner_angle) return 1.0;
+    return angle < light.outer_angle ? (light.outer_angle - angle) / (light.outer_angle - light.inner_angle) : 0.0;
+}
+
+// Samples a light as seen from `position`; `u` picks the point of an area light, uniform over it, and is idle for the other
+// kinds. False where the light does not shine there. Unbounded towards the light, but never infinite.
+bool sample_light(LightSource light, vec3 position, vec2 u, out LightSample found) {
+    if (light.kind == LIGHT_DIRECTIONAL) {
+        found = LightSample(-light.axis, LIGHT_FAR, light.emission);
+        return true;
+    }
+    vec3 to_light = light.position + u.x * light.edge_u + u.y * light.edge_v - position;
+    float distance2 = dot(to_light, to_light);
+    // A light on the receiver itself has no direction.
+    if (!(distance2 > 1e-24)) return false;
+    float inverse = inversesqrt(distance2);
+    vec3 direction = to_light * inverse;
+    float factor = 1.0;
+    if (light.kind == LIGHT_SPOT) factor = spot_falloff(light, -direction);
+    if (light.kind == LIGHT_AREA) factor = light.area * max(0.0, -dot(light.axis, direction));
+    found = LightSample(direction, distance2 * inverse, light.emission * (factor * inverse * inverse));
+    return factor > 0.0;
+}
+
+// Whether nothing stands between a surface point (on the side that `normal` faces) and the light.
+bool is_lit(vec3 position, vec3 normal, LightSample light) {
+    vec3 origin = offset_origin(position, normal);
+    bool is_far = light.distance >= LIGHT_FAR;
+    // The offset turns a ray to a near light: it ends at the same point of the light.
+    vec3 ray = is_far ? light.direction : position + light.distance * light.direction - origin;
+    Hit hit;
+    return !trace(Ray(origin, ray, is_far ? LIGHT_FAR : 0.99999), true, hit);
+}

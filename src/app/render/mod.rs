@@ -1,0 +1,265 @@
+//! `lightpaths render`: one image, headless.
+
+mod lightpaths;
+mod sampled;
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+
+use super::args::{DeviceArgs, SceneArgs, parse_finite, parse_seconds, refuse_same_output};
+use super::output::OutputFile;
+use crate::error::{Error, Result};
+use crate::image::{ExrLayer, write_exr, write_png};
+use crate::reference::PathTracer;
+
+/// Render one image
+///
+/// PNG files are sRGB, exposed and tone mapped: exact up to 0.8, highlights roll off above. EXR files hold linear
+/// radiance (W/m²/sr) in 32-bit floats, Rec.709.
+#[derive(Debug, Args)]
+pub(super) struct Render {
+    /// A .toml scene file, an .obj, or a built-in scene
+    #[arg(default_value = "box")]
+    scene: String,
+    /// The image to write: .exr or .png
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// lightpaths: direct and indirect light; direct: direct light only; path: path tracing, the reference
+    #[arg(long, value_enum, default_value = "lightpaths")]
+    method: Method,
+    /// Samples of each pixel, for the method path [default: 64, or what --seconds allows]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// Ends the method path after this time; with --spp, at whichever comes first
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds)]
+    seconds: Option<f32>,
+    /// Further layers of an EXR: direct, indirect, albedo, normal, depth; for the method path also variance (of the mean)
+    #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
+    aov: Vec<Aov>,
+    /// Brightens a PNG by this many stops [default: 0]
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_finite)]
+    exposure: Option<f32>,
+    /// Writes times, memory and counts as JSON
+    #[arg(long, value_name = "FILE.json")]
+    stats: Option<PathBuf>,
+    #[command(flatten)]
+    scene_args: SceneArgs,
+    #[command(flatten)]
+    device_args: DeviceArgs,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Method {
+    Lightpaths,
+    Direct,
+    Path,
+    #[value(hide = true)]
+    Photon,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Aov {
+    Direct,
+    Indirect,
+    Albedo,
+    Normal,
+    Depth,
+    Variance,
+}
+
+const RGB: &[&str] = &["R", "G", "B"];
+
+/// A layer of the image as it is written.
+struct Layer {
+    name: &'static str,
+    channels: &'static [&'static str],
+    pixels: Vec<[f32; 3]>,
+}
+
+/// The main layer, or a further one.
+fn layer(aov: Option<Aov>, pixels: Vec<[f32; 3]>) -> Layer {
+    let (name, channels): (_, &[&str]) = match aov {
+        None => ("", RGB),
+        Some(Aov::Direct) => ("direct", RGB),
+        Some(Aov::Indirect) => ("indirect", RGB),
+        Some(Aov::Albedo) => ("albedo", RGB),
+        Some(Aov::Normal) => ("normal", &["X", "Y", "Z"]),
+        Some(Aov::Depth) => ("depth", &["Z"]),
+        Some(Aov::Variance) => ("variance", RGB),
+    };
+    Layer { name, channels, pixels }
+}
+
+/// What a method hands over.
+struct Rendered {
+    size: [u32; 2],
+    /// The main layer first.
+    layers: Vec<Layer>,
+    /// sRGB codes R, G, B, 255.
+    display: Vec<[u8; 4]>,
+    /// What it took, for people.
+    line: String,
+    /// What `--stats` writes.
+    document: serde_json::Value,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Exr,
+    Png,
+}
+
+impl Format {
+    fn of(path: &Path) -> Result<Self> {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        match extension.as_deref() {
+            Some("exr") => Ok(Self::Exr),
+            Some("png") => Ok(Self::Png),
+            _ => Err(Error::output(path, "unknown image format; end the name in .exr or .png")),
+        }
+    }
+}
+
+impl Method {
+    fn name(self) -> String {
+        self.to_possible_value().expect("no method is skipped").get_name().to_owned()
+    }
+}
+
+impl Render {
+    pub(super) fn run(self) -> Result<()> {
+        let format = Format::of(&self.output)?;
+        self.check_combinations(format)?;
+        let output = OutputFile::check(&self.output)?;
+        let stats = self.stats.as_deref().map(OutputFile::check).transpose()?;
+
+        let rendered = self.render()?;
+        self.write_image(&rendered, format, &output)?;
+        if let Some(stats) = stats {
+            let text = format!("{:#}\n", rendered.document);
+            stats.write(|out| std::io::Write::write_all(out, text.as_bytes()))?;
+        }
+        let ([width, height], line) = (rendered.size, rendered.line);
+        super::print(&format!("{}: {width}x{height}, {line}\n", output.path().display()))
+    }
+
+    fn render(&self) -> Result<Rendered> {
+        let scene = self.scene_args.load(&self.scene)?;
+        scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
+        let context = self.device_args.open()?;
+        let exposure = self.exposure.unwrap_or(0.0);
+        // In the order of the file, each once.
+        let aovs: Vec<Aov> =
+            Aov::value_variants().iter().copied().filter(|aov| self.aov.contains(aov)).collect();
+        let rendered = match self.method {
+            Method::Path | Method::Photon => {
+                let mut progress = self.device_args.progress();
+                let renderer = PathTracer::new(&context, scene, progress.as_mut())?;
+                let budget = sampled::Budget { spp: self.spp, seconds: self.seconds };
+                let method = self.method.name();
+                sampled::render(renderer, &method, budget, &aovs, exposure, progress.as_mut())
+            }
+            Method::Lightpaths | Method::Direct => {
+                let with_indirect = self.method == Method::Lightpaths;
+                lightpaths::render(&context, scene, with_indirect, &aovs, exposure, &self.device_args)
+            }
+        }?;
+        self.device_args.report_validation(&context);
+        Ok(rendered)
+    }
+
+    /// Refuses arguments that contradict each other, before anything is read or written.
+    fn check_combinations(&self, format: Format) -> Result<()> {
+        let refuse = |message: String| Err(Error::Usage(message));
+        if self.method == Method::Photon {
+            return refuse(
+                "--method photon is not in this version; use lightpaths, path or direct".to_owned(),
+            );
+        }
+        for (given, flag) in [(self.spp.is_some(), "--spp"), (self.seconds.is_some(), "--seconds")] {
+            if given && self.method != Method::Path {
+                let method = self.method.name();
+                return refuse(format!("{flag} is for --method path; --method {method} takes no samples"));
+            }
+        }
+        if format == Format::Png && !self.aov.is_empty() {
+            return refuse("--aov needs an .exr output; a PNG has no layers".to_owned());
+        }
+        if format == Format::Exr && self.exposure.is_some() {
+            return refuse("--exposure is for .png outputs; an EXR holds radiance as it is".to_owned());
+        }
+        if self.method == Method::Direct && self.aov.contains(&Aov::Indirect) {
+            return refuse("--aov indirect needs --method lightpaths or path".to_owned());
+        }
+        if self.aov.contains(&Aov::Variance) {
+            if self.method != Method::Path {
+                return refuse("--aov variance needs --method path".to_owned());
+            }
+            if self.spp.is_some_and(|spp| spp < 4) {
+                return refuse("--aov variance needs at least --spp 4".to_owned());
+            }
+        }
+        refuse_same_output(Some(&self.output), self.stats.as_deref())
+    }
+
+    fn write_image(&self, rendered: &Rendered, format: Format, output: &OutputFile) -> Result<()> {
+        let beauty = &rendered.layers[0].pixels;
+        let odd = beauty.iter().flatten().filter(|value| !value.is_finite()).count();
+        if odd > 0 {
+            self.device_args.warn(&format!("{odd} values of the image are not finite"));
+        }
+        if format == Format::Png {
+            return output.write(|out| write_png(out, rendered.size, &rendered.display));
+        }
+        let layers: Vec<ExrLayer> = rendered
+            .layers
+            .iter()
+            .map(|layer| ExrLayer { name: layer.name, channels: layer.channels, pixels: &layer.pixels })
+            .collect();
+        output.write(|out| write_exr(out, rendered.size, &layers))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        render: Render,
+    }
+
+    fn refusal(arguments: &str) -> Option<String> {
+        let line = Line::try_parse_from(format!("render {arguments}").split_whitespace()).unwrap();
+        let format = Format::of(&line.render.output).unwrap();
+        line.render.check_combinations(format).err().map(|error| error.to_string())
+    }
+
+    #[test]
+    fn contradictions_are_refused_and_name_the_argument() {
+        for (arguments, word) in [
+            ("-o a.png --method photon", "photon"),
+            ("-o a.png --spp 4", "--spp"),
+            ("-o a.png --seconds 2", "--seconds"),
+            ("-o a.png --method direct --spp 4", "--spp"),
+            ("-o a.exr --aov variance", "--method path"),
+            ("-o a.exr --method path --spp 3 --aov variance", "--spp 4"),
+            ("-o a.png --aov depth", "--aov"),
+            ("-o a.exr --exposure 1", "--exposure"),
+            ("-o a.exr --method direct --aov direct,indirect", "indirect"),
+            ("-o a.exr --stats a.exr", "two outputs"),
+        ] {
+            assert!(refusal(arguments).is_some_and(|line| line.contains(word)), "{arguments}");
+        }
+        for arguments in [
+            "-o a.PNG --exposure -1.5",
+            "room -o a.exr --aov direct,indirect,albedo,normal,depth",
+            "-o a.exr --method path --spp 4 --seconds 2 --aov variance",
+        ] {
+            assert_eq!(refusal(arguments), None, "{arguments}");
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! Methods that take samples until a budget is spent.
+
+use std::time::Instant;
+
+use super::{Aov, Rendered, layer};
+use crate::app::args::device_label;
+use crate::error::Result;
+use crate::gpu::Buffer;
+use crate::passes::frame::tonemap::Tonemap;
+use crate::reference::{FirstHits, Picture, Progressive};
+use crate::renderer::Progress;
+
+/// Samples of a pixel where neither their number nor a time is given.
+const DEFAULT_SPP: u32 = 64;
+/// How long the work goes on between two looks at the clock, seconds.
+const ROUND_S: f64 = 1.0;
+/// Samples of a round at most: more do not make it faster.
+const ROUND_SAMPLES: f64 = 64.0;
+/// Samples of a round at least: two for each half, from which the variance can be told.
+const LEAST_ROUND: u32 = 4;
+
+/// When to stop: at whichever comes first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Budget {
+    /// Samples of each pixel.
+    pub(super) spp: Option<u32>,
+    /// Wall time.
+    pub(super) seconds: Option<f32>,
+}
+
+/// Spends the budget and reads the picture.
+pub(super) fn render(
+    mut renderer: impl Progressive,
+    method: &str,
+    budget: Budget,
+    aovs: &[Aov],
+    exposure_stops: f32,
+    progress: &mut dyn Progress,
+) -> Result<Rendered> {
+    let seconds = spend(&mut renderer, budget, progress)?;
+    let picture = renderer.picture()?;
+    let hits = match aovs.iter().any(|aov| matches!(aov, Aov::Albedo | Aov::Normal | Aov::Depth)) {
+        true => renderer.traced_scene().first_hits()?,
+        false => FirstHits::default(),
+    };
+    let mut layers = vec![layer(None, picture.beauty.clone())];
+    for &aov in aovs {
+        let pixels = match aov {
+            Aov::Direct => picture.direct.clone(),
+            Aov::Indirect => picture.indirect.clone(),
+            Aov::Albedo => hits.albedo.clone(),
+            Aov::Normal => hits.normal.clone(),
+            Aov::Depth => hits.depth.clone(),
+            Aov::Variance => renderer.variance()?,
+        };
+        layers.push(layer(Some(aov), pixels));
+    }
+    let noise = renderer.noise()?;
+    let stated = noise.map_or_else(String::new, |noise| format!("noise {noise:.1e} relMSE, "));
+    let label = device_label(&renderer.traced_scene().context);
+    Ok(Rendered {
+        size: picture.size,
+        display: display(&renderer, &picture, exposure_stops)?,
+        layers,
+        line: format!("{} samples a pixel in {seconds:.2} s, {stated}{label}", renderer.samples()),
+        document: document(&renderer, method, seconds, noise)?,
+    })
+}
+
+/// Takes samples until the budget is spent. Returns the wall time that it took, seconds.
+fn spend(renderer: &mut dyn Progressive, budget: Budget, progress: &mut dyn Progress) -> Result<f64> {
+    let goal = match (budget.spp, budget.seconds) {
+        (Some(spp), _) => spp,
+        (None, None) => DEFAULT_SPP,
+        (None, Some(_)) => u32::MAX,
+    };
+    let allowed = budget.seconds.map_or(f64::INFINITY, f64::from);
+    progress.stage("samples", 1000);
+    let start = Instant::now();
+    let (mut elapsed, mut sample_s) = (0.0, 0.0);
+    // A sample that would end after the time is up is begun if most of it fits.
+    while renderer.samples() < goal && elapsed + 0.5 * sample_s < allowed {
+        let fitting = ROUND_S.min(allowed - elapsed) / sample_s;
+        let round = if sample_s > 0.0 { fitting.min(ROUND_SAMPLES) as u32 & !1 } else { LEAST_ROUND };
+        let round = round.clamp(LEAST_ROUND, ROUND_SAMPLES as u32).min(goal - renderer.samples());
+        renderer.add_samples(round)?;
+        let now = start.elapsed().as_secs_f64();
+        // Of the last round: the first one contains the pipeline's compilation.
+        (sample_s, elapsed) = ((now - elapsed) / f64::from(round), now);
+        let done = (elapsed / allowed).max(f64::from(renderer.samples()) / f64::from(goal));
+        progress.advance((1000.0 * done) as u64);
+    }
+    progress.finish();
+    Ok(elapsed)
+}
+
+/// The picture for eyes.
+fn display(renderer: &impl Progressive, picture: &Picture, exposure_stops: f32) -> Result<Vec<[u8; 4]>> {
+    let context = &renderer.traced_scene().context;
+    let tonemap = Tonemap::new(context, picture.beauty.len() as u32)?;
+    let radiance = Buffer::from_slice(context, "radiance", &picture.beauty)?;
+    context.run(|rec| tonemap.record(rec, &radiance, exposure_stops))?;
+    tonemap.display.read()
+}
+
+/// What `--stats` writes.
+fn document(
+    renderer: &impl Progressive,
+    method: &str,
+    seconds: f64,
+    noise: Option<f64>,
+) -> Result<serde_json::Value> {
+    let scene = renderer.traced_scene();
+    let rays = renderer.rays()?;
+    let device_ms = renderer.device_ms();
+    Ok(serde_json::json!({
+        "device": {"name": scene.context.name(), "driver": scene.context.driver()},
+        "scene": scene.scene.name,
+        "triangles": scene.scene.triangles.len(),
+        "size": scene.size(),
+        "method": method,
+        "spp": renderer.samples(),
+        "seconds": seconds,
+        "device_ms": device_ms,
+        "rays": rays,
+        "mrays_per_s": rays.map(|rays| rays as f64 / device_ms.max(1e-9) / 1e3),
+        "noise": noise,
+        "memory_bytes": scene.context.memory().peak_bytes,
+    }))
+}

@@ -1,0 +1,122 @@
+//! Twin of `glsl/include/emission.glsl`: rays that leave light sources, and their power.
+
+use crate::cpu::hemisphere::frame;
+use crate::cpu::lights::spot_falloff;
+use crate::cpu::sampling::sample_cosine;
+use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource};
+use glam::{DVec2, DVec3};
+use std::f64::consts::{PI, TAU};
+
+/// A ray that leaves a light.
+#[derive(Clone, Copy, Debug)]
+pub struct EmittedRay {
+    /// Where it starts.
+    pub origin: DVec3,
+    /// Unit.
+    pub direction: DVec3,
+    /// Over the ray's pdf, W: the mean over all rays is the light's power.
+    pub flux: DVec3,
+}
+
+/// ∫ falloff dω of a spot, sr.
+fn spot_solid_angle(light: &LightSource) -> f64 {
+    let [inner, outer] = [light.inner_angle, light.outer_angle].map(f64::from);
+    // 1 - cos of the mean angle and of half the difference, so that narrow cones do not cancel.
+    let [mean, half] = [0.5 * (outer + inner), 0.5 * (outer - inner)];
+    let lost = if half < 1e-3 { half * half / 6.0 } else { 1.0 - half.sin() / half };
+    TAU * (2.0 * (0.5 * mean).sin().powi(2) + mean.cos() * lost)
+}
+
+/// Power that a light sends into the scene, W. A light at infinity: through the disc of the scene's bounding sphere.
+pub fn light_power(light: &LightSource, scene_radius: f64) -> DVec3 {
+    let factor = match light.kind {
+        LIGHT_SPOT => spot_solid_angle(light),
+        LIGHT_AREA => PI * f64::from(light.area),
+        LIGHT_DIRECTIONAL => PI * scene_radius.powi(2),
+        _ => 4.0 * PI,
+    };
+    factor * light.emission.as_dvec3()
+}
+
+/// Samples a ray: `u` picks its direction, or the place on the disc of a light at infinity; `v` the place on an area light.
+pub fn emit(light: &LightSource, scene_centre: DVec3, scene_radius: f64, u: DVec2, v: DVec2) -> EmittedRay {
+    let (sin, cos) = (TAU * u.y).sin_cos();
+    let (position, axis) = (light.position.as_dvec3(), light.axis.as_dvec3());
+    let flux = light_power(light, scene_radius);
+    match light.kind {
+        LIGHT_DIRECTIONAL => {
+            let on_disc = frame(light.axis) * DVec3::new(u.x.sqrt() * cos, u.x.sqrt() * sin, -1.0);
+            EmittedRay { origin: scene_centre + scene_radius * on_disc, direction: axis, flux }
+        }
+        LIGHT_AREA => {
+            let origin = position + v.x * light.edge_u.as_dvec3() + v.y * light.edge_v.as_dvec3();
+            EmittedRay { origin, direction: frame(light.axis) * sample_cosine(u), flux }
+        }
+        kind => {
+            let is_spot = kind == LIGHT_SPOT;
+            let cap = if is_spot { 2.0 * (0.5 * f64::from(light.outer_angle)).sin().powi(2) } else { 2.0 };
+            let height = cap * u.x;
+            let radius = (height * (2.0 - height)).sqrt();
+            let local = DVec3::new(radius * cos, radius * sin, 1.0 - height);
+            let direction = if is_spot { frame(light.axis) * local } else { local };
+            let falloff = if is_spot { spot_falloff(light, direction) } else { 1.0 };
+            EmittedRay { origin: position, direction, flux: TAU * cap * falloff * light.emission.as_dvec3() }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::sampling::sample_3d;
+    use glam::Vec3;
+
+    /// The mean flux of the rays is the power, and the power is the closed form.
+    #[test]
+    fn rays_carry_the_power_of_their_light() {
+        let spot = |inner_angle, outer_angle| LightSource {
+            kind: LIGHT_SPOT,
+            axis: Vec3::new(0.48, 0.6, -0.64),
+            inner_angle,
+            outer_angle,
+            ..LightSource::point(Vec3::ZERO, Vec3::splat(3.0))
+        };
+        let [i, o] = [0.3, 1.1];
+        let smooth = 3.0 * TAU * (1.0 - (f64::sin(o) - f64::sin(i)) / (o - i));
+        let narrow = 3.0 * PI * 1e-4 * 1e-4;
+        for (light, power) in [
+            (LightSource::point(Vec3::ZERO, Vec3::splat(3.0)), 12.0 * PI),
+            (spot(0.3, 1.1), smooth),
+            (spot(0.7, 0.7), 3.0 * TAU * (1.0 - f64::cos(0.7))),
+            (spot(1e-4, 1e-4), narrow),
+        ] {
+            assert!((light_power(&light, 1.0).x / power - 1.0).abs() < 1e-6, "{power}");
+            let rays = 1 << 12;
+            let flux = |index| {
+                let u = sample_3d(index, 5).truncate().as_dvec2();
+                let ray = emit(&light, DVec3::ZERO, 1.0, u, DVec2::ZERO);
+                assert!((ray.direction.length() - 1.0).abs() < 1e-6);
+                ray.flux.x
+            };
+            let mean = (0..rays).map(flux).sum::<f64>() / f64::from(rays);
+            assert!((mean / power - 1.0).abs() < 2e-3, "{mean}, {power}");
+        }
+    }
+
+    #[test]
+    fn a_light_at_infinity_covers_the_scene() {
+        let light = LightSource {
+            kind: LIGHT_DIRECTIONAL,
+            axis: Vec3::new(0.0, -0.6, 0.8),
+            ..LightSource::point(Vec3::ZERO, Vec3::ONE)
+        };
+        let centre = DVec3::new(1.0, 2.0, 3.0);
+        assert!((light_power(&light, 2.0).x - 4.0 * PI).abs() < 1e-9);
+        for index in 0..64 {
+            let ray = emit(&light, centre, 2.0, sample_3d(index, 1).truncate().as_dvec2(), DVec2::ZERO);
+            let along = (ray.origin - centre).dot(ray.direction);
+            let across = (ray.origin - centre - along * ray.direction).length();
+            assert!((along + 2.0).abs() < 1e-5 && across <= 2.0 + 1e-5, "{along}, {across}");
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! Twin of `glsl/include/lights.glsl`: light sources seen from a surface point.
+
+use crate::cpu::rays::Geometry;
+use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource};
+use glam::{DVec2, DVec3, Vec3};
+
+/// A direction in which a light may be seen.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Unit, towards the light.
+    pub direction: DVec3,
+    /// Metres; infinite where the light is at infinity.
+    pub distance: f64,
+    /// Of a surface that faces the direction, before visibility, over the sample's pdf, W/m².
+    pub irradiance: DVec3,
+}
+
+/// Share of a spot's intensity at a unit direction of travel: falls linearly in the angle between the two half-angles.
+pub fn spot_falloff(light: &LightSource, direction: DVec3) -> f64 {
+    let axis = light.axis.as_dvec3();
+    let angle = axis.cross(direction).length().atan2(axis.dot(direction));
+    let [inner, outer] = [light.inner_angle, light.outer_angle].map(f64::from);
+    if angle <= inner {
+        1.0
+    } else if angle < outer {
+        (outer - angle) / (outer - inner)
+    } else {
+        0.0
+    }
+}
+
+/// Samples a light as seen from `position`; `u` picks the point of an area light, uniform over it, and is idle for the other
+/// kinds. None where the light does not shine there.
+pub fn sample_light(light: &LightSource, position: DVec3, u: DVec2) -> Option<LightSample> {
+    let emission = light.emission.as_dvec3();
+    if light.kind == LIGHT_DIRECTIONAL {
+        let direction = -light.axis.as_dvec3();
+        return Some(LightSample { direction, distance: f64::INFINITY, irradiance: emission });
+    }
+    let source = light.position.as_dvec3() + u.x * light.edge_u.as_dvec3() + u.y * light.edge_v.as_dvec3();
+    let to_light = source - position;
+    let distance = to_light.length();
+    if distance <= 1e-12 {
+        return None;
+    }
+    let direction = to_light / distance;
+    let factor = match light.kind {
+        LIGHT_SPOT => spot_falloff(light, -direction),
+        LIGHT_AREA => f64::from(light.area) * -light.axis.as_dvec3().dot(direction),
+        _ => 1.0,
+    };
+    let irradiance = emission * factor / distance.powi(2);
+    (factor > 0.0).then_some(LightSample { direction, distance, irradiance })
+}
+
+/// Whether nothing stands between a surface point (on the side that `normal` faces) and the light.
+pub fn is_lit(geometry: Geometry<'_>, position: Vec3, normal: Vec3, light: &LightSample) -> bool {
+    let origin = geometry.offset_origin(position, normal);
+    if light.distance.is_infinite() {
+        return geometry.closest(origin, light.direction).is_none();
+    }
+    let ray = position.as_dvec3() + light.distance * light.direction - origin.as_dvec3();
+    geometry.closest(origin, ray).is_none_or(|hit| hit.t >= 0.99999)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spot_falls_linearly_in_the_angle() {
+        let light = LightSource {
+            kind: LIGHT_SPOT,
+            axis: Vec3::NEG_Z,
+            inner_angle: 0.25,
+            outer_angle: 0.75,
+            ..LightSource::point(Vec3::Z, Vec3::splat(4.0))
+        };
+        for (angle, share) in
+            [(0.0, 1.0), (0.2499, 1.0), (0.35, 0.8), (0.5, 0.5), (0.7, 0.1), (0.76, 0.0), (3.0, 0.0)]
+        {
+            let (sin, cos) = f64::sin_cos(angle);
+            let found = sample_light(&light, DVec3::new(2.0 * sin, 0.0, 1.0 - 2.0 * cos), DVec2::ZERO);
+            let irradiance = found.map_or(0.0, |found| found.irradiance.x);
+            assert!((irradiance - share).abs() < 1e-9, "{angle}: {irradiance}, {share}");
+        }
+        let hard = LightSource { inner_angle: 0.75, ..light };
+        assert_eq!(
+            [0.74, 0.76].map(|a: f64| spot_falloff(&hard, DVec3::new(a.sin(), 0.0, -a.cos()))),
+            [1.0, 0.0]
+        );
+    }
+
+    #[test]
+    fn a_light_on_the_receiver_is_no_sample_and_an_area_light_shines_forward_only() {
+        let light = LightSource::point(Vec3::X, Vec3::ONE);
+        assert!(sample_light(&light, DVec3::X, DVec2::ZERO).is_none());
+        let area = LightSource {
+            kind: LIGHT_AREA,
+            axis: Vec3::Z,
+            area: 2.0,
+            edge_u: Vec3::X,
+            edge_v: 2.0 * Vec3::Y,
+            ..LightSource::point(Vec3::ZERO, Vec3::ONE)
+        };
+        let at = |position| sample_light(&area, position, DVec2::splat(0.5));
+        assert!(at(DVec3::new(0.5, 1.0, -3.0)).is_none());
+        let found = at(DVec3::new(0.5, 1.0, 3.0)).unwrap();
+        assert_eq!((found.direction, found.distance), (DVec3::NEG_Z, 3.0));
+        assert!((found.irradiance.x - 2.0 / 9.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,3 @@
+//! Passes of the reference renderers.
+
+pub mod path_trace;

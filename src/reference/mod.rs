@@ -1,0 +1,67 @@
+//! Reference renderers: other methods on the same scene, acceleration structure and device, to judge ours by.
+
+mod path_tracer;
+mod traced_scene;
+
+pub use path_tracer::PathTracer;
+pub use traced_scene::{FirstHits, TracedScene};
+
+use crate::error::Result;
+
+/// What a reference renderer has found so far: mean radiance of each pixel, W/m²/sr, row by row from the top, linear Rec.709.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// All light.
+    pub beauty: Vec<[f32; 3]>,
+    /// Light that was reflected once.
+    pub direct: Vec<[f32; 3]>,
+    /// Light that was reflected more than once.
+    pub indirect: Vec<[f32; 3]>,
+}
+
+/// A renderer whose picture gets better with every sample.
+pub trait Progressive {
+    /// Takes so many more samples of each pixel.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    fn add_samples(&mut self, per_pixel: u32) -> Result<()>;
+    /// Samples of each pixel so far.
+    fn samples(&self) -> u32;
+    /// Device time so far, milliseconds.
+    fn device_ms(&self) -> f64;
+    /// The picture so far.
+    ///
+    /// # Errors
+    /// The device failed.
+    fn picture(&self) -> Result<Picture>;
+    /// Variance of [`Picture::beauty`], pixel by pixel and channel by channel, (W/m²/sr)².
+    ///
+    /// # Errors
+    /// There are too few samples to tell; the device failed.
+    fn variance(&self) -> Result<Vec<[f32; 3]>>;
+    /// Noise of [`Picture::beauty`]: the relMSE by which its mean would differ from one without noise; none where there are too
+    /// few samples to tell.
+    ///
+    /// # Errors
+    /// The device failed.
+    fn noise(&self) -> Result<Option<f64>>;
+    /// Rays so far, if they are counted.
+    ///
+    /// # Errors
+    /// The device failed.
+    fn rays(&self) -> Result<Option<u64>>;
+    /// The scene on the device.
+    fn traced_scene(&self) -> &TracedScene;
+}
+
+/// Noise of the mean of two independent estimates of one picture, as relMSE: the mean over pixels and channels of
+/// (half their difference)²/(mean + 0.01)².
+pub fn noise_of_halves([a, b]: &[Vec<[f32; 3]>; 2]) -> f64 {
+    let values =
+        a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| [a, b].map(|value| f64::from(*value)));
+    let term = |[a, b]: [f64; 2]| (0.5 * (a - b) / (0.5 * (a + b) + 0.01)).powi(2);
+    values.map(term).sum::<f64>() / (3 * a.len()) as f64
+}

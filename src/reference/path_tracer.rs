@@ -1,0 +1,237 @@
+//! The path tracer: unbiased, progressive, its own noise stated. [Kajiya 1986]
+
+use super::{Picture, Progressive, TracedScene, noise_of_halves};
+use crate::cpu::sampling::hash_pair;
+use crate::error::{Error, Result};
+use crate::gpu::Context;
+use crate::passes::precompute::{Chunks, Progress};
+use crate::passes::reference::path_trace::{Accumulators, PathTrace, RadianceSum, SampleMoments};
+use crate::scene::Scene;
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Pixels whose worth of doubt the scale of the variance starts from, so that images of few pixels do not swing it.
+const SCALE_PRIOR: f64 = 16.0;
+/// Samples of a pixel in one dispatch at most: many keep lanes busy that begin a path when theirs ends.
+const SAMPLES_A_DISPATCH: u32 = 32;
+
+/// Estimates the light of every pixel from random paths; box-filtered over the pixel. Samples belong in turn to two halves,
+/// whose sequences are independent.
+pub struct PathTracer {
+    scene: TracedScene,
+    pass: PathTrace,
+    halves: [Half; 2],
+    chunks: Chunks,
+    device_ms: f64,
+}
+
+/// One sequence of samples.
+struct Half {
+    sums: Accumulators,
+    seed: u32,
+    samples: u32,
+}
+
+/// What was read back of a half.
+struct Sums {
+    direct: Vec<RadianceSum>,
+    indirect: Vec<RadianceSum>,
+    samples: f64,
+}
+
+impl PathTracer {
+    /// Makes ready to render the scene for its first camera.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a scene without triangles; the device lacks memory or failed.
+    pub fn new(context: &Arc<Context>, scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
+        progress.stage("acceleration structure", 1);
+        let scene = TracedScene::new(context, scene)?;
+        let half = |number| {
+            let sums = Accumulators::new(context, scene.pixel_count())?;
+            Ok(Half { sums, seed: hash_pair(scene.scene.quality.seed, number), samples: 0 })
+        };
+        Ok(Self {
+            pass: PathTrace::new(context)?,
+            halves: [half(0)?, half(1)?],
+            chunks: Chunks::new(4, u32::MAX),
+            device_ms: 0.0,
+            scene,
+        })
+    }
+
+    /// Takes so many more samples of each pixel, in turn for the two halves.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn add_samples(&mut self, per_pixel: u32) -> Result<()> {
+        let total = self.samples() + per_pixel;
+        let (scene, tiles) = (&self.scene, PathTrace::tiles(&self.scene.view));
+        let light_count = scene.light_sources.len() as u32;
+        for (half, goal) in self.halves.iter_mut().zip([total.div_ceil(2), total / 2]) {
+            while half.samples < goal {
+                let samples = half.samples..goal.min(half.samples + SAMPLES_A_DISPATCH);
+                self.chunks.run(tiles, |first, count| {
+                    let ((), timings) = scene.context.run(|rec| {
+                        self.pass.record(
+                            rec,
+                            &scene.buffers,
+                            (&scene.lights, light_count),
+                            &scene.view,
+                            half.seed,
+                            first..first + count,
+                            samples.clone(),
+                            &half.sums,
+                        );
+                    })?;
+                    self.device_ms += timings[0].ms;
+                    Ok(timings[0].ms)
+                })?;
+                half.samples = samples.end;
+            }
+        }
+        Ok(())
+    }
+
+    /// Samples of each pixel so far, both halves together.
+    pub fn samples(&self) -> u32 {
+        self.halves[0].samples + self.halves[1].samples
+    }
+
+    /// Device time so far, milliseconds.
+    pub fn device_ms(&self) -> f64 {
+        self.device_ms
+    }
+
+    /// Camera, shadow and reflected rays so far.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn rays(&self) -> Result<u64> {
+        let mut rays = 0;
+        for half in &self.halves {
+            let moments: Vec<SampleMoments> = half.sums.moments.read()?;
+            rays += moments.iter().map(|pixel| u64::from(pixel.rays)).sum::<u64>();
+        }
+        Ok(rays)
+    }
+
+    /// The scene on the device.
+    pub fn traced_scene(&self) -> &TracedScene {
+        &self.scene
+    }
+
+    /// Mean radiance of all samples; zero before the first.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn picture(&self) -> Result<Picture> {
+        let [a, b] = self.sums()?;
+        let total = (a.samples + b.samples).max(1.0);
+        let mean = |of: fn(&Sums) -> &[RadianceSum]| -> Vec<DVec3> {
+            of(&a).iter().zip(of(&b)).map(|(a, b)| (a.value() + b.value()) / total).collect()
+        };
+        let (direct, indirect) = (mean(|sums| &sums.direct), mean(|sums| &sums.indirect));
+        let beauty = direct.iter().zip(&indirect).map(|(direct, indirect)| rounded(direct + indirect));
+        Ok(Picture {
+            size: self.scene.size(),
+            beauty: beauty.collect(),
+            direct: direct.into_iter().map(rounded).collect(),
+            indirect: indirect.into_iter().map(rounded).collect(),
+        })
+    }
+
+    /// Mean radiance of all light, each half by itself: two independent estimates of one picture.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn halves(&self) -> Result<[Vec<[f32; 3]>; 2]> {
+        Ok(self.sums()?.map(|sums| sums.means().into_iter().map(rounded).collect()))
+    }
+
+    /// Variance of [`Picture::beauty`], pixel by pixel and channel by channel, (W/m²/sr)².
+    ///
+    /// The spread of the samples in each half gives its distribution over the image; for the level it is scaled, all pixels of a
+    /// channel alike, so that the squared differences of the two halves are on average what it predicts: samples of a
+    /// low-discrepancy sequence complement each other, and their spread alone would state too much.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] before each half has two samples; the device failed.
+    pub fn variance(&self) -> Result<Vec<[f32; 3]>> {
+        if self.halves[1].samples < 2 {
+            return Err(Error::Usage("the variance needs at least four samples of each pixel".into()));
+        }
+        let [a, b] = self.sums()?.map(|sums| sums.means());
+        let mut spread = vec![DVec3::ZERO; a.len()];
+        for half in &self.halves {
+            let moments: Vec<SampleMoments> = half.sums.moments.read()?;
+            let samples = f64::from(half.samples);
+            for (spread, pixel) in spread.iter_mut().zip(&moments) {
+                // A quarter: of the mean of two halves, which differ by one sample at most.
+                *spread += 0.25 * pixel.squares.as_dvec3() / (samples * (samples - 1.0));
+            }
+        }
+        let (mut squares, mut count) = (DVec3::splat(SCALE_PRIOR), DVec3::splat(SCALE_PRIOR));
+        for ((a, b), spread) in a.iter().zip(&b).zip(&spread) {
+            let is_lit = spread.cmpgt(DVec3::ZERO);
+            squares += DVec3::select(is_lit, 0.25 * (a - b) * (a - b) / spread, DVec3::ZERO);
+            count += DVec3::select(is_lit, DVec3::ONE, DVec3::ZERO);
+        }
+        Ok(spread.into_iter().map(|spread| rounded(spread * squares / count)).collect())
+    }
+
+    fn sums(&self) -> Result<[Sums; 2]> {
+        let read = |half: &Half| {
+            let (direct, indirect) = (half.sums.direct.read()?, half.sums.indirect.read()?);
+            Ok(Sums { direct, indirect, samples: f64::from(half.samples) })
+        };
+        Ok([read(&self.halves[0])?, read(&self.halves[1])?])
+    }
+}
+
+impl Sums {
+    fn means(&self) -> Vec<DVec3> {
+        let samples = self.samples.max(1.0);
+        let both = self.direct.iter().zip(&self.indirect);
+        both.map(|(direct, indirect)| (direct.value() + indirect.value()) / samples).collect()
+    }
+}
+
+fn rounded(value: DVec3) -> [f32; 3] {
+    value.as_vec3().to_array()
+}
+
+impl Progressive for PathTracer {
+    fn add_samples(&mut self, per_pixel: u32) -> Result<()> {
+        self.add_samples(per_pixel)
+    }
+
+    fn samples(&self) -> u32 {
+        self.samples()
+    }
+
+    fn device_ms(&self) -> f64 {
+        self.device_ms()
+    }
+
+    fn picture(&self) -> Result<Picture> {
+        self.picture()
+    }
+
+    fn variance(&self) -> Result<Vec<[f32; 3]>> {
+        self.variance()
+    }
+
+    fn noise(&self) -> Result<Option<f64>> {
+        let is_known = self.halves[1].samples > 0;
+        is_known.then(|| Ok(noise_of_halves(&self.halves()?))).transpose()
+    }
+
+    fn rays(&self) -> Result<Option<u64>> {
+        self.rays().map(Some)
+    }
+
+    fn traced_scene(&self) -> &TracedScene {
+        self.traced_scene()
+    }
+}

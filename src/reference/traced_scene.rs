@@ -1,0 +1,101 @@
+//! A scene on the device as the reference renderers see it: all sides of all triangles, all lights, one camera.
+
+use crate::error::{Error, Result};
+use crate::gpu::{Buffer, Context};
+use crate::passes::frame::primary::Primary;
+use crate::passes::{SceneBuffers, light_sources};
+use crate::scene::{Scene, bvh::Bvh, surfaces};
+use crate::types::{LightSource, NO_SIDE, PixelSurface, Surface, View};
+use glam::Vec3;
+use std::sync::Arc;
+
+/// A scene and what rays through it bind.
+pub struct TracedScene {
+    /// The device.
+    pub context: Arc<Context>,
+    /// The scene, its triangles in BVH order.
+    pub scene: Scene,
+    /// In the same order.
+    pub surfaces: Vec<Surface>,
+    /// Geometry and materials on the device.
+    pub buffers: SceneBuffers,
+    /// The lights.
+    pub light_sources: Vec<LightSource>,
+    /// The lights on the device.
+    pub lights: Buffer,
+    /// The scene's first camera.
+    pub view: View,
+}
+
+/// What the central ray of each pixel meets, as layers of an image.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FirstHits {
+    /// Diffuse albedo; zero where the ray left the scene.
+    pub albedo: Vec<[f32; 3]>,
+    /// Unit shading normal on the visible side; zero where the ray left the scene.
+    pub normal: Vec<[f32; 3]>,
+    /// Along the viewing direction, metres, thrice; infinite where the ray left the scene.
+    pub depth: Vec<[f32; 3]>,
+}
+
+impl TracedScene {
+    /// Builds the acceleration structure and uploads everything.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a scene without triangles; the device lacks memory or failed.
+    pub fn new(context: &Arc<Context>, mut scene: Scene) -> Result<Self> {
+        if scene.triangles.is_empty() {
+            return Err(Error::Usage("the scene has no triangle".into()));
+        }
+        let bvh = Bvh::build(&scene.triangles)?;
+        scene.triangles = bvh.order.iter().map(|&index| scene.triangles[index as usize]).collect();
+        let surfaces: Vec<Surface> =
+            scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
+        let light_sources = light_sources(&scene.lights);
+        Ok(Self {
+            context: context.clone(),
+            buffers: SceneBuffers::new(context, &bvh, &scene.triangles, &surfaces, &scene.materials)?,
+            lights: Buffer::from_slice(context, "lights", &light_sources)?,
+            view: View::from(&scene.cameras[0]),
+            surfaces,
+            light_sources,
+            scene,
+        })
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        [self.view.width, self.view.height]
+    }
+
+    /// Pixels of the image.
+    pub fn pixel_count(&self) -> u32 {
+        self.view.width * self.view.height
+    }
+
+    /// Asks each pixel's central ray.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn first_hits(&self) -> Result<FirstHits> {
+        let primary = Primary::new(&self.context, self.pixel_count())?;
+        self.context.run(|rec| primary.record(rec, &self.buffers, &self.view))?;
+        let pixels: Vec<PixelSurface> = primary.pixels.read()?;
+        let albedo = |pixel: &PixelSurface| match pixel.side {
+            NO_SIDE => [0.0; 3],
+            side => {
+                let material = self.surfaces[side as usize / 2].material;
+                self.scene.materials[material as usize].diffuse.to_array()
+            }
+        };
+        let depth = |pixel: &PixelSurface| match pixel.side {
+            NO_SIDE => [f32::INFINITY; 3],
+            _ => Vec3::splat((pixel.position - self.view.position).dot(self.view.forward)).to_array(),
+        };
+        Ok(FirstHits {
+            albedo: pixels.iter().map(albedo).collect(),
+            normal: pixels.iter().map(|pixel| pixel.normal.to_array()).collect(),
+            depth: pixels.iter().map(depth).collect(),
+        })
+    }
+}

@@ -16,6 +16,7 @@ mod info;
 mod output;
 mod progress;
 mod render;
+mod sweep;
 mod time;
 
 /// Interactive relighting with full global illumination from precomputed light paths.
@@ -30,6 +31,7 @@ struct Cli {
 enum Command {
     Render(render::Render),
     Time(time::Time),
+    Sweep(sweep::Sweep),
     Compare(compare::Compare),
     Info(info::Info),
 }
@@ -43,6 +45,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(cli) => match cli.command {
             Command::Render(command) => command.run(),
             Command::Time(command) => command.run(),
+            Command::Sweep(command) => command.run(),
             Command::Compare(command) => command.run(),
             Command::Info(command) => command.run(),
         },

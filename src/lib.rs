@@ -18,6 +18,7 @@ pub mod metrics;
 pub mod passes;
 #[forbid(unsafe_code)]
 pub mod reference;
+#[forbid(unsafe_code)]
 pub mod renderer;
 #[forbid(unsafe_code)]
 pub mod scene;

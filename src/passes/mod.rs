@@ -34,6 +34,11 @@ pub fn layouts() -> Vec<Layout> {
         frame::compose::LAYOUTS,
         frame::tonemap::LAYOUTS,
         reference::path_trace::LAYOUTS,
+        reference::photon_trace::LAYOUTS,
+        reference::photon_map::LAYOUTS,
+        reference::photon_reach::LAYOUTS,
+        reference::photon_irradiance::LAYOUTS,
+        reference::photon_gather::LAYOUTS,
     ]
     .concat()
 }

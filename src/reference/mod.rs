@@ -1,9 +1,12 @@
 //! Reference renderers: other methods on the same scene, acceleration structure and device, to judge ours by.
 
+mod irradiance_points;
 mod path_tracer;
+mod photon_mapper;
 mod traced_scene;
 
 pub use path_tracer::PathTracer;
+pub use photon_mapper::PhotonMapper;
 pub use traced_scene::{FirstHits, TracedScene};
 
 use crate::error::Result;

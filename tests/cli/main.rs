@@ -161,7 +161,8 @@ fn bad_arguments_are_refused_and_named() {
         ("render box -o a.png --set quality.entry_point=1", &["entry_point"]),
         ("render box -o a.png --set nonsense", &["nonsense"]),
         ("render box -o a.png --set quality.entry_points=-1", &["quality.entry_points"]),
-        ("render box -o a.png --method photon", &["photon"]),
+        ("render box -o a.png --method photon --spp 0", &["--spp"]),
+        ("render box -o a.exr --method photon --aov variance", &["variance", "path"]),
         ("render box -o a.png --method path --spp 0", &["--spp"]),
         ("render box -o a.png --method path --seconds 0", &["--seconds", "positive"]),
         ("render box -o a.png --method path --seconds -1", &["--seconds", "positive"]),
@@ -327,6 +328,30 @@ fn time_prints_the_tables_and_writes_the_promised_keys() {
             assert!(pass.get(key).is_some(), "{key} in {pass}");
         }
     }
+}
+
+#[test]
+fn photon_mapping_renders_all_layers_and_says_what_it_took() {
+    let (folder, cube) = (tempfile::tempdir().unwrap(), cube());
+    let aovs = "direct,indirect,albedo,normal,depth";
+    for name in ["a.exr", "b.exr"] {
+        let arguments = ["--method", "photon", "--spp", "3", "--aov", aovs, "-o", name, "--stats", "s.json"];
+        let output = render_cube(&folder, &cube, &arguments).output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert!(stdout(&output).contains("3 samples a pixel"), "{}", stdout(&output));
+    }
+    assert!(fs::read(folder.path().join("a.exr")).unwrap() == fs::read(folder.path().join("b.exr")).unwrap());
+    let statistics = json(&folder, "s.json");
+    assert_eq!((&statistics["method"], &statistics["spp"]), (&"photon".into(), &3.into()));
+    let channels = channels(&folder.path().join("a.exr"));
+    for name in ["direct.R", "indirect.G", "albedo.B", "normal.Z", "depth.Z"] {
+        assert!(channels.contains_key(name), "{name}");
+    }
+    for (index, value) in channels["R"].iter().enumerate() {
+        let sum = channels["direct.R"][index] + channels["indirect.R"][index];
+        assert!((value - sum).abs() <= 1e-6 * value.abs().max(1e-6), "{value}, {sum}");
+    }
+    assert!(channels["R"].iter().any(|value| *value > 0.0));
 }
 
 #[test]

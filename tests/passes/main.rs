@@ -17,6 +17,8 @@ mod gather_rays;
 mod light_paths;
 mod path_scan;
 mod path_trace;
+mod photon_gather;
+mod photons;
 mod pixels;
 mod prefix_sum;
 mod rays;

@@ -16,7 +16,7 @@ const SIZE: [u32; 2] = [11, 9];
 const SEED: u32 = 77;
 
 /// One light of each kind.
-fn lights() -> Vec<Light> {
+pub(crate) fn lights() -> Vec<Light> {
     let position = Vec3::new(0.1, 0.6, -0.2);
     let direction = Vec3::new(0.6, -0.8, 0.0);
     let kinds = [
@@ -35,7 +35,7 @@ fn lights() -> Vec<Light> {
 }
 
 /// The room with two glossy walls and without its lid, so that parallel light comes in.
-fn world() -> World {
+pub(crate) fn world() -> World {
     let mut scene = crate::world::room();
     scene.triangles.retain(|triangle| triangle.positions.iter().any(|p| p.y < 0.7));
     for (material, exponent) in scene.materials.iter_mut().zip([1.0, 30.0]) {
@@ -45,7 +45,7 @@ fn world() -> World {
     World::new(&scene, 8)
 }
 
-fn view() -> View {
+pub(crate) fn view() -> View {
     let position = Vec3::new(0.1, 0.05, 0.48);
     let name = "camera".to_owned();
     let target = Vec3::new(-0.1, -0.2, 0.0);

@@ -6,6 +6,7 @@ mod common;
 mod direct;
 mod energy;
 mod form_factors;
+mod photons;
 mod plates;
 mod sphere;
 

@@ -8,8 +8,8 @@ use lightpaths::scene::{LightKind, Quality, shapes};
 use lightpaths::types::Record;
 use std::f64::consts::PI;
 
-const ALBEDO: f64 = 0.6;
-const LIGHT: DVec3 = DVec3::new(0.15, 0.1, -0.2);
+pub(crate) const ALBEDO: f64 = 0.6;
+pub(crate) const LIGHT: DVec3 = DVec3::new(0.15, 0.1, -0.2);
 /// Patches along the edge of a plate.
 const PATCHES: usize = 40;
 
@@ -22,13 +22,13 @@ const QUALITY: Quality = Quality {
 };
 
 /// Middles of a plate's patches.
-fn middles(height: f64) -> Vec<DVec3> {
+pub(crate) fn middles(height: f64) -> Vec<DVec3> {
     let along = |i: usize| (i as f64 + 0.5) / PATCHES as f64 - 0.5;
     (0..PATCHES * PATCHES).map(|i| DVec3::new(along(i % PATCHES), height, along(i / PATCHES))).collect()
 }
 
 /// Irradiance at a point by a plate of given radiosities (W/m²) that is parallel to its surface.
-fn gathered(point: DVec3, plate: &[DVec3], radiosity: &[f64]) -> f64 {
+pub(crate) fn gathered(point: DVec3, plate: &[DVec3], radiosity: &[f64]) -> f64 {
     let area = 1.0 / (PATCHES * PATCHES) as f64;
     let kernel = |patch: &DVec3| {
         let d = *patch - point;
@@ -38,7 +38,7 @@ fn gathered(point: DVec3, plate: &[DVec3], radiosity: &[f64]) -> f64 {
 }
 
 /// Radiosity of the lower and the upper plate, all bounces.
-fn radiosities(plates: &[Vec<DVec3>; 2]) -> [Vec<f64>; 2] {
+pub(crate) fn radiosities(plates: &[Vec<DVec3>; 2]) -> [Vec<f64>; 2] {
     let direct = |patch: &DVec3| {
         let d = LIGHT - *patch;
         d.y.abs() / d.length().powi(3)

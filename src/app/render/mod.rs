@@ -11,7 +11,7 @@ use super::args::{DeviceArgs, SceneArgs, parse_finite, parse_seconds, refuse_sam
 use super::output::OutputFile;
 use crate::error::{Error, Result};
 use crate::image::{ExrLayer, write_exr, write_png};
-use crate::reference::PathTracer;
+use crate::reference::{PathTracer, PhotonMapper};
 
 /// Render one image
 ///
@@ -25,13 +25,14 @@ pub(super) struct Render {
     /// The image to write: .exr or .png
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// lightpaths: direct and indirect light; direct: direct light only; path: path tracing, the reference
+    /// lightpaths: direct and indirect light; direct: direct light only; path: path tracing, the reference; photon:
+    /// photon mapping with final gathering
     #[arg(long, value_enum, default_value = "lightpaths")]
     method: Method,
-    /// Samples of each pixel, for the method path [default: 64, or what --seconds allows]
+    /// Samples of each pixel, for the methods path and photon [default: 64, or what --seconds allows]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
-    /// Ends the method path after this time; with --spp, at whichever comes first
+    /// Ends the methods path and photon after this time; with --spp, at whichever comes first
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds)]
     seconds: Option<f32>,
     /// Further layers of an EXR: direct, indirect, albedo, normal, depth; for the method path also variance (of the mean)
@@ -54,7 +55,6 @@ enum Method {
     Lightpaths,
     Direct,
     Path,
-    #[value(hide = true)]
     Photon,
 }
 
@@ -155,10 +155,16 @@ impl Render {
         let rendered = match self.method {
             Method::Path | Method::Photon => {
                 let mut progress = self.device_args.progress();
-                let renderer = PathTracer::new(&context, scene, progress.as_mut())?;
+                let progress = progress.as_mut();
                 let budget = sampled::Budget { spp: self.spp, seconds: self.seconds };
                 let method = self.method.name();
-                sampled::render(renderer, &method, budget, &aovs, exposure, progress.as_mut())
+                if self.method == Method::Path {
+                    let renderer = PathTracer::new(&context, scene, progress)?;
+                    sampled::render(renderer, &method, budget, &aovs, exposure, progress)
+                } else {
+                    let renderer = PhotonMapper::new(&context, scene, progress)?;
+                    sampled::render(renderer, &method, budget, &aovs, exposure, progress)
+                }
             }
             Method::Lightpaths | Method::Direct => {
                 let with_indirect = self.method == Method::Lightpaths;
@@ -172,15 +178,12 @@ impl Render {
     /// Refuses arguments that contradict each other, before anything is read or written.
     fn check_combinations(&self, format: Format) -> Result<()> {
         let refuse = |message: String| Err(Error::Usage(message));
-        if self.method == Method::Photon {
-            return refuse(
-                "--method photon is not in this version; use lightpaths, path or direct".to_owned(),
-            );
-        }
         for (given, flag) in [(self.spp.is_some(), "--spp"), (self.seconds.is_some(), "--seconds")] {
-            if given && self.method != Method::Path {
+            if given && !matches!(self.method, Method::Path | Method::Photon) {
                 let method = self.method.name();
-                return refuse(format!("{flag} is for --method path; --method {method} takes no samples"));
+                return refuse(format!(
+                    "{flag} is for --method path or photon; --method {method} takes no samples"
+                ));
             }
         }
         if format == Format::Png && !self.aov.is_empty() {
@@ -190,7 +193,7 @@ impl Render {
             return refuse("--exposure is for .png outputs; an EXR holds radiance as it is".to_owned());
         }
         if self.method == Method::Direct && self.aov.contains(&Aov::Indirect) {
-            return refuse("--aov indirect needs --method lightpaths or path".to_owned());
+            return refuse("--aov indirect needs --method lightpaths, path or photon".to_owned());
         }
         if self.aov.contains(&Aov::Variance) {
             if self.method != Method::Path {
@@ -241,11 +244,11 @@ mod tests {
     #[test]
     fn contradictions_are_refused_and_name_the_argument() {
         for (arguments, word) in [
-            ("-o a.png --method photon", "photon"),
             ("-o a.png --spp 4", "--spp"),
             ("-o a.png --seconds 2", "--seconds"),
             ("-o a.png --method direct --spp 4", "--spp"),
             ("-o a.exr --aov variance", "--method path"),
+            ("-o a.exr --method photon --aov variance", "--method path"),
             ("-o a.exr --method path --spp 3 --aov variance", "--spp 4"),
             ("-o a.png --aov depth", "--aov"),
             ("-o a.exr --exposure 1", "--exposure"),
@@ -258,6 +261,7 @@ mod tests {
             "-o a.PNG --exposure -1.5",
             "room -o a.exr --aov direct,indirect,albedo,normal,depth",
             "-o a.exr --method path --spp 4 --seconds 2 --aov variance",
+            "-o a.exr --method photon --spp 1 --seconds 2 --aov direct,indirect,albedo,normal,depth",
         ] {
             assert_eq!(refusal(arguments), None, "{arguments}");
         }

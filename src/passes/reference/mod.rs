@@ -1,3 +1,8 @@
 //! Passes of the reference renderers.
 
 pub mod path_trace;
+pub mod photon_gather;
+pub mod photon_irradiance;
+pub mod photon_map;
+pub mod photon_reach;
+pub mod photon_trace;

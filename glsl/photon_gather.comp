@@ -1,0 +1,168 @@
+// Final gathering: radiance of the pixels by one gather ray a sample, which ends where the photon map knows the irradiance.
+// [Jensen 1996] Deterministic. One invocation = one pixel. In: camera, irradiance points. Out: sums over samples, W/m²/sr.
+// A ray too short for the map's resolution, or that met no point of the map, is scattered on; so is what a Phong lobe reflects.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+#include "include/brdf.glsl"
+#include "include/photons.glsl"
+
+layout(local_size_x = 64) in;
+
+// Sums with what rounding lost of them.
+struct GatherSums {
+    vec3 direct;
+    vec3 direct_lost;
+    vec3 indirect;
+    vec3 indirect_lost;
+};
+struct PhotonGatherPush {
+    View view;
+    PhotonGrid grid;     // of the irradiance points
+    uint light_count;
+    uint first_pixel;
+    uint end_pixel;
+    uint first_sample;
+    uint sample_count;
+    float radius;        // of the density estimate, metres
+    uint seed;
+};
+
+layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
+layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
+layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
+layout(scalar, binding = 5) readonly buffer Points { MapEntry points[]; };
+layout(scalar, binding = 6) readonly buffer FirstEntries { uint first_entries[]; };
+layout(scalar, binding = 7) readonly buffer Reaches { uvec4 reaches[]; };
+layout(scalar, binding = 8) readonly buffer Irradiances { vec3 irradiances[]; };
+layout(scalar, binding = 9) buffer PixelSums { GatherSums pixel_sums[]; };
+layout(scalar, push_constant) uniform Push { PhotonGatherPush push; };
+
+#include "include/bvh.glsl"
+#include "include/lights.glsl"
+
+struct Vertex {
+    vec3 position;
+    vec3 normal;    // geometric, on the visible side
+    vec3 shading;   // the normal to shade with
+    vec3 outgoing;  // towards where light goes
+    Reflectance material;
+};
+
+float largest(vec3 v) { return max(v.x, max(v.y, v.z)); }
+
+// The nearest irradiance point on a surface point's surface, or NO_ENTRY: among the eight nearest cells, then one further on
+// each side. Leaving the plane counts four times, and so does turning the normal.
+uint nearest_point(vec3 position, vec3 normal) {
+    ivec3 corner = photon_cell(push.grid, position - 0.5 / push.grid.inverse_cell);
+    uint nearest = NO_ENTRY;
+    float least = 1e30;
+    for (int width = 2; width <= 4 && nearest == NO_ENTRY; width += 2) {
+        for (int i = 0; i < width * width * width; ++i) {
+            ivec3 cell = corner + ivec3(i % width, i / width % width, i / (width * width)) - (width / 2 - 1);
+            uint bucket = photon_bucket(cell);
+            for (uint j = first_entries[bucket]; j < first_entries[bucket + 1u]; ++j) {
+                MapEntry point = points[j];
+                vec3 offset = position - point.position;
+                float turned = 1.0 - dot(normal, point.normal);
+                float above = dot(offset, normal);
+                float apart = dot(offset, offset) + 16.0 * above * above + push.radius * push.radius * turned;
+                if (turned > 0.75 || apart >= least) continue;
+                // Cells that share a bucket are told apart: a far one's points are no neighbours.
+                if (photon_cell(push.grid, point.position) != cell) continue;
+                if (!is_within_reach(reaches[j], point.normal, offset, push.radius)) continue;
+                least = apart;
+                nearest = j;
+            }
+        }
+    }
+    return nearest;
+}
+
+// Light that comes straight from the lights and leaves along `outgoing`, by a shadow ray a light.
+vec3 direct_light(Vertex vertex, Reflectance material, uint ray, uint seed) {
+    vec3 sum = vec3(0.0);
+    // Black reflects nothing: no light is asked.
+    uint count = largest(material.diffuse + material.specular) > 0.0 ? push.light_count : 0u;
+    for (uint i = 0u; i < count; ++i) {
+        LightSource light = lights[i];
+        LightSample found;
+        if (!sample_light(light, vertex.position, sample_3d(ray, hash(seed, i)).xy, found)) continue;
+        float cosine = dot(vertex.shading, found.direction);
+        if (cosine <= 0.0 || dot(vertex.normal, found.direction) <= 0.0) continue;
+        if (!is_lit(vertex.position, vertex.normal, found)) continue;
+        sum += brdf(material, vertex.shading, vertex.outgoing, found.direction) * found.irradiance * cosine;
+    }
+    return sum;
+}
+
+Vertex vertex_at(Hit hit, vec3 direction, bool smooth_normal) {
+    Surface surface = surfaces[hit.triangle];
+    vec3 normal = dot(surface.normal, direction) > 0.0 ? -surface.normal : surface.normal;
+    vec3 shading = normal;
+    if (smooth_normal) {
+        shading = normalize(hit.barycentric.x * surface.n0 + hit.barycentric.y * surface.n1 + hit.barycentric.z * surface.n2);
+        if (dot(surface.normal, direction) > 0.0) shading = -shading;
+    }
+    return Vertex(hit_position(hit), normal, shading, -direction, materials[surface.material]);
+}
+
+// What the surface seen reflects of light that other surfaces reflect.
+vec3 indirect_light(Vertex vertex, uint ray, uint seed) {
+    vec3 sum = vec3(0.0);
+    vec3 throughput = vec3(1.0);
+    for (uint depth = 1u; ; ++depth) {
+        vec3 u = sample_3d(ray, hash(seed, 2u * depth));
+        BrdfSample next = sample_brdf(vertex.material, vertex.shading, vertex.outgoing, u.xy);
+        throughput *= next.weight;
+        float survival = depth == 1u ? 1.0 : min(0.95, largest(throughput));
+        if (!(u.z < survival) || largest(throughput) <= 0.0 || dot(vertex.normal, next.incident) <= 0.0) break;
+        throughput /= survival;
+        Hit hit;
+        if (!trace(Ray(offset_origin(vertex.position, vertex.normal), next.incident, 1e30), false, hit)) break;
+        vertex = vertex_at(hit, next.incident, false);
+        uint point = hit.t > push.radius ? nearest_point(vertex.position, vertex.normal) : NO_ENTRY;
+        if (point != NO_ENTRY) {
+            sum += throughput * vertex.material.diffuse * irradiances[point] / PI;
+            vertex.material.diffuse = vec3(0.0);
+            if (largest(vertex.material.specular) <= 0.0) break;
+        }
+        sum += throughput * direct_light(vertex, vertex.material, ray, hash(seed, 2u * depth + 1u));
+    }
+    return sum;
+}
+
+// Adds with what was lost before, and notes what is lost now. [Kahan 1965]
+void add(inout vec3 sum, inout vec3 lost, vec3 value) {
+    precise vec3 term = value - lost;
+    precise vec3 total = sum + term;
+    precise vec3 rounded = (total - sum) - term;
+    sum = total;
+    lost = rounded;
+}
+
+void main() {
+    uint index = push.first_pixel + flat_invocation();
+    if (index >= push.end_pixel) return;
+    uvec2 pixel = uvec2(index % push.view.width, index / push.view.width);
+    uint seed = hash(push.seed, index);
+    GatherSums sums = pixel_sums[index];
+    for (uint i = 0u; i < push.sample_count; ++i) {
+        uint ray = push.first_sample + i;
+        vec2 place = vec2(pixel) + sample_3d(ray, hash(seed, 0u)).xy;
+        vec2 ndc = place / vec2(push.view.width, push.view.height) * 2.0 - 1.0;
+        vec3 direction = normalize(push.view.forward + ndc.x * push.view.right - ndc.y * push.view.up);
+        Hit hit;
+        if (!trace(Ray(push.view.position, direction, 1e30), false, hit)) continue;
+        Vertex seen = vertex_at(hit, direction, true);
+        add(sums.direct, sums.direct_lost, direct_light(seen, seen.material, ray, hash(seed, 1u)));
+        add(sums.indirect, sums.indirect_lost, indirect_light(seen, ray, seed));
+    }
+    pixel_sums[index] = sums;
+}

@@ -1,0 +1,98 @@
+// Photon tracing: takes every live photon path STEPS surfaces further, by BRDF sampling and Russian roulette. [Jensen 1996]
+// Deterministic. One invocation = one path. In and out: paths. Out: a photon a surface met, W; slots behind the last stay empty.
+// All decisions come from scrambled Sobol sequences over the light's rays, a fresh scramble a bounce.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+#include "include/brdf.glsl"
+#include "include/photons.glsl"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint STEPS = 0;         // surfaces a path and dispatch
+layout(constant_id = 1) const uint MOST_SURVIVAL = 0; // float bits: bound of the survival probability, below 1
+
+struct PhotonPath {
+    vec3 origin;
+    uint light;
+    vec3 direction;  // unit; of no meaning before the first surface
+    uint ray;        // index among the light's rays: names its random numbers
+    vec3 flux;       // W; before the first surface: the share of the light's rays that this one is
+    uint depth;      // surfaces so far
+    uint is_alive;
+};
+struct PhotonTracePush {
+    vec3 scene_centre;
+    float scene_radius;  // of a sphere around the scene, metres
+    uint first_path;     // of this dispatch
+    uint end_path;
+    uint first_slot;     // of path 0
+    uint seed;
+};
+
+layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
+layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
+layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
+layout(scalar, binding = 5) buffer PhotonPaths { PhotonPath paths[]; };
+layout(scalar, binding = 6) writeonly buffer Photons { Photon photons[]; };
+layout(scalar, push_constant) uniform Push { PhotonTracePush push; };
+
+#include "include/bvh.glsl"
+#include "include/lights.glsl"
+#include "include/emission.glsl"
+
+float largest(vec3 v) { return max(v.x, max(v.y, v.z)); }
+
+void main() {
+    uint index = push.first_path + flat_invocation();
+    if (index >= push.end_path) return;
+    PhotonPath path = paths[index];
+    uint stream = hash(push.seed, path.light);
+    if (path.depth == 0u) {
+        LightSource light = lights[path.light];
+        vec2 u = sample_3d(path.ray, hash(stream, 0u)).xy;
+        vec2 v = sample_3d(path.ray, hash(stream, 1u)).xy;
+        EmittedRay ray = emit(light, push.scene_centre, push.scene_radius, u, v);
+        // An area light may lie in the plane of a wall.
+        path.origin = light.kind == LIGHT_AREA ? offset_origin(ray.origin, light.axis) : ray.origin;
+        path.direction = ray.direction;
+        path.flux *= ray.flux;
+    }
+    uint slot = push.first_slot + index * STEPS;
+    uint count = 0u;
+    bool alive = largest(path.flux) > 0.0;
+    while (alive && count < STEPS) {
+        Hit hit;
+        if (!trace(Ray(path.origin, path.direction, 1e30), false, hit)) { alive = false; break; }
+        Surface surface = surfaces[hit.triangle];
+        Reflectance material = materials[surface.material];
+        bool back = dot(surface.normal, path.direction) > 0.0;
+        vec3 normal = back ? -surface.normal : surface.normal;
+        vec3 position = hit_position(hit);
+        // Irradiance is asked for where there is an albedo to multiply it by.
+        uint side = largest(material.diffuse) > 0.0 ? 2u * hit.triangle + uint(back) : NO_SIDE;
+        photons[slot + count] = Photon(position, side, path.flux);
+        ++count;
+        ++path.depth;
+
+        // Flux stays nearly the same, and paths end with the share that is absorbed.
+        vec3 u = sample_3d(path.ray, hash(stream, 1u + path.depth));
+        BrdfSample next = sample_brdf(material, normal, -path.direction, u.xy);
+        vec3 reflected = path.flux * next.weight;
+        float survival = min(uintBitsToFloat(MOST_SURVIVAL), largest(reflected) / largest(path.flux));
+        if (!(u.z < survival)) { alive = false; break; }
+        path.flux = reflected / survival;
+        path.direction = next.incident;
+        path.origin = offset_origin(position, normal);
+    }
+    for (; count < STEPS; ++count) {
+        photons[slot + count] = Photon(vec3(0.0), NO_SIDE, vec3(0.0));
+    }
+    path.is_alive = uint(alive);
+    paths[index] = path;
+}

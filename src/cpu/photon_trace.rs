@@ -1,0 +1,97 @@
+//! Twin of the photon tracing: one surface at a time.
+
+use crate::cpu::brdf::sample_brdf;
+use crate::cpu::emission::emit;
+use crate::cpu::rays::Geometry;
+use crate::cpu::sampling::{hash_pair, sample_3d};
+use crate::types::{LIGHT_AREA, LightSource, NO_SIDE, Reflectance};
+use glam::{DVec3, Vec3};
+
+/// What photons go through, and by which rules.
+#[derive(Clone, Copy)]
+pub struct Photons<'a> {
+    /// What they hit.
+    pub geometry: Geometry<'a>,
+    /// What it reflects.
+    pub materials: &'a [Reflectance],
+    /// Where they come from.
+    pub lights: &'a [LightSource],
+    /// Middle of the scene.
+    pub scene_centre: Vec3,
+    /// Radius of a sphere around the scene, metres.
+    pub scene_radius: f32,
+    /// Seed of all decisions.
+    pub seed: u32,
+    /// Bound of the survival probability.
+    pub most_survival: f64,
+}
+
+/// Where a path stands.
+#[derive(Clone, Copy, Debug)]
+pub struct PathEnd {
+    /// Where its next ray starts.
+    pub origin: Vec3,
+    /// Unit direction of its next ray.
+    pub direction: DVec3,
+    /// W.
+    pub flux: DVec3,
+    /// The light that it comes from.
+    pub light: u32,
+    /// Index among the light's rays.
+    pub ray: u32,
+    /// Surfaces so far.
+    pub depth: u32,
+}
+
+/// What arrived at a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrival {
+    /// Where.
+    pub position: Vec3,
+    /// 2·triangle + (1 if the back side); [`NO_SIDE`] where nothing is reflected diffusely.
+    pub side: u32,
+    /// W.
+    pub flux: DVec3,
+}
+
+impl Photons<'_> {
+    /// Ray `ray` of a light, which is one of `count`.
+    pub fn start(&self, light: u32, ray: u32, count: f64) -> PathEnd {
+        let stream = hash_pair(self.seed, light);
+        let source = &self.lights[light as usize];
+        let [u, v] = [0, 1].map(|number| sample_3d(ray, hash_pair(stream, number)).truncate().as_dvec2());
+        let emitted = emit(source, self.scene_centre.as_dvec3(), f64::from(self.scene_radius), u, v);
+        let origin = emitted.origin.as_vec3();
+        let origin =
+            if source.kind == LIGHT_AREA { self.geometry.offset_origin(origin, source.axis) } else { origin };
+        PathEnd { origin, direction: emitted.direction, flux: emitted.flux / count, light, ray, depth: 0 }
+    }
+
+    /// The next surface that a path meets, if any, and whether it goes on from there.
+    pub fn step(&self, path: &mut PathEnd) -> (Option<Arrival>, bool) {
+        if path.flux.max_element() <= 0.0 {
+            return (None, false);
+        }
+        let Some(hit) = self.geometry.closest(path.origin, path.direction) else { return (None, false) };
+        let side = self.geometry.side(hit.triangle, path.direction);
+        let normal = self.geometry.normal(side);
+        let material = self.materials[self.geometry.surfaces[hit.triangle as usize].material as usize];
+        let position = hit.position.as_vec3();
+        let is_diffuse = material.diffuse.max_element() > 0.0;
+        let arrival = Arrival { position, side: if is_diffuse { side } else { NO_SIDE }, flux: path.flux };
+        path.depth += 1;
+
+        let stream = hash_pair(self.seed, path.light);
+        let u = sample_3d(path.ray, hash_pair(stream, 1 + path.depth)).as_dvec3();
+        let next = sample_brdf(&material, normal.as_dvec3(), -path.direction, u.truncate());
+        let reflected = path.flux * next.weight;
+        let survival = (reflected.max_element() / path.flux.max_element()).min(self.most_survival);
+        if u.z >= survival {
+            return (Some(arrival), false);
+        }
+        path.flux = reflected / survival;
+        path.direction = next.incident;
+        path.origin = self.geometry.offset_origin(position, normal);
+        (Some(arrival), true)
+    }
+}

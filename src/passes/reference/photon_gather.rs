@@ -1,0 +1,176 @@
+//! Final gathering at the pixels. [Jensen 1996] In: camera, lights, irradiance points. In and out: sums over samples, W/m²/sr.
+
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, Pipeline};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::SceneBuffers;
+use crate::passes::precompute::Chunks;
+use crate::passes::reference::photon_map::PhotonGrid;
+use crate::types::View;
+use glam::{DVec3, Vec3};
+use std::ops::Range;
+use std::sync::Arc;
+
+gpu_struct! {
+    /// What the samples of a pixel sum to, with what rounding added to it.
+    pub struct GatherSums {
+        /// Light reflected once, W/m²/sr.
+        pub direct: Vec3,
+        /// What is to be taken away from it.
+        pub direct_lost: Vec3,
+        /// All other light, W/m²/sr.
+        pub indirect: Vec3,
+        /// What is to be taken away from it.
+        pub indirect_lost: Vec3,
+    }
+}
+
+gpu_struct! {
+    /// Push constants.
+    pub struct PhotonGatherPush {
+        /// The camera.
+        pub view: View,
+        /// The cells of the irradiance points.
+        pub grid: PhotonGrid,
+        /// Lights.
+        pub light_count: u32,
+        /// First pixel of this dispatch.
+        pub first_pixel: u32,
+        /// One past the last.
+        pub end_pixel: u32,
+        /// Samples that each pixel has had.
+        pub first_sample: u32,
+        /// Samples that each pixel gets.
+        pub sample_count: u32,
+        /// Of the density estimate, metres.
+        pub radius: f32,
+        /// Seed of all decisions.
+        pub seed: u32,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[GatherSums::LAYOUT, PhotonGatherPush::LAYOUT];
+
+/// The name that shader, twin and timing share.
+pub const STEM: &str = "photon_gather";
+
+impl GatherSums {
+    /// Both sums in full: direct and indirect.
+    pub fn values(&self) -> [DVec3; 2] {
+        [
+            self.direct.as_dvec3() - self.direct_lost.as_dvec3(),
+            self.indirect.as_dvec3() - self.indirect_lost.as_dvec3(),
+        ]
+    }
+}
+
+/// What gather rays meet: irradiance points of a photon map.
+#[derive(Clone, Copy)]
+pub struct Irradiance<'a> {
+    /// `MapEntry`s.
+    pub points: &'a Buffer,
+    /// First point of each bucket.
+    pub first_entries: &'a Buffer,
+    /// Sixteen bytes a point.
+    pub reaches: &'a Buffer,
+    /// W/m².
+    pub irradiances: &'a Buffer,
+    /// The cells of the points.
+    pub grid: PhotonGrid,
+    /// Of the density estimate, metres.
+    pub radius: f32,
+}
+
+/// One sequence of samples.
+pub struct Sequence {
+    /// `GatherSums`, a pixel each.
+    pub sums: Buffer,
+    /// Names its random numbers.
+    pub seed: u32,
+}
+
+impl Sequence {
+    /// Sums of no sample yet.
+    ///
+    /// # Errors
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn new(context: &Arc<Context>, pixel_count: u32, seed: u32) -> Result<Self> {
+        let bytes = u64::from(pixel_count) * size_of::<GatherSums>() as u64;
+        let sums = Buffer::storage(context, "gather sums", bytes)?;
+        context.run(|rec| rec.fill_zero(&sums))?;
+        Ok(Self { sums, seed })
+    }
+}
+
+/// The pipeline.
+pub struct PhotonGather {
+    context: Arc<Context>,
+    pipeline: Pipeline,
+    chunks: Chunks,
+}
+
+impl PhotonGather {
+    /// Makes the pipeline.
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub fn new(context: &Arc<Context>) -> Result<Self> {
+        Ok(Self {
+            context: context.clone(),
+            pipeline: Pipeline::new(context, STEM, &[])?,
+            chunks: Chunks::new(1 << 10, u32::MAX),
+        })
+    }
+
+    /// Adds those samples of a sequence to every pixel. Adds the device time in milliseconds to `ms`.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    #[expect(clippy::too_many_arguments, reason = "one call, at one place")]
+    pub fn gather(
+        &mut self,
+        scene: &SceneBuffers,
+        (lights, light_count): (&Buffer, u32),
+        view: &View,
+        irradiance: Irradiance<'_>,
+        sequence: &Sequence,
+        samples: Range<u32>,
+        ms: &mut f64,
+    ) -> Result<()> {
+        self.chunks.run(view.width * view.height, |first, chunk| {
+            let push = PhotonGatherPush {
+                view: *view,
+                grid: irradiance.grid,
+                light_count,
+                first_pixel: first,
+                end_pixel: first + chunk,
+                first_sample: samples.start,
+                sample_count: samples.len() as u32,
+                radius: irradiance.radius,
+                seed: sequence.seed,
+            };
+            let ((), timings) = self.context.run(|rec| {
+                rec.pass(STEM).dispatch(
+                    &self.pipeline,
+                    [chunk, 1, 1],
+                    &push,
+                    &[
+                        ("Nodes", &scene.nodes),
+                        ("Triangles", &scene.triangles),
+                        ("Surfaces", &scene.surfaces),
+                        ("Materials", &scene.materials),
+                        ("Lights", lights),
+                        ("Points", irradiance.points),
+                        ("FirstEntries", irradiance.first_entries),
+                        ("Reaches", irradiance.reaches),
+                        ("Irradiances", irradiance.irradiances),
+                        ("PixelSums", &sequence.sums),
+                    ],
+                );
+            })?;
+            *ms += timings[0].ms;
+            Ok(timings[0].ms)
+        })
+    }
+}

@@ -1,0 +1,101 @@
+//! Density estimate at the irradiance points. [Christensen 1999] In: points, their reach and mass (m²), photons. Out: W/m².
+
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, Pipeline};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::precompute::Chunks;
+use crate::passes::reference::photon_map::{PhotonGrid, PhotonMap};
+use std::sync::Arc;
+
+gpu_struct! {
+    /// Push constants.
+    pub struct PhotonIrradiancePush {
+        /// The cells of the map.
+        pub grid: PhotonGrid,
+        /// Of the kernel, metres.
+        pub radius: f32,
+        /// First point of this dispatch.
+        pub first_point: u32,
+        /// One past the last.
+        pub end_point: u32,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[PhotonIrradiancePush::LAYOUT];
+
+/// The name that shader, twin and timing share.
+pub const STEM: &str = "photon_irradiance";
+
+/// Photons of one bucket that an estimate looks at; of more, a random share stands for all. 27 buckets then stay below the
+/// 65 535 rounds after which some drivers end a loop.
+pub const MOST_PHOTONS: u32 = 1024;
+
+/// Where irradiance is estimated.
+#[derive(Clone, Copy)]
+pub struct Points<'a> {
+    /// `MapEntry`s.
+    pub entries: &'a Buffer,
+    /// Sixteen bytes a point.
+    pub reaches: &'a Buffer,
+    /// Of them.
+    pub count: u32,
+}
+
+/// The pipeline.
+pub struct PhotonIrradiance {
+    context: Arc<Context>,
+    pipeline: Pipeline,
+    chunks: Chunks,
+}
+
+impl PhotonIrradiance {
+    /// Makes the pipeline.
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub fn new(context: &Arc<Context>) -> Result<Self> {
+        Ok(Self {
+            context: context.clone(),
+            pipeline: Pipeline::new(context, STEM, &[("MOST_PHOTONS", MOST_PHOTONS)])?,
+            chunks: Chunks::new(1 << 10, u32::MAX),
+        })
+    }
+
+    /// Sums the photons of `map` around each point, and divides by `masses`. Adds the device time in milliseconds to `ms`.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    #[expect(clippy::too_many_arguments, reason = "two calls, at one place")]
+    pub fn estimate(
+        &mut self,
+        points: Points<'_>,
+        map: &PhotonMap,
+        grid: PhotonGrid,
+        radius: f32,
+        masses: &Buffer,
+        irradiances: &Buffer,
+        ms: &mut f64,
+    ) -> Result<()> {
+        self.chunks.run(points.count, |first, chunk| {
+            let push = PhotonIrradiancePush { grid, radius, first_point: first, end_point: first + chunk };
+            let ((), timings) = self.context.run(|rec| {
+                rec.pass(STEM).dispatch(
+                    &self.pipeline,
+                    [chunk, 1, 1],
+                    &push,
+                    &[
+                        ("Points", points.entries),
+                        ("Reaches", points.reaches),
+                        ("MapEntries", &map.entries),
+                        ("FirstEntries", &map.first_entries),
+                        ("Masses", masses),
+                        ("Irradiances", irradiances),
+                    ],
+                );
+            })?;
+            *ms += timings[0].ms;
+            Ok(timings[0].ms)
+        })
+    }
+}

@@ -1,0 +1,64 @@
+//! How far irradiance points reach along their surface before a wall stands in the way. In: points. Out: sixteen bytes a point.
+
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, Pipeline};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::SceneBuffers;
+use crate::passes::precompute::Chunks;
+use std::sync::Arc;
+
+gpu_struct! {
+    /// Push constants.
+    pub struct PhotonReachPush {
+        /// Of the density estimate, metres.
+        pub radius: f32,
+        /// First point of this dispatch.
+        pub first_point: u32,
+        /// One past the last.
+        pub end_point: u32,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[PhotonReachPush::LAYOUT];
+
+/// The name that shader, twin and timing share.
+pub const STEM: &str = "photon_reach";
+
+/// Bytes a point.
+pub const REACH_BYTES: u64 = 16;
+
+/// Traces sixteen rays from each of `count` points (`MapEntry`s). Adds the device time in milliseconds to `ms`.
+///
+/// # Errors
+/// The device lacks memory or failed.
+pub fn trace(
+    context: &Arc<Context>,
+    scene: &SceneBuffers,
+    points: &Buffer,
+    count: u32,
+    radius: f32,
+    ms: &mut f64,
+) -> Result<Buffer> {
+    let pipeline = Pipeline::new(context, STEM, &[])?;
+    let reaches = Buffer::storage(context, "reaches", u64::from(count) * REACH_BYTES)?;
+    Chunks::new(1 << 12, u32::MAX).run(count, |first, chunk| {
+        let push = PhotonReachPush { radius, first_point: first, end_point: first + chunk };
+        let ((), timings) = context.run(|rec| {
+            rec.pass(STEM).dispatch(
+                &pipeline,
+                [chunk, 1, 1],
+                &push,
+                &[
+                    ("Nodes", &scene.nodes),
+                    ("Triangles", &scene.triangles),
+                    ("Points", points),
+                    ("Reaches", &reaches),
+                ],
+            );
+        })?;
+        *ms += timings[0].ms;
+        Ok(timings[0].ms)
+    })?;
+    Ok(reaches)
+}

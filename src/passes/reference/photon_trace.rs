@@ -1,0 +1,210 @@
+//! Photon tracing from the lights. [Jensen 1996] In: how many rays each light gets. Out: a photon a surface met, W.
+
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, Pipeline};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::SceneBuffers;
+use crate::passes::precompute::Chunks;
+use crate::passes::reference::photon_map::PhotonMap;
+use glam::Vec3;
+use std::sync::Arc;
+
+gpu_struct! {
+    /// Where a photon path stands between two dispatches.
+    pub struct PhotonPath {
+        /// Where its next ray starts.
+        pub origin: Vec3,
+        /// The light that it comes from.
+        pub light: u32,
+        /// Unit direction of its next ray; of no meaning before the first surface.
+        pub direction: Vec3,
+        /// Index among the light's rays: names its random numbers.
+        pub ray: u32,
+        /// W; before the first surface: the share of the light's rays that this one is.
+        pub flux: Vec3,
+        /// Surfaces so far.
+        pub depth: u32,
+        /// One while it goes on.
+        pub is_alive: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants.
+    pub struct PhotonTracePush {
+        /// Middle of the scene.
+        pub scene_centre: Vec3,
+        /// Radius of a sphere around the scene, metres.
+        pub scene_radius: f32,
+        /// First path of this dispatch.
+        pub first_path: u32,
+        /// One past the last.
+        pub end_path: u32,
+        /// First slot of path 0.
+        pub first_slot: u32,
+        /// Seed of all decisions.
+        pub seed: u32,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[PhotonPath::LAYOUT, PhotonTracePush::LAYOUT];
+
+/// The name that shader, twin and timing share.
+pub const STEM: &str = "photon_trace";
+
+/// Surfaces that a path meets in a dispatch at most; slots of paths that end earlier stay empty.
+pub const STEPS: u32 = 4;
+/// Bound of the survival probability: a path ends even where nothing is absorbed.
+pub const MOST_SURVIVAL: f32 = 0.98;
+
+/// The sphere around a scene.
+#[derive(Clone, Copy, Debug)]
+pub struct BoundingSphere {
+    /// Its middle.
+    pub centre: Vec3,
+    /// Metres.
+    pub radius: f32,
+}
+
+/// The pipeline and the paths.
+pub struct PhotonTrace {
+    context: Arc<Context>,
+    pipeline: Pipeline,
+    paths: Buffer,
+    chunks: Chunks,
+    sphere: BoundingSphere,
+}
+
+impl PhotonTrace {
+    /// Makes room for `capacity` paths.
+    ///
+    /// # Errors
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn new(context: &Arc<Context>, capacity: u32, sphere: BoundingSphere) -> Result<Self> {
+        let constants = [("STEPS", STEPS), ("MOST_SURVIVAL", MOST_SURVIVAL.to_bits())];
+        Ok(Self {
+            context: context.clone(),
+            pipeline: Pipeline::new(context, STEM, &constants)?,
+            paths: Buffer::storage(
+                context,
+                "photon paths",
+                u64::from(capacity) * size_of::<PhotonPath>() as u64,
+            )?,
+            chunks: Chunks::new(1 << 12, u32::MAX),
+            sphere,
+        })
+    }
+
+    /// Traces paths to their ends into the slots of a map, by decisions that `seed` names. Returns the slots used, or None where they do not suffice.
+    /// Adds the device time in milliseconds to `ms`.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn trace(
+        &mut self,
+        scene: &SceneBuffers,
+        lights: &Buffer,
+        mut paths: Vec<PhotonPath>,
+        seed: u32,
+        map: &PhotonMap,
+        ms: &mut f64,
+    ) -> Result<Option<u32>> {
+        let mut used = 0;
+        while !paths.is_empty() {
+            let count = paths.len() as u32;
+            if count * STEPS > map.capacity() - used {
+                return Ok(None);
+            }
+            self.paths.write(&paths)?;
+            self.chunks.run(count, |first, chunk| {
+                let push = PhotonTracePush {
+                    scene_centre: self.sphere.centre,
+                    scene_radius: self.sphere.radius,
+                    first_path: first,
+                    end_path: first + chunk,
+                    first_slot: used,
+                    seed,
+                };
+                let ((), timings) = self.context.run(|rec| {
+                    rec.pass(STEM).dispatch(
+                        &self.pipeline,
+                        [chunk, 1, 1],
+                        &push,
+                        &[
+                            ("Nodes", &scene.nodes),
+                            ("Triangles", &scene.triangles),
+                            ("Surfaces", &scene.surfaces),
+                            ("Materials", &scene.materials),
+                            ("Lights", lights),
+                            ("PhotonPaths", &self.paths),
+                            ("Photons", &map.slots),
+                        ],
+                    );
+                })?;
+                *ms += timings[0].ms;
+                Ok(timings[0].ms)
+            })?;
+            used += count * STEPS;
+            paths = self.paths.read_range(0, paths.len())?;
+            paths.retain(|path| path.is_alive == 1);
+        }
+        Ok(Some(used))
+    }
+}
+
+/// Deals `count` rays to lights of those powers (W) in proportion, by largest remainders; a light with power gets one at least.
+pub fn deal(powers: &[f64], count: u32) -> Vec<u32> {
+    let total: f64 = powers.iter().sum();
+    let shares: Vec<f64> =
+        powers.iter().map(|power| if total > 0.0 { power / total * f64::from(count) } else { 0.0 }).collect();
+    let mut rays: Vec<u32> = shares.iter().map(|share| *share as u32).collect();
+    let mut order: Vec<usize> = (0..powers.len()).filter(|&light| powers[light] > 0.0).collect();
+    order.sort_by(|&a, &b| shares[b].fract().total_cmp(&shares[a].fract()));
+    let dealt: u32 = rays.iter().sum();
+    for &light in order.iter().take(count.saturating_sub(dealt) as usize) {
+        rays[light] += 1;
+    }
+    for light in order {
+        rays[light] = rays[light].max(1);
+    }
+    rays
+}
+
+/// New paths: `rays[l]` of light l, whose sequence goes on at `first_rays[l]`.
+pub fn start(rays: &[u32], first_rays: &[u32]) -> Vec<PhotonPath> {
+    let of_light = |(light, (&count, &first)): (usize, (&u32, &u32))| {
+        (0..count).map(move |ray| PhotonPath {
+            origin: Vec3::ZERO,
+            light: light as u32,
+            direction: Vec3::ZERO,
+            ray: first.wrapping_add(ray),
+            flux: Vec3::splat(1.0 / count as f32),
+            depth: 0,
+            is_alive: 1,
+        })
+    };
+    rays.iter().zip(first_rays).enumerate().flat_map(of_light).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_are_dealt_in_proportion_to_power() {
+        assert_eq!(deal(&[1.0, 3.0, 0.0], 8), [2, 6, 0]);
+        assert_eq!(deal(&[1.0, 1.0, 1.0], 8).iter().sum::<u32>(), 8);
+        assert_eq!(deal(&[1e-9, 1.0], 8), [1, 8]);
+        assert_eq!(deal(&[0.0], 8), [0]);
+        assert_eq!(deal(&[], 8), [0_u32; 0]);
+    }
+
+    #[test]
+    fn shares_of_a_light_sum_to_one() {
+        let paths = start(&[4, 0, 2], &[10, 0, 7]);
+        let of = |light| paths.iter().filter(move |path| path.light == light);
+        assert_eq!(of(0).map(|path| path.ray).collect::<Vec<_>>(), [10, 11, 12, 13]);
+        assert_eq!([of(0), of(2)].map(|paths| paths.map(|path| path.flux.x).sum::<f32>()), [1.0; 2]);
+    }
+}

@@ -1,0 +1,168 @@
+//! Where the photon mapper estimates irradiance: points spread evenly over the surfaces that light can reach.
+//!
+//! Not at photons, as [Christensen 1999] has it: an estimate there counts the photon that it stands on, which makes it too
+//! bright by one part in the number of photons around it.
+
+use crate::cpu::math::clear_distance;
+use crate::error::Result;
+use crate::gpu::{Buffer, Context};
+use crate::passes::SceneBuffers;
+use crate::passes::precompute::{entry_points::Strata, rays::Rays, sides};
+use crate::passes::reference::photon_gather::Irradiance;
+use crate::passes::reference::photon_irradiance::{PhotonIrradiance, Points};
+use crate::passes::reference::photon_map::{Photon, PhotonGrid, PhotonMap};
+use crate::passes::reference::photon_reach;
+use crate::reference::TracedScene;
+use crate::scene::{Scene, Triangle, surfaces};
+use crate::types::{Node, Surface};
+use glam::Vec3;
+use std::sync::Arc;
+
+/// Points of equal area, whose kernel sum is the mass of the kernel, for each irradiance point.
+const AREA_POINTS: u32 = 4;
+/// Irradiance points of a scene at most: bounds the area points' map to 75 MiB.
+const MOST_POINTS: u32 = 1 << 19;
+
+/// The surfaces that light can reach.
+pub(super) struct Reachable {
+    surfaces: Vec<Surface>,
+    low: Vec3,
+    /// Of all sides that light can reach, m².
+    pub(super) area_m2: f64,
+}
+
+impl Reachable {
+    pub(super) fn new(context: &Arc<Context>, scene: &TracedScene) -> Result<Self> {
+        let sees = surfaces::sides_that_see_something(&scene.scene.triangles);
+        let pairs = scene.scene.triangles.iter().zip(sees);
+        let mut surfaces: Vec<Surface> =
+            pairs.map(|(triangle, active)| surfaces::surface(triangle, active)).collect();
+        let root: Vec<Node> = scene.buffers.nodes.read_range(0, 1)?;
+        let clear_distance = clear_distance(&root[0]);
+        let rays = Rays::new(context)?;
+        sides::deactivate_unreachable(&rays, &scene.buffers, &scene.scene, clear_distance, &mut surfaces)?;
+        let area_m2 = Strata::new(&scene.scene.triangles, &surfaces, 0).area_m2;
+        Ok(Self { surfaces, low: scene.scene.bounds().0, area_m2 })
+    }
+}
+
+/// Points at which the irradiance of one photon map after another is estimated with one radius.
+pub(super) struct IrradiancePoints {
+    map: PhotonMap,
+    count: u32,
+    reaches: Buffer,
+    masses: Buffer,
+    irradiances: Buffer,
+    grid: PhotonGrid,
+    radius: f32,
+}
+
+impl IrradiancePoints {
+    /// Spreads points half a radius apart and finds out how much surface the kernel covers at each.
+    pub(super) fn new(
+        context: &Arc<Context>,
+        scene: &TracedScene,
+        reachable: &Reachable,
+        radius: f32,
+        estimate: &mut PhotonIrradiance,
+        ms: &mut f64,
+    ) -> Result<Self> {
+        let grid = PhotonGrid { low: reachable.low - radius, inverse_cell: radius.recip() };
+        let count = (4.0 * reachable.area_m2 / f64::from(radius).powi(2)).ceil() as u32;
+        let count = count.min(MOST_POINTS);
+        let area_points = spread(&scene.scene.triangles, &reachable.surfaces, count * AREA_POINTS);
+        let points: Vec<Photon> = area_points.iter().step_by(AREA_POINTS as usize).copied().collect();
+
+        let map = map_of(context, &scene.buffers, &points, grid, ms)?;
+        let reaches = photon_reach::trace(context, &scene.buffers, &map.entries, count, radius, ms)?;
+        let storage = |name| Buffer::storage(context, name, u64::from(count) * size_of::<Vec3>() as u64);
+        let ones = Buffer::from_slice(context, "ones", &vec![Vec3::ONE; count as usize])?;
+        let this = Self {
+            map,
+            count,
+            reaches,
+            masses: storage("kernel masses")?,
+            irradiances: storage("irradiances")?,
+            grid,
+            radius,
+        };
+        let areas = map_of(context, &scene.buffers, &area_points, grid, ms)?;
+        estimate.estimate(this.points(), &areas, grid, radius, &ones, &this.masses, ms)?;
+        Ok(this)
+    }
+
+    /// Of the density estimate, metres.
+    pub(super) fn radius(&self) -> f32 {
+        self.radius
+    }
+
+    /// Sorts photons and estimates their irradiance at all points. `slots` of the map are in use.
+    pub(super) fn estimate(
+        &self,
+        context: &Arc<Context>,
+        scene: &SceneBuffers,
+        photons: &PhotonMap,
+        slots: u32,
+        estimate: &mut PhotonIrradiance,
+        ms: &mut f64,
+    ) -> Result<()> {
+        *ms += photons.build(context, scene, self.grid, slots)?;
+        let (masses, irradiances) = (&self.masses, &self.irradiances);
+        estimate.estimate(self.points(), photons, self.grid, self.radius, masses, irradiances, ms)
+    }
+
+    /// What gather rays meet.
+    pub(super) fn irradiance(&self) -> Irradiance<'_> {
+        Irradiance {
+            points: &self.map.entries,
+            first_entries: &self.map.first_entries,
+            reaches: &self.reaches,
+            irradiances: &self.irradiances,
+            grid: self.grid,
+            radius: self.radius,
+        }
+    }
+
+    fn points(&self) -> Points<'_> {
+        Points { entries: &self.map.entries, reaches: &self.reaches, count: self.count }
+    }
+}
+
+fn map_of(
+    context: &Arc<Context>,
+    scene: &SceneBuffers,
+    photons: &[Photon],
+    grid: PhotonGrid,
+    ms: &mut f64,
+) -> Result<PhotonMap> {
+    let map = PhotonMap::new(context, photons.len() as u32)?;
+    map.slots.write(photons)?;
+    *ms += map.build(context, scene, grid, photons.len() as u32)?;
+    Ok(map)
+}
+
+/// Spreads `count` points over the active sides, each with the area that it stands for (m²) as flux. Dealt to sides by area,
+/// and on each along a lattice: consecutive points of the additive recurrence R2. [Roberts 2018]
+fn spread(triangles: &[Triangle], surfaces: &[Surface], count: u32) -> Vec<Photon> {
+    const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+    let strata = Strata::new(triangles, surfaces, count);
+    let area = Vec3::splat((strata.area_m2 / f64::from(count)) as f32);
+    let ranges = strata.first_points.windows(2).map(|ends| ends[0]..ends[1]);
+    let mut points = Vec::with_capacity(count as usize);
+    for (&side, range) in strata.sides.iter().zip(ranges) {
+        let [p0, p1, p2] = triangles[side as usize / 2].positions;
+        points.extend(range.map(|index| {
+            let [u, v] = STEPS.map(|step| (0.5 + f64::from(index) * step).fract());
+            // The far half of the parallelogram is folded back.
+            let [u, v] = if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] }.map(|w| w as f32);
+            Photon { position: p0 + u * (p1 - p0) + v * (p2 - p0), side, flux: area }
+        }));
+    }
+    points
+}
+
+/// Metres of the sphere around a scene's bounding box: centre and radius.
+pub(super) fn bounding_sphere(scene: &Scene) -> (Vec3, f32) {
+    let (low, high) = scene.bounds();
+    (0.5 * (low + high), 0.5 * (high - low).length() * 1.001)
+}

@@ -1,0 +1,296 @@
+//! Photon mapping with final gathering, progressive. [Jensen 1996]
+//!
+//! A fresh photon map serves a few samples of every pixel; the picture is the mean over all. With the number of maps the radius
+//! of the density estimate shrinks, and with it the bias that it has. [Knaus and Zwicker 2011]
+
+use super::irradiance_points::{IrradiancePoints, Reachable, bounding_sphere};
+use super::{Picture, Progressive, TracedScene, noise_of_halves};
+use crate::cpu::brdf::luminance;
+use crate::cpu::emission::light_power;
+use crate::cpu::sampling::hash_pair;
+use crate::error::{Error, Result};
+use crate::gpu::Context;
+use crate::passes::precompute::Progress;
+use crate::passes::reference::photon_gather::{GatherSums, PhotonGather, Sequence};
+use crate::passes::reference::photon_irradiance::PhotonIrradiance;
+use crate::passes::reference::photon_map::PhotonMap;
+use crate::passes::reference::photon_trace::{self, BoundingSphere, PhotonTrace};
+use crate::scene::Scene;
+use glam::DVec3;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// Photon paths of a map; fewer where their photons would not fit.
+const PATHS: u32 = 1 << 17;
+/// Slots of a photon map, empty ones too: bounds its buffers to 36 MiB.
+const SLOTS: u32 = 1 << 20;
+/// Paths that would meet the first map's kernel if all light were spread evenly and nothing were reflected.
+const PATHS_IN_KERNEL: f64 = 32.0;
+/// A map serves so many gather rays or, on the smallest images, so many samples of a pixel.
+const RAYS_A_MAP: u32 = 1 << 19;
+const MOST_SAMPLES_A_MAP: u32 = 32;
+/// Samples of a pixel in one dispatch: lavapipe ends all loops of an invocation once they have turned 65 535 times.
+const SAMPLES_A_DISPATCH: u32 = 2;
+/// The radius shrinks each time that the number of maps has doubled, so many times at most: to 35 % of the first.
+const MOST_SHRINKS: u32 = 9;
+
+/// Renders by photon mapping; box-filtered over the pixel. Samples and photons follow from the scene's seed alone.
+///
+/// Every sample takes the light of all lights at the surface that a camera ray meets, and sends one ray from there by the
+/// BRDF. Where it ends, irradiance comes from the photon map, times the diffuse albedo; a Phong lobe there is scattered on. A ray
+/// shorter than the radius of the density estimate goes on, too, until one is longer.
+pub struct PhotonMapper {
+    scene: TracedScene,
+    /// Power of each light, W.
+    powers: Vec<f64>,
+    reachable: Reachable,
+    trace: PhotonTrace,
+    estimate: PhotonIrradiance,
+    gather: PhotonGather,
+    photons: PhotonMap,
+    points: Option<IrradiancePoints>,
+    /// Paths of a map.
+    paths: u32,
+    /// Maps belong to them in turn.
+    halves: [Half; 2],
+    /// Radius of the first map's density estimate, metres.
+    first_radius: f64,
+    maps: u32,
+    /// Slots in use of the last map.
+    slots: u32,
+    samples: u32,
+    device_ms: f64,
+}
+
+/// One sequence of photons and samples.
+struct Half {
+    gather: Sequence,
+    photon_seed: u32,
+    /// Rays that each light has sent so far.
+    first_rays: Vec<u32>,
+    samples: u32,
+}
+
+impl PhotonMapper {
+    /// Makes ready to render the scene for its first camera.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a scene without triangles; the device lacks memory or failed.
+    pub fn new(context: &Arc<Context>, scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
+        progress.stage("acceleration structure", 1);
+        let scene = TracedScene::new(context, scene)?;
+        let (centre, radius) = bounding_sphere(&scene.scene);
+        let power = |light| luminance(light_power(light, f64::from(radius)).as_vec3());
+        let half = |number| {
+            let [photon_seed, gather_seed] =
+                [2_u32, 4].map(|purpose| hash_pair(scene.scene.quality.seed, purpose + number));
+            let gather = Sequence::new(context, scene.pixel_count(), gather_seed)?;
+            Ok(Half { gather, photon_seed, first_rays: vec![0; scene.light_sources.len()], samples: 0 })
+        };
+        let sphere = BoundingSphere { centre, radius };
+        Ok(Self {
+            powers: scene.light_sources.iter().map(power).collect(),
+            reachable: Reachable::new(context, &scene)?,
+            trace: PhotonTrace::new(context, PATHS + scene.light_sources.len() as u32, sphere)?,
+            estimate: PhotonIrradiance::new(context)?,
+            gather: PhotonGather::new(context)?,
+            photons: PhotonMap::new(context, SLOTS)?,
+            points: None,
+            paths: PATHS,
+            halves: [half(0)?, half(1)?],
+            first_radius: 0.0,
+            maps: 0,
+            slots: 0,
+            samples: 0,
+            device_ms: 0.0,
+            scene,
+        })
+    }
+
+    /// Takes so many more samples of each pixel, from a fresh photon map where the last has served its samples.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] where photons do not fit, as where nothing absorbs; the device lacks memory or failed.
+    pub fn add_samples(&mut self, per_pixel: u32) -> Result<()> {
+        let goal = self.samples + per_pixel;
+        let samples_a_map = (RAYS_A_MAP / self.scene.pixel_count().max(1)).clamp(1, MOST_SAMPLES_A_MAP);
+        while self.samples < goal {
+            if self.samples == self.maps * samples_a_map {
+                self.next_map()?;
+            }
+            let Some(points) = &self.points else { break };
+            let half = &mut self.halves[(self.maps - 1) as usize % 2];
+            let count = (goal.min(self.maps * samples_a_map) - self.samples).min(SAMPLES_A_DISPATCH);
+            let samples = half.samples..half.samples + count;
+            let lights = (&self.scene.lights, self.scene.light_sources.len() as u32);
+            let (scene, view) = (&self.scene.buffers, &self.scene.view);
+            let ms = &mut self.device_ms;
+            self.gather.gather(scene, lights, view, points.irradiance(), &half.gather, samples, ms)?;
+            half.samples += count;
+            self.samples += count;
+        }
+        Ok(())
+    }
+
+    /// Traces photons and estimates their irradiance.
+    fn next_map(&mut self) -> Result<()> {
+        let (context, buffers) = (self.scene.context.clone(), &self.scene.buffers);
+        let ms = &mut self.device_ms;
+        let half = &mut self.halves[self.maps as usize % 2];
+        let (slots, rays) = loop {
+            let rays = photon_trace::deal(&self.powers, self.paths);
+            let paths = photon_trace::start(&rays, &half.first_rays);
+            if let Some(slots) =
+                self.trace.trace(buffers, &self.scene.lights, paths, half.photon_seed, &self.photons, ms)?
+            {
+                break (slots, rays);
+            }
+            self.paths /= 2;
+            if self.paths < 1 << 10 {
+                return Err(Error::OutOfMemory(format!(
+                    "the photons of {} paths do not fit a map of {SLOTS}; lower an albedo close to 1",
+                    2 * self.paths
+                )));
+            }
+        };
+        for (first, rays) in half.first_rays.iter_mut().zip(rays) {
+            *first = first.wrapping_add(rays);
+        }
+
+        let shrinks = (self.maps + 1).ilog2().min(MOST_SHRINKS);
+        if self.maps == 0 {
+            let area = self.reachable.area_m2.max(f64::MIN_POSITIVE);
+            self.first_radius = (PATHS_IN_KERNEL * area / (PI * f64::from(self.paths))).sqrt().max(1e-30);
+        }
+        // Variance falls as the number of maps to the power of 2/3, bias to the power of 1/3.
+        let radius = (self.first_radius * (-f64::from(shrinks) / 6.0).exp2()) as f32;
+        let points = match self.points.take().filter(|points| points.radius() == radius) {
+            Some(points) => points,
+            None => {
+                let reachable = &self.reachable;
+                IrradiancePoints::new(&context, &self.scene, reachable, radius, &mut self.estimate, ms)?
+            }
+        };
+        points.estimate(&context, buffers, &self.photons, slots, &mut self.estimate, ms)?;
+        self.points = Some(points);
+        self.slots = slots;
+        self.maps += 1;
+        Ok(())
+    }
+
+    /// Samples of each pixel so far.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// Device time so far, milliseconds.
+    pub fn device_ms(&self) -> f64 {
+        self.device_ms
+    }
+
+    /// Photon maps so far.
+    pub fn maps(&self) -> u32 {
+        self.maps
+    }
+
+    /// Photon paths of the last map.
+    pub fn paths_a_map(&self) -> u32 {
+        self.paths
+    }
+
+    /// Radius of the last map's density estimate, metres.
+    pub fn radius(&self) -> f32 {
+        self.points.as_ref().map_or(0.0, IrradiancePoints::radius)
+    }
+
+    /// The scene on the device.
+    pub fn traced_scene(&self) -> &TracedScene {
+        &self.scene
+    }
+
+    /// Slots of the last map that photons were traced into.
+    pub fn slots(&self) -> u32 {
+        self.slots
+    }
+
+    /// The last photon map.
+    pub fn photons(&self) -> &PhotonMap {
+        &self.photons
+    }
+
+    /// Mean radiance of all samples; zero before the first.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn picture(&self) -> Result<Picture> {
+        let [a, b] = [self.halves[0].gather.sums.read::<GatherSums>()?, self.halves[1].gather.sums.read()?];
+        let scale = 1.0 / f64::from(self.samples.max(1));
+        let layer = |of: fn([DVec3; 2]) -> DVec3| {
+            let both = a.iter().zip(&b);
+            both.map(|(a, b)| rounded(scale * (of(a.values()) + of(b.values())))).collect()
+        };
+        Ok(Picture {
+            size: self.scene.size(),
+            beauty: layer(|[direct, indirect]| direct + indirect),
+            direct: layer(|[direct, _]| direct),
+            indirect: layer(|[_, indirect]| indirect),
+        })
+    }
+
+    /// Mean radiance of all light, each half by itself: estimates from independent photons and gather rays, alike in bias.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn halves(&self) -> Result<[Vec<[f32; 3]>; 2]> {
+        let mean = |half: &Half| -> Result<Vec<[f32; 3]>> {
+            let scale = 1.0 / f64::from(half.samples.max(1));
+            let sums: Vec<GatherSums> = half.gather.sums.read()?;
+            let value = |sums: &GatherSums| sums.values().into_iter().sum::<DVec3>();
+            Ok(sums.iter().map(|sums| rounded(scale * value(sums))).collect())
+        };
+        Ok([mean(&self.halves[0])?, mean(&self.halves[1])?])
+    }
+}
+
+fn rounded(value: DVec3) -> [f32; 3] {
+    value.as_vec3().to_array()
+}
+
+impl Progressive for PhotonMapper {
+    fn add_samples(&mut self, per_pixel: u32) -> Result<()> {
+        self.add_samples(per_pixel)
+    }
+
+    fn samples(&self) -> u32 {
+        self.samples()
+    }
+
+    fn device_ms(&self) -> f64 {
+        self.device_ms()
+    }
+
+    fn picture(&self) -> Result<Picture> {
+        self.picture()
+    }
+
+    /// Not known: samples of one map share its photons.
+    fn variance(&self) -> Result<Vec<[f32; 3]>> {
+        Err(Error::Usage("photon mapping does not know the variance of a pixel; --method path does".into()))
+    }
+
+    /// From the difference of the halves, where both have samples. The bias of the density estimate is no part of it.
+    fn noise(&self) -> Result<Option<f64>> {
+        if self.halves[1].samples == 0 {
+            return Ok(None);
+        }
+        Ok(Some(noise_of_halves(&self.halves()?)))
+    }
+
+    fn rays(&self) -> Result<Option<u64>> {
+        Ok(None)
+    }
+
+    fn traced_scene(&self) -> &TracedScene {
+        self.traced_scene()
+    }
+}

@@ -1,0 +1,225 @@
+//! The photon mapper against closed forms, and against the path tracer.
+
+use crate::common::{assert_silent, context};
+use crate::{assert_close, plates};
+use glam::{DVec3, Vec3};
+use lightpaths::passes::reference::photon_map::Photon;
+use lightpaths::reference::{PathTracer, PhotonMapper, Picture, Progressive, TracedScene};
+use lightpaths::renderer::Silent;
+use lightpaths::scene::{Light, LightKind, LoadOptions, Scene, shapes};
+use lightpaths::types::NO_SIDE;
+use std::f64::consts::PI;
+
+fn map_photons(mut scene: Scene, size: [u32; 2], samples: u32) -> PhotonMapper {
+    scene.cameras[0].size = size;
+    let mut mapper = PhotonMapper::new(&context(), scene, &mut Silent).unwrap();
+    mapper.add_samples(samples).unwrap();
+    mapper
+}
+
+/// Mean over pixels and channels.
+fn mean(layer: &[[f32; 3]]) -> f64 {
+    layer.iter().flatten().map(|value| f64::from(*value)).sum::<f64>() / (3 * layer.len()) as f64
+}
+
+/// What arrives in a closed sphere is the light's flux, and each bounce's share of it: Φ/(1-ρ).
+#[test]
+fn photons_in_a_sphere_carry_all_flux_and_show_even_light() {
+    let (radius, flux) = (1.5, 10.0);
+    // The mean of a map's flux is as noisy as the lengths of its paths are: 0.2 %, 0.4 % and 0.8 %.
+    for (albedo, tolerance) in [(0.0_f32, 1e-4), (0.5, 0.006), (0.9, 0.012), (0.99, 0.02)] {
+        // Black but for a trace of green: where nothing is reflected, no photon is kept.
+        let mut scene = shapes::integrating_sphere(radius, 4, albedo, Vec3::new(0.3, 0.2, 0.1), flux);
+        if albedo == 0.0 {
+            scene.materials[0].diffuse = Vec3::new(0.0, 1e-9, 0.0);
+        }
+        let area = scene.area_m2();
+        let mapper = map_photons(scene, [16, 16], 16);
+        let photons: Vec<Photon> = mapper.photons().slots.read().unwrap();
+        let stored: f64 = photons[..mapper.slots() as usize]
+            .iter()
+            .filter(|photon| photon.side != NO_SIDE)
+            .map(|photon| f64::from(photon.flux.x))
+            .sum();
+        let (flux, albedo) = (f64::from(flux), f64::from(albedo));
+        assert_close(&format!("stored flux at albedo {albedo}"), stored, flux / (1.0 - albedo), tolerance);
+        let picture = mapper.picture().unwrap();
+        let indirect = mean(&picture.indirect);
+        let expected = flux / area * albedo / (1.0 - albedo) * albedo / PI;
+        println!(
+            "albedo {albedo}: stored {:+.3} %, picture {:+.3} %, {} paths",
+            100.0 * (stored / flux * (1.0 - albedo) - 1.0),
+            100.0 * (indirect / expected - 1.0),
+            mapper.paths_a_map()
+        );
+        if albedo == 0.0 {
+            assert!(indirect < 1e-9 * flux, "{indirect}");
+            continue;
+        }
+        assert_close(&format!("indirect light at albedo {albedo}"), indirect, expected, tolerance);
+    }
+    assert_silent(&context());
+}
+
+/// Where each pixel's central ray meets the scene, by its depth; none where it leaves.
+fn positions(scene: &TracedScene) -> Vec<Option<DVec3>> {
+    let view = &scene.view;
+    let [right, up, forward] = [view.right, view.up, view.forward].map(Vec3::as_dvec3);
+    let [width, height] = scene.size().map(f64::from);
+    let depths = scene.first_hits().unwrap().depth;
+    let position = |(index, depth): (u32, &[f32; 3])| {
+        let x = 2.0 * (f64::from(index % view.width) + 0.5) / width - 1.0;
+        let y = 2.0 * (f64::from(index / view.width) + 0.5) / height - 1.0;
+        let depth = f64::from(depth[0]);
+        depth.is_finite().then(|| view.position.as_dvec3() + depth * (forward + x * right - y * up))
+    };
+    (0..).zip(&depths).map(position).collect()
+}
+
+/// The photon map ends at the plates' edges: a kernel that reached past them would lose a tenth of the light there.
+#[test]
+fn light_bounces_between_two_plates() {
+    let mut scene = shapes::facing_squares(1.0, 1.0, plates::ALBEDO as f32);
+    scene.lights[0].kind = LightKind::Point { position: plates::LIGHT.as_vec3(), intensity: Vec3::ONE };
+    let camera = &mut scene.cameras[0];
+    (camera.position, camera.target) = (Vec3::new(0.0, 0.4, 0.9), Vec3::new(0.0, -0.5, 0.0));
+    let mapper = map_photons(scene, [48, 48], 128);
+    let picture = mapper.picture().unwrap();
+    let both = [-0.5, 0.5].map(plates::middles);
+    let [_, upper] = plates::radiosities(&both);
+    let (mut value, mut expected, mut pixels) = (0.0, 0.0, 0);
+    for (position, indirect) in positions(mapper.traced_scene()).iter().zip(&picture.indirect) {
+        // Well inside, so that no part of the pixel looks past the plate.
+        let Some(position) = position.filter(|p| p.y < 0.0 && p.x.abs().max(p.z.abs()) < 0.45) else {
+            continue;
+        };
+        value += f64::from(indirect[0]);
+        expected += plates::ALBEDO / PI * plates::gathered(position, &both[1], &upper);
+        pixels += 1;
+    }
+    println!("{pixels} pixels: {:+.3} %", 100.0 * (value / expected - 1.0));
+    assert!(pixels > 600, "{pixels}");
+    // Half of it is noise: three gather rays in four leave the plates.
+    assert_close("mean indirect light", value, expected, 0.01);
+    assert_silent(&context());
+}
+
+/// Light stays on its side of a wall of a millimetre, though the photons beyond are well within the kernel.
+#[test]
+fn no_light_leaks_past_a_thin_wall() {
+    let scene = shapes::thin_wall();
+    let mut lit = scene.clone();
+    let camera = &mut lit.cameras[0];
+    (camera.position, camera.target) = (Vec3::new(-0.9, 0.0, 0.0), Vec3::ZERO);
+    let [dark, lit] = [scene, lit].map(|scene| {
+        let mapper = map_photons(scene, [24, 24], 16);
+        assert!(mapper.radius() > 0.02, "{} m", mapper.radius());
+        mapper.picture().unwrap()
+    });
+    let share = mean(&dark.beauty) / mean(&lit.beauty);
+    println!("dark side: {share:.2e} of the light");
+    assert!(mean(&dark.direct) == 0.0 && share < 1e-3, "dark side: {share:.2e} of the light");
+    assert_silent(&context());
+}
+
+/// Compares the mean of both layers with the path tracer's. Returns relative differences of direct and indirect light.
+fn differences(scene: Scene, size: u32, samples: [u32; 2]) -> [f64; 2] {
+    let mut scene = scene;
+    scene.cameras[0].size = [size; 2];
+    let mut tracer = PathTracer::new(&context(), scene.clone(), &mut Silent).unwrap();
+    tracer.add_samples(samples[0]).unwrap();
+    let truth = tracer.picture().unwrap();
+    let mapped = map_photons(scene, [size; 2], samples[1]).picture().unwrap();
+    let part = |of: fn(&Picture) -> &[[f32; 3]]| mean(of(&mapped)) / mean(of(&truth)) - 1.0;
+    let differences = [part(|picture| &picture.direct), part(|picture| &picture.indirect)];
+    let [direct, indirect] = differences.map(|difference| 100.0 * difference);
+    println!("direct {direct:+.3} %, indirect {indirect:+.3} %");
+    differences
+}
+
+#[test]
+fn the_box_has_the_energy_of_the_path_tracer() {
+    let scene = Scene::load("box", &LoadOptions::default()).unwrap();
+    let [direct, indirect] = differences(scene, 32, [512, 128]);
+    assert!(direct.abs() < 2e-3 && indirect.abs() < 0.01, "direct {direct}, indirect {indirect}");
+    assert_silent(&context());
+}
+
+/// All kinds of lights, glossy walls and an open side.
+#[test]
+fn glossy_walls_and_all_lights_have_the_energy_of_the_path_tracer() {
+    let mut scene = shapes::closed_box(Vec3::new(2.0, 1.5, 1.0), 0.5);
+    scene.triangles.retain(|triangle| triangle.positions.iter().any(|p| p.y < 0.7));
+    scene.materials.push(scene.materials[0].clone());
+    (scene.materials[1].diffuse, scene.materials[1].specular, scene.materials[1].exponent) =
+        (Vec3::new(0.3, 0.2, 0.0), Vec3::splat(0.5), 30.0);
+    scene.triangles.iter_mut().step_by(3).for_each(|triangle| triangle.material = 1);
+    let (position, direction) = (Vec3::new(0.1, 0.5, -0.2), Vec3::new(0.6, -0.8, 0.0));
+    let kinds = [
+        LightKind::Point { position, intensity: Vec3::new(1.0, 2.0, 3.0) },
+        LightKind::Spot { position, direction, intensity: Vec3::splat(9.0), angle: 0.7, penumbra: 0.4 },
+        LightKind::Area {
+            corner: Vec3::new(-0.3, 0.7, -0.3),
+            edge_u: Vec3::new(0.5, 0.0, 0.1),
+            edge_v: Vec3::new(0.0, 0.05, 0.4),
+            radiance: Vec3::new(9.0, 6.0, 3.0),
+            samples: 10,
+        },
+        LightKind::Directional { direction, irradiance: Vec3::splat(3.0) },
+    ];
+    for kinds in [&kinds[..], &kinds[2..3]] {
+        scene.lights = kinds.iter().map(|&kind| Light { name: kind.word().to_owned(), kind }).collect();
+        let [direct, indirect] = differences(scene.clone(), 32, [256, 96]);
+        // Both are noisy: 0.6 % of the photon mapper's indirect light, and 0.4 % of the path tracer's.
+        assert!(direct.abs() < 0.01 && indirect.abs() < 0.02, "direct {direct}, indirect {indirect}");
+    }
+    assert_silent(&context());
+}
+
+/// All photons of a narrow beam arrive in a few cells, more than an estimate looks at. They carry a tenth of the light.
+#[test]
+fn a_narrow_beam_keeps_its_energy() {
+    let (albedo, angle) = (0.9_f32, 0.02_f32);
+    let mut scene = shapes::integrating_sphere(1.5, 4, albedo, Vec3::ZERO, 1.0);
+    let (position, direction) = (Vec3::new(0.2, 0.3, 0.1), Vec3::new(0.48, -0.6, 0.64));
+    let intensity = Vec3::splat(1e4);
+    scene.lights[0].kind = LightKind::Spot { position, direction, intensity, angle, penumbra: 0.0 };
+    let flux = 1e4 * 2.0 * PI * 2.0 * (0.5 * f64::from(angle)).sin().powi(2);
+    let (area, albedo) = (scene.area_m2(), f64::from(albedo));
+    let picture = map_photons(scene, [64, 64], 32).picture().unwrap();
+    let expected = flux / area * albedo / (1.0 - albedo) * albedo / PI;
+    assert_close("indirect light", mean(&picture.indirect), expected, 0.03);
+    assert_silent(&context());
+}
+
+#[test]
+fn the_same_samples_give_the_same_bytes_however_they_are_asked_for() {
+    let pictures: Vec<Picture> = [&[70][..], &[1, 2, 60, 7], &[70]]
+        .iter()
+        .map(|rounds| {
+            let mut mapper = map_photons(shapes::closed_box(Vec3::ONE, 0.5), [9, 7], 0);
+            assert_eq!(mapper.picture().unwrap().beauty, [[0.0; 3]; 63]);
+            assert_eq!(Progressive::noise(&mapper).unwrap(), None);
+            rounds.iter().for_each(|&samples| mapper.add_samples(samples).unwrap());
+            assert_eq!([mapper.samples(), mapper.maps()], [70, 3]);
+            assert!(Progressive::noise(&mapper).unwrap().is_some_and(|noise| noise > 0.0 && noise < 0.1));
+            mapper.picture().unwrap()
+        })
+        .collect();
+    assert!(pictures[0] == pictures[1] && pictures[0] == pictures[2]);
+    assert!(pictures[0].beauty.iter().flatten().all(|value| *value > 0.0));
+    assert_silent(&context());
+}
+
+#[test]
+fn scenes_without_light_or_without_a_second_surface_are_dark_beyond_direct_light() {
+    let mut dark = shapes::closed_box(Vec3::ONE, 0.5);
+    dark.lights.clear();
+    let picture = map_photons(dark, [9, 7], 3).picture().unwrap();
+    assert!(picture.beauty.iter().all(|pixel| *pixel == [0.0; 3]));
+    let mut alone = shapes::facing_squares(1.0, 1.0, 0.5);
+    alone.triangles.truncate(2);
+    let picture = map_photons(alone, [9, 7], 3).picture().unwrap();
+    assert!(picture.indirect.iter().all(|pixel| *pixel == [0.0; 3]) && mean(&picture.direct) > 0.0);
+    assert_silent(&context());
+}

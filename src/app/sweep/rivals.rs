@@ -9,7 +9,7 @@ use super::results::{Occasion, Rival, Setting};
 use crate::app::args::DeviceArgs;
 use crate::error::Result;
 use crate::gpu::Context;
-use crate::reference::{PathTracer, Progressive};
+use crate::reference::{PathTracer, PhotonMapper, Progressive};
 use crate::renderer::Silent;
 use crate::scene::Scene;
 
@@ -22,14 +22,23 @@ pub(super) struct Method {
 }
 
 /// All of them, in the order of the tables.
-pub(super) const METHODS: [Method; 1] = [Method {
-    name: "path tracing",
-    open: |context, scene| Ok(Box::new(PathTracer::new(context, scene, &mut Silent)?)),
-    is_unbiased: true,
-}];
+pub(super) const METHODS: [Method; 2] = [
+    Method {
+        name: "photon mapping",
+        open: |context, scene| Ok(Box::new(PhotonMapper::new(context, scene, &mut Silent)?)),
+        is_unbiased: false,
+    },
+    Method {
+        name: "path tracing",
+        open: |context, scene| Ok(Box::new(PathTracer::new(context, scene, &mut Silent)?)),
+        is_unbiased: true,
+    },
+];
 
 /// Longest that a method is given to reach our error, seconds; beyond, the number of samples is extrapolated.
-const EQUAL_ERROR_S: f64 = 12.0;
+const EQUAL_ERROR_S: f64 = 8.0;
+/// Renderings on the way there.
+const MOST_ATTEMPTS: u32 = 6;
 /// Samples by which a method's speed is told: the first ones contain compilation.
 const WARM_UP: u32 = 4;
 const TIMED: u32 = 4;
@@ -64,7 +73,8 @@ pub(super) fn compare(
         scratch.add_samples(TIMED)?;
         start.elapsed().as_secs_f64() / f64::from(TIMED)
     };
-    let mut run = Run { renderer: (method.open)(&context, scene)?, sample_s, reference };
+    let renderer = (method.open)(&context, scene.clone())?;
+    let mut run = Run { context: context.clone(), scene, renderer, sample_s, reference };
     let samples_in = |seconds: f64| ((seconds / sample_s) as u32).max(1);
 
     let mut rivals = Vec::new();
@@ -88,32 +98,38 @@ pub(super) fn compare(
         curve.push((f64::from(spp), picture.error.relmse_debiased));
         pictures.push((picture, spp, run.seconds()));
     }
-    rivals.push(equal_error(method, &mut run, curve, ours)?);
+    rivals.push(equal_error(method, run, curve, ours)?);
     device_args.report_validation(&context);
     let (picture, spp, seconds) = pictures.pop().expect("there are two");
     Ok(Outcome { rivals, picture, spp, seconds })
 }
 
-/// Goes on until the error is ours or time is up.
-fn equal_error(method: &Method, run: &mut Run, mut curve: Vec<(f64, f64)>, ours: &Setting) -> Result<Rival> {
+/// Goes on until the error is ours or time is up; begins anew where it is smaller already.
+fn equal_error(method: &Method, mut run: Run, mut curve: Vec<(f64, f64)>, ours: &Setting) -> Result<Rival> {
     let goal = ours.error.told(&run.reference.facts);
-    let most = (EQUAL_ERROR_S / run.sample_s) as u32;
+    let most = (EQUAL_ERROR_S / run.sample_s).max(1.0);
     let mut rendered = None;
-    let (needed, bias) = loop {
-        let (needed, bias) = samples_for(&curve, goal, method.is_unbiased);
+    let mut needed = samples_for(&curve, goal, method.is_unbiased);
+    if needed.samples.is_some_and(|samples| samples < 0.9 * f64::from(run.renderer.samples())) {
+        run.renderer = (method.open)(&run.context, run.scene.clone())?;
+    }
+    for _ in 0..MOST_ATTEMPTS {
         let taken = run.renderer.samples();
-        let is_reached = curve.last().is_some_and(|(_, error)| *error <= goal);
+        // Not more than four times as many at once: the first estimates are rough.
         let next =
-            needed.map_or(most, |needed| needed.min(f64::from(most)) as u32).min(taken.saturating_mul(4));
-        if is_reached || next <= taken + taken / 20 {
-            break (needed, bias);
+            needed.samples.unwrap_or(most).min(most).min(f64::from(taken.max(1)) * 4.0).max(1.0) as u32;
+        let next = if taken == 0 { needed.samples.unwrap_or(most).min(most).max(1.0) as u32 } else { next };
+        if next <= taken + taken / 20 {
+            break;
         }
         let picture = run.take(next)?;
         curve.push((f64::from(next), picture.error.relmse_debiased));
-        rendered = Some(picture.error);
-    };
-    let is_extrapolated = needed.is_some_and(|needed| needed > 1.1 * f64::from(run.renderer.samples()));
-    let spp = if is_extrapolated { needed } else { needed.map(|_| f64::from(run.renderer.samples())) };
+        rendered = Some((next, picture.error));
+        needed = samples_for(&curve, goal, method.is_unbiased);
+    }
+    // What was rendered counts where it is as good, or nearly.
+    let measured = rendered.filter(|(_, error)| error.relmse_debiased <= 1.2 * goal);
+    let spp = measured.map(|(spp, _)| f64::from(spp)).or(needed.samples);
     let seconds = spp.map(|spp| spp * run.sample_s);
     Ok(Rival {
         method: method.name,
@@ -121,32 +137,48 @@ fn equal_error(method: &Method, run: &mut Run, mut curve: Vec<(f64, f64)>, ours:
         spp: spp.map(|spp| spp.min(f64::from(u32::MAX)) as u32),
         seconds,
         times_ours: seconds.map(|seconds| seconds / ours.relit_s()),
-        error: rendered.filter(|_| !is_extrapolated),
-        is_extrapolated,
-        bias_relmse: bias.filter(|_| needed.is_none()),
+        error: measured.map(|(_, error)| error),
+        is_extrapolated: spp.is_some() && measured.is_none(),
+        bias_relmse: spp.is_none().then_some(needed.bias),
     })
 }
 
-/// Samples at which the error, bias + c/samples, comes down to `goal`, from what was measured at numbers of samples; none where the
-/// bias alone is larger. Also the bias, which an unbiased method has not.
-fn samples_for(curve: &[(f64, f64)], goal: f64, is_unbiased: bool) -> (Option<f64>, Option<f64>) {
-    let Some(&(samples, error)) = curve.last() else { return (None, None) };
+/// What [`samples_for`] finds.
+#[derive(Debug, PartialEq)]
+struct Needed {
+    /// None where the bias alone is too large.
+    samples: Option<f64>,
+    /// The error that stays, which an unbiased method has not.
+    bias: f64,
+}
+
+/// Samples at which the error, bias + c/samples, is `goal`, from what was measured at numbers of samples (at least one).
+fn samples_for(curve: &[(f64, f64)], goal: f64, is_unbiased: bool) -> Needed {
+    let [first, last] = [f64::min, f64::max].map(|pick| {
+        let end = curve.iter().map(|(samples, _)| *samples).reduce(pick);
+        *curve.iter().find(|(samples, _)| Some(*samples) == end).expect("something was measured")
+    });
     // The two that are farthest apart tell the bias best.
-    let (first_samples, first_error) = curve[0];
-    let bias = if is_unbiased || samples <= first_samples {
+    let bias = if is_unbiased || last.0 <= first.0 {
         0.0
     } else {
-        ((samples * error - first_samples * first_error) / (samples - first_samples)).max(0.0)
+        ((last.0 * last.1 - first.0 * first.1) / (last.0 - first.0)).max(0.0)
     };
-    if error <= goal {
-        return (Some(samples), Some(bias));
-    }
-    let needed = (bias < goal).then(|| samples * (error - bias) / (goal - bias));
-    (needed, Some(bias))
+    // The point nearest to the goal tells the rest.
+    let distance = |error: f64| (error.max(1e-12) / goal).ln().abs();
+    let (samples, error) = curve
+        .iter()
+        .copied()
+        .reduce(|a, b| if distance(b.1) < distance(a.1) { b } else { a })
+        .unwrap_or(last);
+    let samples = (bias < goal).then(|| samples * (error - bias).max(0.0) / (goal - bias));
+    Needed { samples: samples.map(|samples| samples.max(1.0)), bias }
 }
 
 /// A method at work.
 struct Run<'a> {
+    context: Arc<Context>,
+    scene: Scene,
     renderer: Box<dyn Progressive>,
     /// Wall-clock time of one sample of every pixel.
     sample_s: f64,
@@ -174,11 +206,16 @@ mod tests {
     #[test]
     fn samples_are_extrapolated_by_the_fall_of_the_error() {
         let curve = |bias: f64| [(2.0, bias + 0.5), (8.0, bias + 0.125)];
-        assert_eq!(samples_for(&curve(0.0), 0.01, true), (Some(100.0), Some(0.0)));
-        let (needed, bias) = samples_for(&curve(0.01), 0.02, false);
-        assert!((needed.unwrap() - 100.0).abs() < 1e-9 && (bias.unwrap() - 0.01).abs() < 1e-12);
-        let (needed, bias) = samples_for(&curve(0.01), 0.01, false);
-        assert!(needed.is_none() && (bias.unwrap() - 0.01).abs() < 1e-12);
-        assert_eq!(samples_for(&curve(0.0), 0.2, true), (Some(8.0), Some(0.0)), "reached already");
+        let close = |found: Option<f64>, expected: f64| {
+            assert!((found.unwrap() / expected - 1.0).abs() < 1e-9, "{found:?}")
+        };
+        close(samples_for(&curve(0.0), 0.01, true).samples, 100.0);
+        close(samples_for(&curve(0.0), 0.25, true).samples, 4.0);
+        close(samples_for(&curve(0.0), 1.0, true).samples, 1.0);
+        let biased = samples_for(&curve(0.01), 0.02, false);
+        close(biased.samples, 100.0);
+        close(Some(biased.bias), 0.01);
+        assert_eq!(samples_for(&curve(0.01), 0.009, false).samples, None);
+        close(samples_for(&curve(0.0)[..1], 0.1, false).samples, 10.0);
     }
 }

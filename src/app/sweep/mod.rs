@@ -9,6 +9,8 @@ mod report;
 mod results;
 mod rivals;
 mod settings;
+#[cfg(test)]
+mod tests;
 
 use std::io::Write;
 use std::path::PathBuf;

@@ -295,15 +295,15 @@ pub(super) fn figure(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") }
 }
 
-/// A time in the unit that suits it.
+/// A time in the unit that suits it, not to be broken.
 pub(super) fn seconds(seconds: f64) -> String {
-    match seconds {
-        s if s < 1e-3 => format!("{:.3} ms", 1e3 * s),
-        s if s < 1.0 => format!("{} ms", significant(1e3 * s)),
-        s if s < 120.0 => format!("{} s", significant(s)),
-        s if s < 7200.0 => format!("{} min", significant(s / 60.0)),
-        s => format!("{} h", significant(s / 3600.0)),
-    }
+    let (value, unit) = match seconds {
+        s if s < 1.0 => (1e3 * s, "ms"),
+        s if s < 120.0 => (s, "s"),
+        s if s < 7200.0 => (s / 60.0, "min"),
+        s => (s / 3600.0, "h"),
+    };
+    format!("{}\u{a0}{unit}", significant(value))
 }
 
 /// Three digits, without a power of ten.

@@ -39,9 +39,8 @@ pub(super) const METHODS: [Method; 2] = [
 const EQUAL_ERROR_S: f64 = 8.0;
 /// Renderings on the way there.
 const MOST_ATTEMPTS: u32 = 6;
-/// Samples by which a method's speed is told: the first ones contain compilation.
-const WARM_UP: u32 = 4;
-const TIMED: u32 = 4;
+/// Samples, at least, by which a method's speed is told, after as many that contain compilation.
+const TIMED: u32 = 2;
 
 /// What a method did.
 pub(super) struct Outcome {
@@ -66,16 +65,17 @@ pub(super) fn compare(
     // Independent of the reference's own samples.
     let mut scene = scene.clone();
     scene.quality.seed = scene.quality.seed.wrapping_add(0x9e37_79b9);
-    let sample_s = {
+    let (sample_s, round) = {
         let mut scratch = (method.open)(&context, scene.clone())?;
-        scratch.add_samples(WARM_UP)?;
+        let count = scratch.round().max(TIMED);
+        scratch.add_samples(count)?;
         let start = Instant::now();
-        scratch.add_samples(TIMED)?;
-        start.elapsed().as_secs_f64() / f64::from(TIMED)
+        scratch.add_samples(count)?;
+        (start.elapsed().as_secs_f64() / f64::from(count), scratch.round())
     };
     let renderer = (method.open)(&context, scene.clone())?;
-    let mut run = Run { context: context.clone(), scene, renderer, sample_s, reference };
-    let samples_in = |seconds: f64| ((seconds / sample_s) as u32).max(1);
+    let mut run = Run { context: context.clone(), scene, renderer, sample_s, round, reference };
+    let samples_in = |seconds: f64| ((seconds / sample_s) as u32 / round * round).max(round);
 
     let mut rivals = Vec::new();
     let mut curve = Vec::new();
@@ -116,9 +116,9 @@ fn equal_error(method: &Method, mut run: Run, mut curve: Vec<(f64, f64)>, ours: 
     for _ in 0..MOST_ATTEMPTS {
         let taken = run.renderer.samples();
         // Not more than four times as many at once: the first estimates are rough.
-        let next =
-            needed.samples.unwrap_or(most).min(most).min(f64::from(taken.max(1)) * 4.0).max(1.0) as u32;
-        let next = if taken == 0 { needed.samples.unwrap_or(most).min(most).max(1.0) as u32 } else { next };
+        let rash = if taken == 0 { f64::INFINITY } else { 4.0 * f64::from(taken) };
+        let next = needed.samples.unwrap_or(most).min(most).min(rash) as u32;
+        let next = next.next_multiple_of(run.round).max(run.round);
         if next <= taken + taken / 20 {
             break;
         }
@@ -182,6 +182,8 @@ struct Run<'a> {
     renderer: Box<dyn Progressive>,
     /// Wall-clock time of one sample of every pixel.
     sample_s: f64,
+    /// Samples that share a cost.
+    round: u32,
     reference: &'a Reference,
 }
 

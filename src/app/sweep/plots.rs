@@ -59,7 +59,7 @@ fn rival_point(results: &Results, rival: &Rival) -> Option<Point> {
     let x = rival.seconds?;
     let y = match (&rival.error, rival.at) {
         (Some(error), _) => error.told(&results.reference),
-        (None, Occasion::EqualError) => results.settings[0].error.told(&results.reference),
+        (None, Occasion::Error) => results.settings[0].error.told(&results.reference),
         _ => return None,
     };
     let says = format!("{}, {}: {}, relMSE {}", rival.method, rival.at.label(), seconds(x), figure(y));

@@ -143,22 +143,24 @@ pub(super) struct Rival {
 
 /// What two methods have in common where they are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
 pub(super) enum Occasion {
     /// The time of one frame after a light moved.
-    EqualTimeRelit,
+    #[serde(rename = "equal_time_relit")]
+    RelitFrameTime,
     /// The time of the precomputation and the first frame.
-    EqualTimeFirst,
+    #[serde(rename = "equal_time_first")]
+    FirstPictureTime,
     /// The error of our preset.
-    EqualError,
+    #[serde(rename = "equal_error")]
+    Error,
 }
 
 impl Occasion {
     pub(super) fn label(self) -> &'static str {
         match self {
-            Self::EqualTimeRelit => "equal time, one relit frame",
-            Self::EqualTimeFirst => "equal time, precompute and first frame",
-            Self::EqualError => "equal error",
+            Self::RelitFrameTime => "equal time, one relit frame",
+            Self::FirstPictureTime => "equal time, precompute and first frame",
+            Self::Error => "equal error",
         }
     }
 }

@@ -13,10 +13,13 @@ use crate::reference::{PathTracer, PhotonMapper, Progressive};
 use crate::renderer::Silent;
 use crate::scene::Scene;
 
+/// Makes a method ready to take samples.
+type Open = fn(&Arc<Context>, Scene) -> Result<Box<dyn Progressive>>;
+
 /// A method to compare with.
 pub(super) struct Method {
     pub(super) name: &'static str,
-    open: fn(&Arc<Context>, Scene) -> Result<Box<dyn Progressive>>,
+    open: Open,
     /// Its error falls to nothing, not to a bias.
     is_unbiased: bool,
 }
@@ -81,7 +84,7 @@ pub(super) fn compare(
     let mut curve = Vec::new();
     let mut pictures = Vec::new();
     for (at, seconds) in
-        [(Occasion::EqualTimeRelit, ours.relit_s()), (Occasion::EqualTimeFirst, ours.first_picture_s())]
+        [(Occasion::RelitFrameTime, ours.relit_s()), (Occasion::FirstPictureTime, ours.first_picture_s())]
     {
         let picture = run.take(samples_in(seconds).max(run.renderer.samples()))?;
         let spp = run.renderer.samples();
@@ -133,7 +136,7 @@ fn equal_error(method: &Method, mut run: Run, mut curve: Vec<(f64, f64)>, ours: 
     let seconds = spp.map(|spp| spp * run.sample_s);
     Ok(Rival {
         method: method.name,
-        at: Occasion::EqualError,
+        at: Occasion::Error,
         spp: spp.map(|spp| spp.min(f64::from(u32::MAX)) as u32),
         seconds,
         times_ours: seconds.map(|seconds| seconds / ours.relit_s()),
@@ -209,7 +212,7 @@ mod tests {
     fn samples_are_extrapolated_by_the_fall_of_the_error() {
         let curve = |bias: f64| [(2.0, bias + 0.5), (8.0, bias + 0.125)];
         let close = |found: Option<f64>, expected: f64| {
-            assert!((found.unwrap() / expected - 1.0).abs() < 1e-9, "{found:?}")
+            assert!((found.unwrap() / expected - 1.0).abs() < 1e-9, "{found:?}");
         };
         close(samples_for(&curve(0.0), 0.01, true).samples, 100.0);
         close(samples_for(&curve(0.0), 0.25, true).samples, 4.0);

@@ -75,10 +75,10 @@ fn results() -> Results {
         reference,
         settings,
         rivals: vec![
-            rival(Occasion::EqualTimeRelit, Some(error(0.5)), Some(0.01)),
-            rival(Occasion::EqualTimeFirst, Some(error(0.05)), Some(1.3)),
-            rival(Occasion::EqualError, None, Some(9876.0)),
-            rival(Occasion::EqualError, None, None),
+            rival(Occasion::RelitFrameTime, Some(error(0.5)), Some(0.01)),
+            rival(Occasion::FirstPictureTime, Some(error(0.05)), Some(1.3)),
+            rival(Occasion::Error, None, Some(9876.0)),
+            rival(Occasion::Error, None, None),
         ],
         stages: vec![StageError { name: "splat".into(), relmse: 2e-3, share: 0.25 }],
     }

@@ -27,13 +27,16 @@ use crate::scene::Scene;
 use measure::{Judged, Measured, measure};
 use reference::Reference;
 use report::Shown;
-use results::{Machine, Results, SceneFacts, StageErrors, mark_pareto_front};
+use results::{Machine, Results, SceneFacts, StageError, mark_pareto_front};
 use rivals::Outcome;
 
 /// Time that the reference gets where the user does not say, seconds.
 const DEFAULT_SECONDS: f32 = 45.0;
 
-/// Measures which stage errs, where that is to be had.
+/// Measures how much of the preset's error each stage makes.
+type StageErrors = fn(&Scene, &Reference, &DeviceArgs) -> Result<Vec<StageError>>;
+
+/// None while stages cannot be replaced by their exact twins.
 const STAGE_ERRORS: Option<StageErrors> = None;
 
 /// Set error against time: vary the settings, compare with other methods, write a report
@@ -108,7 +111,7 @@ impl Sweep {
             reference: reference.facts.clone(),
             settings,
             rivals: outcomes.into_iter().flat_map(|(_, outcome)| outcome.rivals).collect(),
-            stages: STAGE_ERRORS.map_or(Ok(Vec::new()), |measure| measure())?,
+            stages: STAGE_ERRORS.map_or(Ok(Vec::new()), |of| of(&scene, &reference, &self.device_args))?,
         };
         self.write_pictures(&shown, &results)?;
         let text = serde_json::to_string_pretty(&results).expect("results are plain data");

@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use crate::error::Result;
 use crate::metrics;
 use crate::scene::Quality;
 
@@ -174,9 +173,6 @@ pub(super) struct StageError {
     /// That as a share of the whole, 0..=1.
     pub(super) share: f64,
 }
-
-/// Supplies the stage table for the preset's scene; the sweep calls it once.
-pub(super) type StageErrors = fn() -> Result<Vec<StageError>>;
 
 /// Marks the settings that no other beats in both relighting time and error.
 pub(super) fn mark_pareto_front(settings: &mut [Setting], reference: &ReferenceFacts) {

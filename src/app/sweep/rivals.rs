@@ -78,7 +78,6 @@ pub(super) fn compare(
     };
     let renderer = (method.open)(&context, scene.clone())?;
     let mut run = Run { context: context.clone(), scene, renderer, sample_s, round, reference };
-    let samples_in = |seconds: f64| ((seconds / sample_s) as u32 / round * round).max(round);
 
     let mut rivals = Vec::new();
     let mut curve = Vec::new();
@@ -86,7 +85,7 @@ pub(super) fn compare(
     for (at, seconds) in
         [(Occasion::RelitFrameTime, ours.relit_s()), (Occasion::FirstPictureTime, ours.first_picture_s())]
     {
-        let picture = run.take(samples_in(seconds).max(run.renderer.samples()))?;
+        let picture = run.spend(seconds)?;
         let spp = run.renderer.samples();
         rivals.push(Rival {
             method: method.name,
@@ -190,15 +189,48 @@ struct Run<'a> {
     reference: &'a Reference,
 }
 
+/// Rounds after which their time is trusted more than what was known before.
+const TRUSTED_ROUNDS: u32 = 4;
+/// Times that the number of samples is corrected by the time that they took.
+const CORRECTIONS: u32 = 4;
+
 impl Run<'_> {
+    /// Goes on to as many samples as that time allows, in whole rounds.
+    fn spend(&mut self, seconds: f64) -> Result<Judged> {
+        for _ in 0..CORRECTIONS {
+            let goal = ((seconds / self.sample_s) as u32 / self.round * self.round).max(self.round);
+            let taken = self.renderer.samples();
+            if goal <= taken + taken / 20 {
+                break;
+            }
+            self.advance(goal)?;
+        }
+        self.judge()
+    }
+
     /// Goes on to so many samples in all.
     fn take(&mut self, samples: u32) -> Result<Judged> {
-        self.renderer.add_samples(samples - self.renderer.samples())?;
+        self.advance(samples)?;
+        self.judge()
+    }
+
+    /// Learns how fast the method really is: its first rounds can cost more than the later ones.
+    fn advance(&mut self, samples: u32) -> Result<()> {
+        let taken = self.renderer.samples();
+        let start = Instant::now();
+        self.renderer.add_samples(samples - taken)?;
+        if taken > 0 && samples - taken >= TRUSTED_ROUNDS * self.round {
+            self.sample_s = start.elapsed().as_secs_f64() / f64::from(samples - taken);
+        }
+        Ok(())
+    }
+
+    fn judge(&self) -> Result<Judged> {
         let picture = self.renderer.picture()?;
         judge(picture.beauty, Some(&picture.indirect), self.reference)
     }
 
-    /// What its samples so far have taken, without compilation.
+    /// What its samples so far take, without compilation.
     fn seconds(&self) -> f64 {
         self.sample_s * f64::from(self.renderer.samples())
     }

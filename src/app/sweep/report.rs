@@ -176,7 +176,7 @@ fn front_table(results: &Results) -> String {
     front.sort_by(|a, b| a.relit_frame_ms.total_cmp(&b.relit_frame_ms));
     format!(
         "<h2 id=\"front\">The Pareto front</h2>\n<p>Settings that no other beats in both error and the time of a relit frame.</p>\n{}",
-        table("Pareto front", &SETTING_HEAD, front.into_iter().map(setting_row)),
+        table("Pareto front", 1, &SETTING_HEAD, front.into_iter().map(setting_row)),
     )
 }
 
@@ -184,7 +184,7 @@ fn settings_table(results: &Results) -> String {
     format!(
         "<h2 id=\"settings\">All settings</h2>\n<p>◯ marks the Pareto front. Precompute, first and relit frame are wall-clock times; \
          Ttot (everything new), Tlight (a light moved) and Tview (the camera moved) are device times.</p>\n{}",
-        table("All settings", &SETTING_HEAD, results.settings.iter().map(setting_row)),
+        table("All settings", 1, &SETTING_HEAD, results.settings.iter().map(setting_row)),
     )
 }
 
@@ -243,7 +243,7 @@ fn rival_table(results: &Results) -> String {
          acceleration structure and device. Their times are those of sampling alone; at least one sample of each pixel is taken. At equal error \
          their time is set against a relit frame. ≈ marks what would have taken too long and is extrapolated: error falls with \
          1/samples, down to the bias that was fitted.</p>\n{}",
-        table("Rivals", &head, own.into_iter().chain(results.rivals.iter().map(row))),
+        table("Rivals", 2, &head, own.into_iter().chain(results.rivals.iter().map(row))),
     )
 }
 
@@ -254,7 +254,7 @@ fn stage_table(results: &Results) -> String {
         let row = |stage: &super::results::StageError| {
             vec![escape(&stage.name), figure(stage.relmse), format!("{:.1} %", 100.0 * stage.share)]
         };
-        table("Stages", &["stage", "relMSE", "share"], results.stages.iter().map(row))
+        table("Stages", 1, &["stage", "relMSE", "share"], results.stages.iter().map(row))
     };
     format!(
         "<h2 id=\"stages\">Which stage errs</h2>\n<p>What the error falls by when one stage is replaced by its exact twin.</p>\n{body}"
@@ -277,10 +277,14 @@ fn commands(results: &Results) -> String {
     format!("<h2 id=\"commands\">Commands</h2>\n<pre>{}</pre>\n", lines.join("\n"))
 }
 
-fn table(label: &str, head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
-    let head: String = head.iter().map(|cell| format!("<th scope=\"col\">{cell}</th>")).collect();
+/// A table that scrolls within its own box; so many columns on the left hold text.
+fn table(label: &str, text_columns: usize, head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
+    let class = |column: usize| if column < text_columns { " class=\"text\"" } else { "" };
+    let head = head.iter().enumerate();
+    let head: String = head.map(|(i, cell)| format!("<th scope=\"col\"{}>{cell}</th>", class(i))).collect();
     let row = |cells: Vec<String>| {
-        let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
+        let cells = cells.iter().enumerate();
+        let cells: String = cells.map(|(i, cell)| format!("<td{}>{cell}</td>", class(i))).collect();
         format!("<tr>{cells}</tr>\n")
     };
     let body: String = rows.map(row).collect();

@@ -3,8 +3,9 @@
 use super::{EPSILON, mean};
 
 /// [`super::relmse`] of an image against the mean of two independent halves of a reference, without what the reference's own noise adds:
-/// mean of (v−a)(v−b)/(r+0.01)², r = (a+b)/2. The noise of a and b cancels on average, so the figure scatters around the truth, and may
-/// come out below 0 where the image is as good as the reference.
+/// mean of (v−a)(v−b)/(r+0.01)², r = (a+b)/2. In the numerator the noise of a and b cancels on average, so the figure may come out
+/// below 0 where the image is as good as the reference; in the denominator it stays, and raises the figure where r is about as
+/// small as its noise.
 pub fn debiased_relmse(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2]) -> f64 {
     let of_halves = triples(image, halves).map(|[v, a, b]| {
         let r = 0.5 * (a + b);

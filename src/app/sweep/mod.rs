@@ -31,7 +31,7 @@ use results::{Machine, Results, SceneFacts, StageError, mark_pareto_front};
 use rivals::Outcome;
 
 /// Time that the reference gets where the user does not say, seconds.
-const DEFAULT_SECONDS: f32 = 45.0;
+const DEFAULT_SECONDS: f32 = 30.0;
 
 /// Measures how much of the preset's error each stage makes.
 type StageErrors = fn(&Scene, &Reference, &DeviceArgs) -> Result<Vec<StageError>>;
@@ -55,7 +55,7 @@ pub(super) struct Sweep {
     /// Samples of each pixel of the reference [default: what --seconds allows]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..))]
     spp: Option<u32>,
-    /// Ends the reference after this time; with --spp, at whichever comes first [default: 45, without --spp]
+    /// Ends the reference after this time; with --spp, at whichever comes first [default: 30, without --spp]
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds)]
     seconds: Option<f32>,
     /// Folder where references are kept [default: the user's cache folder]

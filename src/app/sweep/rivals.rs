@@ -39,7 +39,7 @@ pub(super) const METHODS: [Method; 2] = [
 ];
 
 /// Longest that a method is given to reach our error, seconds; beyond, the number of samples is extrapolated.
-const EQUAL_ERROR_S: f64 = 8.0;
+const EQUAL_ERROR_S: f64 = 5.0;
 /// Renderings on the way there.
 const MOST_ATTEMPTS: u32 = 6;
 /// Samples, at least, by which a method's speed is told, after as many that contain compilation.

@@ -56,7 +56,7 @@ fn against_time(results: &Results, x_label: &str, time: fn(&Setting) -> f64, rin
 }
 
 fn rival_point(results: &Results, rival: &Rival) -> Option<Point> {
-    let x = rival.seconds?;
+    let x = rival.seconds;
     let y = match (&rival.error, rival.at) {
         (Some(error), _) => error.told(&results.reference),
         (None, Occasion::Error) => results.settings[0].error.told(&results.reference),

@@ -126,18 +126,16 @@ pub(super) struct FrameTimes {
 pub(super) struct Rival {
     pub(super) method: &'static str,
     pub(super) at: Occasion,
-    /// Samples of each pixel; none where no number would do.
-    pub(super) spp: Option<u32>,
-    /// Wall-clock time of these samples, without compilation and acceleration structure; none where no time would do.
-    pub(super) seconds: Option<f64>,
+    /// Samples of each pixel.
+    pub(super) spp: u32,
+    /// Wall-clock time of these samples, without compilation and acceleration structure.
+    pub(super) seconds: f64,
     /// Times as long as ours takes for what stands in `at`.
-    pub(super) times_ours: Option<f64>,
+    pub(super) times_ours: f64,
     /// Where it was rendered.
     pub(super) error: Option<ErrorFigures>,
     /// Not rendered, but reckoned from fewer samples by their error's fall with 1/spp.
     pub(super) is_extrapolated: bool,
-    /// The error that more samples would not remove, where that is why there is no number.
-    pub(super) bias_relmse: Option<f64>,
 }
 
 /// What two methods have in common where they are compared.

@@ -20,8 +20,6 @@ type Open = fn(&Arc<Context>, Scene) -> Result<Box<dyn Progressive>>;
 pub(super) struct Method {
     pub(super) name: &'static str,
     open: Open,
-    /// Its error falls to nothing, not to a bias.
-    is_unbiased: bool,
 }
 
 /// All of them, in the order of the tables.
@@ -29,12 +27,10 @@ pub(super) const METHODS: [Method; 2] = [
     Method {
         name: "photon mapping",
         open: |context, scene| Ok(Box::new(PhotonMapper::new(context, scene, &mut Silent)?)),
-        is_unbiased: false,
     },
     Method {
         name: "path tracing",
         open: |context, scene| Ok(Box::new(PathTracer::new(context, scene, &mut Silent)?)),
-        is_unbiased: true,
     },
 ];
 
@@ -90,12 +86,11 @@ pub(super) fn compare(
         rivals.push(Rival {
             method: method.name,
             at,
-            spp: Some(spp),
-            seconds: Some(run.seconds()),
-            times_ours: Some(run.seconds() / seconds),
+            spp,
+            seconds: run.seconds(),
+            times_ours: run.seconds() / seconds,
             error: Some(picture.error),
             is_extrapolated: false,
-            bias_relmse: None,
         });
         curve.push((f64::from(spp), picture.error.relmse_debiased));
         pictures.push((picture, spp, run.seconds()));
@@ -111,15 +106,15 @@ fn equal_error(method: &Method, mut run: Run, mut curve: Vec<(f64, f64)>, ours: 
     let goal = ours.error.told(&run.reference.facts);
     let most = (EQUAL_ERROR_S / run.sample_s).max(1.0);
     let mut rendered = None;
-    let mut needed = samples_for(&curve, goal, method.is_unbiased);
-    if needed.samples.is_some_and(|samples| samples < 0.9 * f64::from(run.renderer.samples())) {
+    let mut needed = samples_for(&curve, goal);
+    if needed < 0.9 * f64::from(run.renderer.samples()) {
         run.renderer = (method.open)(&run.context, run.scene.clone())?;
     }
     for _ in 0..MOST_ATTEMPTS {
         let taken = run.renderer.samples();
         // Not more than four times as many at once: the first estimates are rough.
         let rash = if taken == 0 { f64::INFINITY } else { 4.0 * f64::from(taken) };
-        let next = needed.samples.unwrap_or(most).min(most).min(rash) as u32;
+        let next = needed.min(most).min(rash) as u32;
         let next = next.next_multiple_of(run.round).max(run.round);
         if next <= taken + taken / 20 {
             break;
@@ -127,54 +122,29 @@ fn equal_error(method: &Method, mut run: Run, mut curve: Vec<(f64, f64)>, ours: 
         let picture = run.take(next)?;
         curve.push((f64::from(next), picture.error.relmse_debiased));
         rendered = Some((next, picture.error));
-        needed = samples_for(&curve, goal, method.is_unbiased);
+        needed = samples_for(&curve, goal);
     }
     // What was rendered counts where it is as good, or nearly.
     let measured = rendered.filter(|(_, error)| error.relmse_debiased <= 1.2 * goal);
-    let spp = measured.map(|(spp, _)| f64::from(spp)).or(needed.samples);
-    let seconds = spp.map(|spp| spp * run.sample_s);
+    let spp = measured.map_or(needed, |(spp, _)| f64::from(spp));
+    let seconds = spp * run.sample_s;
     Ok(Rival {
         method: method.name,
         at: Occasion::Error,
-        spp: spp.map(|spp| spp.min(f64::from(u32::MAX)) as u32),
+        spp: spp.min(f64::from(u32::MAX)) as u32,
         seconds,
-        times_ours: seconds.map(|seconds| seconds / ours.relit_s()),
+        times_ours: seconds / ours.relit_s(),
         error: measured.map(|(_, error)| error),
-        is_extrapolated: spp.is_some() && measured.is_none(),
-        bias_relmse: spp.is_none().then_some(needed.bias),
+        is_extrapolated: measured.is_none(),
     })
 }
 
-/// What [`samples_for`] finds.
-#[derive(Debug, PartialEq)]
-struct Needed {
-    /// None where the bias alone is too large.
-    samples: Option<f64>,
-    /// The error that stays, which an unbiased method has not.
-    bias: f64,
-}
-
-/// Samples at which the error, bias + c/samples, is `goal`, from what was measured at numbers of samples (at least one).
-fn samples_for(curve: &[(f64, f64)], goal: f64, is_unbiased: bool) -> Needed {
-    let [first, last] = [f64::min, f64::max].map(|pick| {
-        let end = curve.iter().map(|(samples, _)| *samples).reduce(pick);
-        *curve.iter().find(|(samples, _)| Some(*samples) == end).expect("something was measured")
-    });
-    // The two that are farthest apart tell the bias best.
-    let bias = if is_unbiased || last.0 <= first.0 {
-        0.0
-    } else {
-        ((last.0 * last.1 - first.0 * first.1) / (last.0 - first.0)).max(0.0)
-    };
-    // The point nearest to the goal tells the rest.
-    let distance = |error: f64| (error.max(1e-12) / goal).ln().abs();
-    let (samples, error) = curve
-        .iter()
-        .copied()
-        .reduce(|a, b| if distance(b.1) < distance(a.1) { b } else { a })
-        .unwrap_or(last);
-    let samples = (bias < goal).then(|| samples * (error - bias).max(0.0) / (goal - bias));
-    Needed { samples: samples.map(|samples| samples.max(1.0)), bias }
+/// Samples at which the error is `goal` if it goes on to fall with 1/samples, from what was measured at numbers of samples (at least
+/// one). A method with a bias needs more.
+fn samples_for(curve: &[(f64, f64)], goal: f64) -> f64 {
+    let distance = |(_, error): &(f64, f64)| (error.max(1e-12) / goal).ln().abs();
+    let nearest = curve.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    nearest.map_or(1.0, |(samples, error)| samples * error / goal).max(1.0)
 }
 
 /// A method at work.
@@ -242,17 +212,13 @@ mod tests {
 
     #[test]
     fn samples_are_extrapolated_by_the_fall_of_the_error() {
-        let curve = |bias: f64| [(2.0, bias + 0.5), (8.0, bias + 0.125)];
-        let close = |found: Option<f64>, expected: f64| {
-            assert!((found.unwrap() / expected - 1.0).abs() < 1e-9, "{found:?}");
-        };
-        close(samples_for(&curve(0.0), 0.01, true).samples, 100.0);
-        close(samples_for(&curve(0.0), 0.25, true).samples, 4.0);
-        close(samples_for(&curve(0.0), 1.0, true).samples, 1.0);
-        let biased = samples_for(&curve(0.01), 0.02, false);
-        close(biased.samples, 100.0);
-        close(Some(biased.bias), 0.01);
-        assert_eq!(samples_for(&curve(0.01), 0.009, false).samples, None);
-        close(samples_for(&curve(0.0)[..1], 0.1, false).samples, 10.0);
+        let curve = [(2.0, 0.5), (8.0, 0.125)];
+        let close = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-9, "{found}");
+        close(samples_for(&curve, 0.01), 100.0);
+        close(samples_for(&curve, 0.25), 4.0);
+        close(samples_for(&curve, 10.0), 1.0);
+        // The nearest point decides.
+        close(samples_for(&[(2.0, 0.5), (8.0, 0.2)], 0.1), 16.0);
+        close(samples_for(&[(2.0, 0.5), (8.0, -1e-3)], 0.4), 2.5);
     }
 }

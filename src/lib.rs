@@ -13,6 +13,8 @@ pub mod image;
 #[forbid(unsafe_code)]
 pub mod layout;
 #[forbid(unsafe_code)]
+pub mod metrics;
+#[forbid(unsafe_code)]
 pub mod passes;
 #[forbid(unsafe_code)]
 pub mod reference;

@@ -50,6 +50,15 @@ impl SceneArgs {
         let Self { preset, size, camera, set } = self.clone();
         Scene::load(spec, &LoadOptions { set, preset, size, camera })
     }
+
+    /// These arguments as they would be typed, each after a blank.
+    pub(super) fn typed(&self) -> String {
+        let size = self.size.map(|[width, height]| format!("{width}x{height}"));
+        let once = [("preset", &self.preset), ("size", &size), ("camera", &self.camera)];
+        let once = once.into_iter().filter_map(|(flag, value)| value.as_ref().map(|value| (flag, value)));
+        let all = once.chain(self.set.iter().map(|value| ("set", value)));
+        all.map(|(flag, value)| format!(" --{flag} {}", shell_word(value))).collect()
+    }
 }
 
 impl DeviceArgs {
@@ -72,6 +81,13 @@ impl DeviceArgs {
     /// A progress bar, where somebody can see it.
     pub(super) fn progress(&self) -> Box<dyn Progress> {
         progress::for_stderr(self.quiet)
+    }
+
+    /// Says on stderr how far the work is.
+    pub(super) fn say(&self, message: &str) {
+        if !self.quiet {
+            note(&format!("lightpaths: {message}\n"));
+        }
     }
 
     /// Says something on stderr that the result does not depend on.
@@ -117,6 +133,16 @@ pub(super) fn parse_seconds(text: &str) -> std::result::Result<f32, String> {
 /// The name of the device as tables and files show it: nobody shall mistake a processor for a GPU.
 pub(super) fn device_label(context: &Context) -> String {
     format!("{}{}", context.name(), if context.is_cpu() { " (a CPU)" } else { "" })
+}
+
+/// A word as a shell wants it.
+pub(super) fn shell_word(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
 }
 
 /// Refuses two outputs under one name.

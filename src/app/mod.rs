@@ -10,10 +10,13 @@ use clap::{Parser, Subcommand};
 use crate::error::{Error, Result};
 
 mod args;
+mod compare;
+mod heatmap;
 mod info;
 mod output;
 mod progress;
 mod render;
+mod sweep;
 mod time;
 
 /// Interactive relighting with full global illumination from precomputed light paths.
@@ -28,6 +31,8 @@ struct Cli {
 enum Command {
     Render(render::Render),
     Time(time::Time),
+    Sweep(sweep::Sweep),
+    Compare(compare::Compare),
     Info(info::Info),
 }
 
@@ -40,6 +45,8 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(cli) => match cli.command {
             Command::Render(command) => command.run(),
             Command::Time(command) => command.run(),
+            Command::Sweep(command) => command.run(),
+            Command::Compare(command) => command.run(),
             Command::Info(command) => command.run(),
         },
         Err(refusal) => match refusal.kind() {

@@ -33,6 +33,10 @@ pub trait Progressive {
     fn add_samples(&mut self, per_pixel: u32) -> Result<()>;
     /// Samples of each pixel so far.
     fn samples(&self) -> u32;
+    /// Samples that share a cost: any number up to the next multiple takes about as long.
+    fn round(&self) -> u32 {
+        1
+    }
     /// Device time so far, milliseconds.
     fn device_ms(&self) -> f64;
     /// The picture so far.

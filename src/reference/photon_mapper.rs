@@ -113,7 +113,7 @@ impl PhotonMapper {
     /// [`Error::OutOfMemory`] where photons do not fit, as where nothing absorbs; the device lacks memory or failed.
     pub fn add_samples(&mut self, per_pixel: u32) -> Result<()> {
         let goal = self.samples + per_pixel;
-        let samples_a_map = (RAYS_A_MAP / self.scene.pixel_count().max(1)).clamp(1, MOST_SAMPLES_A_MAP);
+        let samples_a_map = self.samples_a_map();
         while self.samples < goal {
             if self.samples == self.maps * samples_a_map {
                 self.next_map()?;
@@ -130,6 +130,11 @@ impl PhotonMapper {
             self.samples += count;
         }
         Ok(())
+    }
+
+    /// Samples of each pixel that one photon map serves.
+    pub fn samples_a_map(&self) -> u32 {
+        (RAYS_A_MAP / self.scene.pixel_count().max(1)).clamp(1, MOST_SAMPLES_A_MAP)
     }
 
     /// Traces photons and estimates their irradiance.
@@ -263,6 +268,10 @@ impl Progressive for PhotonMapper {
 
     fn samples(&self) -> u32 {
         self.samples()
+    }
+
+    fn round(&self) -> u32 {
+        self.samples_a_map()
     }
 
     fn device_ms(&self) -> f64 {

@@ -1,7 +1,7 @@
 //! `lightpaths render`: one image, headless.
 
 mod lightpaths;
-mod sampled;
+pub(super) mod sampled;
 
 use std::path::{Path, PathBuf};
 

@@ -21,11 +21,11 @@ const LEAST_ROUND: u32 = 4;
 
 /// When to stop: at whichever comes first.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Budget {
+pub(in crate::app) struct Budget {
     /// Samples of each pixel.
-    pub(super) spp: Option<u32>,
+    pub(in crate::app) spp: Option<u32>,
     /// Wall time.
-    pub(super) seconds: Option<f32>,
+    pub(in crate::app) seconds: Option<f32>,
 }
 
 /// Spends the budget and reads the picture.
@@ -68,7 +68,11 @@ pub(super) fn render(
 }
 
 /// Takes samples until the budget is spent. Returns the wall time that it took, seconds.
-fn spend(renderer: &mut dyn Progressive, budget: Budget, progress: &mut dyn Progress) -> Result<f64> {
+pub(in crate::app) fn spend(
+    renderer: &mut dyn Progressive,
+    budget: Budget,
+    progress: &mut dyn Progress,
+) -> Result<f64> {
     let goal = match (budget.spp, budget.seconds) {
         (Some(spp), _) => spp,
         (None, None) => DEFAULT_SPP,

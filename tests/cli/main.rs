@@ -1,6 +1,9 @@
 //! The command line as scripts see it: exit codes, one line a failure, files whole or absent.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+mod compare;
+mod sweep;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::BufReader;
@@ -93,8 +96,10 @@ fn folder_with(files: &[(&str, &str)]) -> TempDir {
 fn help_and_version_succeed_and_no_command_fails() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, words) in [
-        (&["--help"][..], &["render", "time", "info"][..]),
+        (&["--help"][..], &["render", "time", "sweep", "compare", "info"][..]),
         (&["render", "--help"], &["--aov", "--exposure", "--set"]),
+        (&["compare", "--help"], &["--heatmap", "--max-relmse", "--z-test"]),
+        (&["sweep", "--help"], &["--output", "--cache", "--seconds"]),
         (&["time", "--help"], &["--frames", "--json"]),
         (&["--version"], &[env!("CARGO_PKG_VERSION")]),
     ] {

@@ -2,6 +2,10 @@
 //!
 //! Pixels are linear Rec.709, row-major from the top left. The same pixels always give the same bytes.
 
+mod read;
+
+pub use read::{Picture, read};
+
 use std::borrow::Cow;
 use std::io::{self, Seek, Write};
 

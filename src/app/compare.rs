@@ -1,0 +1,217 @@
+//! `lightpaths compare`: how far one image is from another.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+
+use super::args::parse_finite;
+use super::heatmap;
+use super::output::OutputFile;
+use crate::cpu::tonemap::display_value;
+use crate::error::{Error, Result};
+use crate::image::{self, Picture, write_png};
+use crate::metrics::{self, Comparison, PIXELS_PER_DEGREE, ZTest};
+
+/// Compare an image with a reference
+///
+/// relMSE is the mean of (v-r)²/(r+0.01)² over pixels and channels, SMAPE the mean of |v-r|/((|v|+|r|)/2), FLIP the mean of
+/// LDR-FLIP at 67 pixels a degree. FLIP judges what is displayed: an EXR is exposed and tone mapped as `render` does for a PNG, a
+/// PNG is taken as it is. The other figures are of linear values.
+#[derive(Debug, Args)]
+pub(super) struct Compare {
+    /// The image to judge: .exr or .png
+    image: PathBuf,
+    /// What it should be
+    reference: PathBuf,
+    /// Prints the figures as JSON
+    #[arg(long)]
+    json: bool,
+    /// Writes a picture of where they differ
+    #[arg(long, value_name = "FILE.png")]
+    heatmap: Option<PathBuf>,
+    /// What the heat map shows: FLIP from 0 to 1, or the relative error on a logarithmic scale [default: flip]
+    #[arg(long, value_enum, requires = "heatmap")]
+    heatmap_of: Option<HeatmapOf>,
+    /// Fails with exit code 1 where relMSE is above this
+    #[arg(long, value_name = "X", value_parser = parse_bound)]
+    max_relmse: Option<f64>,
+    /// Layer of both EXR files [default: the image itself]
+    #[arg(long, value_name = "NAME")]
+    layer: Option<String>,
+    /// Layer of the reference, where it differs from --layer
+    #[arg(long, value_name = "NAME")]
+    reference_layer: Option<String>,
+    /// Brightens EXR files by this many stops for FLIP [default: 0]
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_finite)]
+    exposure: Option<f32>,
+    /// Sets the difference of each value in relation to the noise that both images state
+    #[arg(long)]
+    z_test: bool,
+    /// Layer of the image that holds the variance of its values [default: variance]
+    #[arg(long, value_name = "NAME", requires = "z_test")]
+    variance_layer: Option<String>,
+    /// Layer of the reference that does, where it differs from --variance-layer
+    #[arg(long, value_name = "NAME", requires = "z_test")]
+    reference_variance_layer: Option<String>,
+}
+
+/// What a heat map can show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum HeatmapOf {
+    Flip,
+    Relative,
+}
+
+impl Compare {
+    pub(super) fn run(self) -> Result<()> {
+        let heatmap = self.heatmap.as_deref().map(OutputFile::check).transpose()?;
+        let reference_layer = self.reference_layer.as_deref().or(self.layer.as_deref());
+        let image = read_finite(&self.image, self.layer.as_deref())?;
+        let reference = read_finite(&self.reference, reference_layer)?;
+        same_size((&self.image, image.size), (&self.reference, reference.size))?;
+
+        let stops = self.exposure.unwrap_or(0.0);
+        let [shown, shown_reference] = [&image, &reference].map(|picture| display(picture, stops));
+        let flip = metrics::flip_map(&shown, &shown_reference, image.size, PIXELS_PER_DEGREE);
+        let (v, r) = (&image.pixels, &reference.pixels);
+        let comparison = Comparison {
+            relmse: metrics::relmse(v, r),
+            rmse: metrics::rmse(v, r),
+            smape: metrics::smape(v, r),
+            flip: flip.iter().sum::<f64>() / flip.len() as f64,
+            energy_ratio: metrics::energy_ratio(v, r),
+        };
+        let z_test = self.z_test.then(|| self.z_test(&image, &reference)).transpose()?;
+
+        let mut scale = None;
+        if let Some(heatmap) = heatmap {
+            let colors = match self.heatmap_of.unwrap_or(HeatmapOf::Flip) {
+                HeatmapOf::Flip => {
+                    scale = Some(heatmap::FLIP_SCALE);
+                    heatmap::of_flip(&flip)
+                }
+                HeatmapOf::Relative => {
+                    scale = Some(heatmap::RELATIVE_SCALE);
+                    heatmap::of_relative_error(&metrics::relative_error_map(v, r))
+                }
+            };
+            heatmap.write(|out| write_png(out, image.size, &colors))?;
+        }
+        let text =
+            if self.json { json(&comparison, z_test.as_ref()) } else { text(&comparison, z_test.as_ref()) };
+        super::print(&text)?;
+        if let Some(scale) = scale {
+            super::note(&format!("lightpaths: heat map: {scale}\n"));
+        }
+        match self.max_relmse {
+            Some(bound) if comparison.relmse > bound => Err(Error::Comparison(format!(
+                "relMSE {:.4e} is above the bound {bound:e} (--max-relmse)",
+                comparison.relmse
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    fn z_test(&self, image: &Picture, reference: &Picture) -> Result<ZTest> {
+        let layer = self.variance_layer.as_deref().unwrap_or("variance");
+        let reference_layer = self.reference_variance_layer.as_deref().unwrap_or(layer);
+        let read = |path: &Path, size: [u32; 2], layer: &str| {
+            let variance = read_finite(path, Some(layer))?;
+            same_size((path, size), (path, variance.size))?;
+            match variance.pixels.iter().flatten().any(|&value| value < 0.0) {
+                true => Err(Error::input(path, format!("layer `{layer}` holds negative variances"))),
+                false => Ok(variance.pixels),
+            }
+        };
+        let variance = read(&self.image, image.size, layer)?;
+        let reference_variance = read(&self.reference, reference.size, reference_layer)?;
+        Ok(metrics::z_test(&image.pixels, &reference.pixels, [&variance, &reference_variance]))
+    }
+}
+
+fn read_finite(path: &Path, layer: Option<&str>) -> Result<Picture> {
+    let picture = image::read(path, layer)?;
+    match metrics::first_non_finite(&picture.pixels) {
+        None => Ok(picture),
+        Some(index) => {
+            let (x, y) = (index % picture.size[0] as usize, index / picture.size[0] as usize);
+            let [r, g, b] = picture.pixels[index];
+            Err(Error::input(
+                path,
+                format!(
+                    "pixel ({x}, {y}) from the top left is not finite: {r}, {g}, {b}; mend the image first"
+                ),
+            ))
+        }
+    }
+}
+
+fn same_size((image, [w, h]): (&Path, [u32; 2]), (reference, [rw, rh]): (&Path, [u32; 2])) -> Result<()> {
+    if [w, h] == [rw, rh] {
+        return Ok(());
+    }
+    let message =
+        format!("is {w}x{h} pixels, but {} is {rw}x{rh}; render both at one size", reference.display());
+    Err(Error::input(image, message))
+}
+
+/// The sRGB values that a viewer sees, 0..=1.
+pub(super) fn display(picture: &Picture, stops: f32) -> Vec<[f32; 3]> {
+    match &picture.display {
+        Some(display) => display.clone(),
+        None => displayed(&picture.pixels, stops),
+    }
+}
+
+/// The same of linear values.
+pub(super) fn displayed(pixels: &[[f32; 3]], stops: f32) -> Vec<[f32; 3]> {
+    let code = |value: f32| f32::from(display_value(value * stops.exp2())) / 255.0;
+    pixels.iter().map(|pixel| pixel.map(code)).collect()
+}
+
+fn text(comparison: &Comparison, z_test: Option<&ZTest>) -> String {
+    let Comparison { relmse, rmse, smape, flip, energy_ratio } = comparison;
+    let mut text = format!(
+        "relMSE        {relmse:.4e}\nRMSE          {rmse:.4e}\nSMAPE         {smape:.4e}\nFLIP          {flip:.4e}\n\
+         energy ratio  {energy_ratio:.6}\n"
+    );
+    if let Some(ZTest { mean, rms, share_above_3, count, differ_without_noise }) = z_test {
+        text += &format!(
+            "z mean        {mean:.4}\nz rms         {rms:.4}\n|z| > 3       {:.4} % of {count} values\n\
+             no noise      {differ_without_noise} values that differ\n",
+            100.0 * share_above_3,
+        );
+    }
+    text
+}
+
+/// The figures in the contract's order, further ones after.
+fn json(comparison: &Comparison, z_test: Option<&ZTest>) -> String {
+    let number = |value: f64| serde_json::Value::from(value).to_string();
+    let Comparison { relmse, rmse, smape, flip, energy_ratio } = *comparison;
+    let mut figures = vec![
+        ("relmse", number(relmse)),
+        ("rmse", number(rmse)),
+        ("smape", number(smape)),
+        ("flip", number(flip)),
+        ("energy_ratio", number(energy_ratio)),
+    ];
+    if let Some(z) = z_test {
+        figures.extend([
+            ("z_mean", number(z.mean)),
+            ("z_rms", number(z.rms)),
+            ("z_share_above_3", number(z.share_above_3)),
+            ("z_count", z.count.to_string()),
+            ("z_differ_without_noise", z.differ_without_noise.to_string()),
+        ]);
+    }
+    let figures: Vec<String> = figures.iter().map(|(name, value)| format!("\"{name}\": {value}")).collect();
+    format!("{{{}}}\n", figures.join(", "))
+}
+
+fn parse_bound(text: &str) -> std::result::Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(bound) if bound.is_finite() && bound >= 0.0 => Ok(bound),
+        _ => Err("expected a finite number, not below 0".to_owned()),
+    }
+}

@@ -1,0 +1,117 @@
+//! One setting of our method: what it costs and how far off it is.
+
+use std::time::Instant;
+
+use super::reference::Reference;
+use super::results::{ErrorFigures, FrameTimes, Setting};
+use super::settings::Trial;
+use crate::app::args::DeviceArgs;
+use crate::error::{Error, Result};
+use crate::metrics;
+use crate::renderer::{Edit, FrameReport, Layer, Renderer};
+use crate::scene::Scene;
+
+/// Frames timed after a light moved; enough for a median.
+const LIGHT_FRAMES: usize = 5;
+/// Frames timed after the camera moved, and from scratch: they vary little, and cost more.
+const OTHER_FRAMES: usize = 2;
+
+/// A picture, its figures, and where it errs.
+pub(super) struct Judged {
+    pub(super) pixels: Vec<[f32; 3]>,
+    pub(super) error: ErrorFigures,
+    /// FLIP error of each pixel.
+    pub(super) flip: Vec<f64>,
+}
+
+/// What one setting gave.
+pub(super) struct Measured {
+    pub(super) setting: Setting,
+    pub(super) picture: Judged,
+    /// Direct light alone.
+    pub(super) direct: Judged,
+}
+
+/// Precomputes, renders and times one setting.
+pub(super) fn measure(
+    trial: Trial,
+    scene: &Scene,
+    reference: &Reference,
+    device_args: &DeviceArgs,
+) -> Result<Measured> {
+    let Trial { series, factor, quality } = trial;
+    // A context for each setting, so that the peak of its memory is that setting's own.
+    let context = device_args.open()?;
+    let scene = Scene { quality: quality.clone(), ..scene.clone() };
+    let start = Instant::now();
+    let mut renderer = Renderer::new(&context, scene, device_args.progress().as_mut())?;
+    let precompute_s = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    renderer.frame(Edit::Everything)?;
+    let first_frame_ms = 1e3 * start.elapsed().as_secs_f64();
+
+    let mut frames =
+        |edit, count: usize| (0..count).map(|_| renderer.frame(edit)).collect::<Result<Vec<_>>>();
+    let [light, whole, view] = [
+        frames(Edit::Light, LIGHT_FRAMES)?,
+        frames(Edit::Everything, OTHER_FRAMES)?,
+        frames(Edit::View, OTHER_FRAMES)?,
+    ];
+    let picture = judge(renderer.layer(Layer::Beauty)?, Some(&renderer.layer(Layer::Indirect)?), reference)?;
+    let direct = judge(renderer.layer(Layer::Direct)?, None, reference)?;
+    let memory_mb = renderer.statistics()?.peak_memory_bytes as f64 / 1e6;
+    device_args.report_validation(&context);
+    let device = |frames: &[FrameReport]| {
+        median(frames.iter().map(|frame| frame.passes.iter().map(|pass| pass.ms).sum::<f64>()))
+    };
+    let setting = Setting {
+        series,
+        factor,
+        quality,
+        precompute_s,
+        first_frame_ms,
+        relit_frame_ms: median(light.iter().map(|frame| frame.frame_ms)),
+        ms: FrameTimes {
+            Tdi: median(whole.iter().map(|frame| frame.columns.Tdi)),
+            Ttot: device(&whole),
+            Tlight: device(&light),
+            Tview: device(&view),
+        },
+        memory_mb,
+        error: picture.error,
+        is_on_pareto_front: false,
+    };
+    Ok(Measured { setting, picture, direct })
+}
+
+/// Sets a picture against the reference.
+pub(super) fn judge(
+    pixels: Vec<[f32; 3]>,
+    indirect: Option<&[[f32; 3]]>,
+    reference: &Reference,
+) -> Result<Judged> {
+    if let Some(pixel) = metrics::first_non_finite(&pixels) {
+        return Err(Error::Usage(format!("pixel {pixel} of a picture came out as {:?}", pixels[pixel])));
+    }
+    let (error, flip) = reference.judge().judge(&pixels, indirect);
+    Ok(Judged { pixels, error, flip })
+}
+
+/// Of at least one value; of an even number, the mean of the middle two.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    0.5 * (values[(values.len() - 1) / 2] + values[values.len() / 2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn medians() {
+        assert_eq!(median([3.0, 1.0, 2.0].into_iter()), 2.0);
+        assert_eq!(median([4.0, 1.0].into_iter()), 2.5);
+        assert_eq!(median([7.0].into_iter()), 7.0);
+    }
+}

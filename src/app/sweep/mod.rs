@@ -1,0 +1,292 @@
+//! `lightpaths sweep`: error against time, for our settings and for other methods.
+
+mod cache;
+mod measure;
+mod plot;
+mod plots;
+mod reference;
+mod report;
+mod results;
+mod rivals;
+mod settings;
+#[cfg(test)]
+mod tests;
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::args::{DeviceArgs, SceneArgs, device_label, parse_seconds, shell_word};
+use super::output::OutputFile;
+use super::render::sampled::Budget;
+use super::{compare, heatmap};
+use crate::error::{Error, Result};
+use crate::image::write_png;
+use crate::scene::Scene;
+use measure::{Judged, Measured, measure};
+use reference::Reference;
+use report::Shown;
+use results::{Machine, Results, SceneFacts, StageError, mark_pareto_front};
+use rivals::Outcome;
+
+/// Time that the reference gets where the user does not say, seconds.
+const DEFAULT_SECONDS: f32 = 30.0;
+
+/// Measures how much of the preset's error each stage makes.
+type StageErrors = fn(&Scene, &Reference, &DeviceArgs) -> Result<Vec<StageError>>;
+
+/// None while stages cannot be replaced by their exact twins.
+const STAGE_ERRORS: Option<StageErrors> = None;
+
+/// Set error against time: vary the settings, compare with other methods, write a report
+///
+/// Entry points, cells, cache points and gather rays are varied one at a time around the preset, then together. Every picture
+/// is held against a path-traced reference, which is kept for the next time. Writes report.html, sweep.json, plots (SVG) and
+/// pictures (PNG).
+#[derive(Debug, Args)]
+pub(super) struct Sweep {
+    /// A .toml scene file, an .obj, or a built-in scene
+    #[arg(default_value = "box")]
+    scene: String,
+    /// Folder for the report; created if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Samples of each pixel of the reference [default: what --seconds allows]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..))]
+    spp: Option<u32>,
+    /// Ends the reference after this time; with --spp, at whichever comes first [default: 30, without --spp]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds)]
+    seconds: Option<f32>,
+    /// Folder where references are kept [default: the user's cache folder]
+    #[arg(long, value_name = "DIR")]
+    cache: Option<PathBuf>,
+    #[command(flatten)]
+    scene_args: SceneArgs,
+    #[command(flatten)]
+    device_args: DeviceArgs,
+}
+
+impl Sweep {
+    pub(super) fn run(self) -> Result<()> {
+        let scene = self.scene_args.load(&self.scene)?;
+        scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
+        if cfg!(debug_assertions) {
+            self.device_args.warn("this is a debug build; its times mean little");
+        }
+        let cache = self.cache.clone().map_or_else(cache::default_folder, Ok)?;
+        let context = self.device_args.open()?;
+        std::fs::create_dir_all(&self.output)
+            .map_err(|error| Error::output(&self.output, format!("cannot be created: {}", error.kind())))?;
+        let [json, html] =
+            ["sweep.json", "report.html"].map(|name| OutputFile::check(&self.output.join(name)));
+        let (json, html) = (json?, html?);
+
+        let machine = Machine {
+            device: device_label(&context),
+            driver: context.driver().to_owned(),
+            cpu: processor(),
+            cores: std::thread::available_parallelism().map_or(1, usize::from),
+        };
+        drop(context);
+        let reference = Reference::find(&scene, self.budget(), &cache, &self.device_args)?;
+        let (preset, others) = self.try_settings(&scene, &reference)?;
+        let mut settings = vec![preset.setting.clone()];
+        settings.extend(others);
+        mark_pareto_front(&mut settings, &reference.facts);
+        let outcomes = self.try_rivals(&scene, &preset, &reference)?;
+        let shown = shown(&preset, &outcomes, &reference, scene.cameras[0].size)?;
+        let results = Results {
+            version: env!("CARGO_PKG_VERSION"),
+            debug_build: cfg!(debug_assertions),
+            machine,
+            commands: self.commands(&preset, &outcomes, &reference),
+            scene: SceneFacts {
+                name: scene.name.clone(),
+                triangles: scene.triangles.len(),
+                lights: scene.lights.len(),
+                size: scene.cameras[0].size,
+                preset: scene.quality.preset,
+            },
+            reference: reference.facts.clone(),
+            settings,
+            rivals: outcomes.into_iter().flat_map(|(_, outcome)| outcome.rivals).collect(),
+            stages: STAGE_ERRORS.map_or(Ok(Vec::new()), |of| of(&scene, &reference, &self.device_args))?,
+        };
+        self.write_pictures(&shown, &results)?;
+        let text = serde_json::to_string_pretty(&results).expect("results are plain data");
+        json.write(|out| writeln!(out, "{text}"))?;
+        html.write(|out| out.write_all(report::html(&results, &shown).as_bytes()))?;
+        super::print(&format!("{}\n", html.path().display()))
+    }
+
+    fn budget(&self) -> Budget {
+        let seconds = self.seconds.or_else(|| self.spp.is_none().then_some(DEFAULT_SECONDS));
+        Budget { spp: self.spp, seconds }
+    }
+
+    /// The preset, and what the other settings gave. A setting that the device has no room for is left out, with a warning.
+    fn try_settings(
+        &self,
+        scene: &Scene,
+        reference: &Reference,
+    ) -> Result<(Measured, Vec<results::Setting>)> {
+        let trials = settings::trials(&scene.quality);
+        let count = trials.len();
+        let (mut preset, mut others) = (None, Vec::new());
+        for (number, trial) in trials.into_iter().enumerate() {
+            let arguments = settings::arguments(&trial.quality);
+            match measure(trial, scene, reference, &self.device_args) {
+                Ok(measured) => {
+                    let setting = &measured.setting;
+                    self.device_args.say(&format!(
+                        "{}/{count} {arguments}: precompute {:.2} s, relit frame {:.1} ms, relMSE {:.2e}",
+                        number + 1,
+                        setting.precompute_s,
+                        setting.relit_frame_ms,
+                        setting.error.relmse_debiased,
+                    ));
+                    if preset.is_none() {
+                        preset = Some(measured);
+                    } else {
+                        others.push(measured.setting);
+                    }
+                }
+                Err(error @ (Error::OutOfMemory(_) | Error::Usage(_))) if preset.is_some() => {
+                    self.device_args.warn(&format!("left out {arguments}: {error}"));
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok((preset.expect("the preset comes first, or an error"), others))
+    }
+
+    fn try_rivals(
+        &self,
+        scene: &Scene,
+        preset: &Measured,
+        reference: &Reference,
+    ) -> Result<Vec<(&'static str, Outcome)>> {
+        let compare = |method: &rivals::Method| {
+            self.device_args.say(&format!("{}: at equal time and equal error", method.name));
+            let outcome = rivals::compare(method, scene, &preset.setting, reference, &self.device_args)?;
+            Ok((method.name, outcome))
+        };
+        rivals::METHODS.iter().map(compare).collect()
+    }
+
+    /// The command as typed, and those that make the report's pictures.
+    fn commands(
+        &self,
+        preset: &Measured,
+        outcomes: &[(&'static str, Outcome)],
+        reference: &Reference,
+    ) -> Vec<String> {
+        let typed = std::env::args().skip(1).map(|word| shell_word(&word)).collect::<Vec<_>>().join(" ");
+        let scene = format!("lightpaths render {}{}", shell_word(&self.scene), self.scene_args.typed());
+        let quality = settings::arguments(&preset.setting.quality);
+        let mut commands = vec![
+            format!("lightpaths {typed}"),
+            format!("{scene} -o light-paths.exr  # {quality}"),
+            format!("{scene} --method direct -o direct-only.exr"),
+            format!("{scene} --method path --spp {} -o reference.exr", reference.facts.spp),
+        ];
+        let word = |name: &'static str| name.split(' ').next().unwrap_or(name);
+        commands.extend(outcomes.iter().map(|(name, outcome)| {
+            format!("{scene} --method {} --spp {} -o {}.exr", word(name), outcome.spp, name.replace(' ', "-"))
+        }));
+        commands
+    }
+
+    /// Pictures, heat maps and plots as files of their own.
+    fn write_pictures(&self, shown: &[Shown], results: &Results) -> Result<()> {
+        let write = |name: String, bytes: &[u8]| {
+            OutputFile::check(&self.output.join(name))?.write(|out| out.write_all(bytes))
+        };
+        for picture in shown {
+            let stem = picture.title.to_lowercase().replace(' ', "-");
+            write(format!("{stem}.png"), &picture.png)?;
+            if let Some(map) = &picture.heatmap {
+                write(format!("{stem}-flip.png"), map)?;
+            }
+        }
+        for (stem, plot) in plots::all(results) {
+            write(format!("{stem}.svg"), plot.file().as_bytes())?;
+        }
+        Ok(())
+    }
+}
+
+/// The pictures side by side, as in the paper's figures 4 and 5, and the reference.
+fn shown(
+    preset: &Measured,
+    outcomes: &[(&'static str, Outcome)],
+    reference: &Reference,
+    size: [u32; 2],
+) -> Result<Vec<Shown>> {
+    let show = |title: &str, time: String, picture: &Judged| -> Result<Shown> {
+        let error = &picture.error;
+        Ok(Shown {
+            title: title.to_owned(),
+            lines: vec![
+                time,
+                format!("relMSE {}, FLIP {:.3}", report::figure(error.relmse_debiased), error.flip),
+            ],
+            png: png(&display(&picture.pixels), size)?,
+            heatmap: Some(png(&heatmap::of_flip(&picture.flip), size)?),
+        })
+    };
+    let setting = &preset.setting;
+    let mut shown = vec![show(
+        "Direct only",
+        format!("{} a frame", report::seconds(1e-3 * setting.ms.Tdi)),
+        &preset.direct,
+    )?];
+    let sampled = |(name, outcome): &(&str, Outcome)| {
+        let title = name[..1].to_uppercase() + &name[1..];
+        let samples = if outcome.spp == 1 { "sample" } else { "samples" };
+        let time = format!("{} {samples} a pixel, {}", outcome.spp, report::seconds(outcome.seconds));
+        show(&title, time, &outcome.picture)
+    };
+    // Photon mapping before ours, path tracing after it.
+    let (path, others): (Vec<_>, Vec<_>) = outcomes.iter().partition(|(name, _)| *name == "path tracing");
+    shown.extend(others.into_iter().map(sampled).collect::<Result<Vec<_>>>()?);
+    let time = format!(
+        "{} with precomputation, then {} a relit frame",
+        report::seconds(setting.first_picture_s()),
+        report::seconds(setting.relit_s())
+    );
+    shown.push(show("Light paths", time, &preset.picture)?);
+    shown.extend(path.into_iter().map(sampled).collect::<Result<Vec<_>>>()?);
+    let facts = &reference.facts;
+    shown.push(Shown {
+        title: "Reference".to_owned(),
+        lines: vec![
+            format!("{} samples a pixel, {}", facts.spp, report::seconds(facts.seconds)),
+            format!("noise {} relMSE", report::figure(facts.noise_relmse)),
+        ],
+        png: png(&display(reference.picture()), size)?,
+        heatmap: None,
+    });
+    Ok(shown)
+}
+
+/// Tone mapped codes.
+fn display(pixels: &[[f32; 3]]) -> Vec<[u8; 4]> {
+    let code = |value: f32| (255.0 * value).round() as u8;
+    compare::displayed(pixels, 0.0).iter().map(|&[r, g, b]| [code(r), code(g), code(b), 255]).collect()
+}
+
+fn png(pixels: &[[u8; 4]], size: [u32; 2]) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    write_png(&mut bytes, size, pixels).map_err(|error| Error::output("a picture", error.to_string()))?;
+    Ok(bytes)
+}
+
+/// What the operating system calls the processor.
+fn processor() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let line = text.lines().find(|line| line.starts_with("model name"));
+    let name = line.and_then(|line| line.split_once(':')).map(|(_, name)| name.trim().to_owned());
+    name.unwrap_or_else(|| format!("{} ({})", std::env::consts::ARCH, std::env::consts::OS))
+}

@@ -1,0 +1,107 @@
+//! The plots of a report.
+
+use super::plot::{Plot, Point, Series};
+use super::report::{figure, seconds};
+use super::results::{Occasion, Results, Rival, Setting};
+use super::settings::{FRONT_SERIES, PRESET, QUANTITIES};
+
+/// File stem and plot.
+pub(super) fn all(results: &Results) -> [(&'static str, Plot); 3] {
+    [
+        ("error-frame", against_time(results, "time of a relit frame (s)", Setting::relit_s, true)),
+        (
+            "error-first",
+            against_time(results, "precomputation and first frame (s)", Setting::first_picture_s, false),
+        ),
+        ("error-setting", against_factor(results)),
+    ]
+}
+
+fn against_time(results: &Results, x_label: &str, time: fn(&Setting) -> f64, ringed: bool) -> Plot {
+    let point = |setting: &Setting| Point {
+        x: time(setting),
+        y: setting.error.told(&results.reference),
+        is_ringed: ringed && setting.is_on_pareto_front,
+        is_hollow: false,
+        says: says(setting, time(setting)),
+    };
+    let of =
+        |kept: &dyn Fn(&Setting) -> bool| results.settings.iter().filter(|s| kept(s)).map(point).collect();
+    let mut series = vec![
+        Series {
+            label: "light paths, settings that grow together".into(),
+            points: of(&|s| [PRESET, FRONT_SERIES].contains(&s.series)),
+            is_joined: true,
+        },
+        Series {
+            label: "light paths, one setting varied".into(),
+            points: of(&|s| QUANTITIES.contains(&s.series)),
+            is_joined: false,
+        },
+    ];
+    let mut methods: Vec<&str> = results.rivals.iter().map(|rival| rival.method).collect();
+    methods.dedup();
+    series.extend(methods.into_iter().map(|method| {
+        let rivals = results.rivals.iter().filter(|rival| rival.method == method);
+        let points = rivals.filter_map(|rival| rival_point(results, rival)).collect();
+        Series { label: method.into(), points, is_joined: true }
+    }));
+    Plot {
+        title: format!("relMSE against {}", x_label.replace(" (s)", "")),
+        x_label: x_label.into(),
+        y_label: "relMSE".into(),
+        series,
+        level: Some((results.reference.noise_relmse, "noise of the reference".into())),
+    }
+}
+
+fn rival_point(results: &Results, rival: &Rival) -> Option<Point> {
+    let x = rival.seconds;
+    let y = match (&rival.error, rival.at) {
+        (Some(error), _) => error.told(&results.reference),
+        (None, Occasion::Error) => results.settings[0].error.told(&results.reference),
+        _ => return None,
+    };
+    let says = format!("{}, {}: {}, relMSE {}", rival.method, rival.at.label(), seconds(x), figure(y));
+    Some(Point { x, y, is_ringed: false, is_hollow: rival.is_extrapolated, says })
+}
+
+fn against_factor(results: &Results) -> Plot {
+    let point = |setting: &Setting| Point {
+        x: setting.factor,
+        y: setting.error.told(&results.reference),
+        is_ringed: false,
+        is_hollow: false,
+        says: says(setting, setting.relit_s()),
+    };
+    let series = QUANTITIES.map(|quantity| Series {
+        label: quantity.into(),
+        points: results
+            .settings
+            .iter()
+            .filter(|setting| [PRESET, quantity].contains(&setting.series))
+            .map(point)
+            .collect(),
+        is_joined: true,
+    });
+    Plot {
+        title: "relMSE as one setting is varied around the preset".into(),
+        x_label: "setting, relative to the preset".into(),
+        y_label: "relMSE".into(),
+        series: series.into(),
+        level: Some((results.reference.noise_relmse, "noise of the reference".into())),
+    }
+}
+
+fn says(setting: &Setting, time: f64) -> String {
+    let q = &setting.quality;
+    format!(
+        "{} entry points, {} cells, {} cache points, {} gather rays: {}, relMSE {}",
+        q.entry_points,
+        q.cells,
+        q.cache_points,
+        q.gather_rays,
+        seconds(time),
+        figure(setting.error.relmse_debiased)
+    )
+}

@@ -1,0 +1,94 @@
+//! What the pictures of a sweep are held against: the path tracer's picture, in two halves, from the cache if it is there.
+
+use std::path::Path;
+
+use super::cache::{self, Kept};
+use super::results::{Judge, ReferenceFacts};
+use crate::app::args::DeviceArgs;
+use crate::app::render::sampled::{Budget, spend};
+use crate::error::Result;
+use crate::metrics;
+use crate::reference::PathTracer;
+use crate::scene::Scene;
+
+/// A reference and what is known of it.
+pub(super) struct Reference {
+    pub(super) facts: ReferenceFacts,
+    size: [u32; 2],
+    halves: [Vec<[f32; 3]>; 2],
+    mean: Vec<[f32; 3]>,
+    indirect: Vec<[f32; 3]>,
+}
+
+impl Reference {
+    /// Reads the reference for this scene and budget from `folder`, or renders and keeps it.
+    pub(super) fn find(
+        scene: &Scene,
+        budget: Budget,
+        folder: &Path,
+        device_args: &DeviceArgs,
+    ) -> Result<Self> {
+        let size = scene.cameras[0].size;
+        let file = folder.join(cache::file_name(scene, &format!("{budget:?}")));
+        match cache::read(&file, size) {
+            Ok(Some(kept)) => {
+                device_args.say(&format!("reference: {} samples a pixel from the cache", kept.spp));
+                return Ok(Self::new(size, kept, true));
+            }
+            Ok(None) => {}
+            Err(reason) => {
+                device_args.warn(&format!("the reference {} {reason}; it is made anew", file.display()));
+            }
+        }
+        let kept = render(scene, budget, device_args)?;
+        // A cache that cannot be written costs time, not results.
+        if let Err(error) = cache::write(&file, size, &kept) {
+            device_args.warn(&format!("the reference is not kept: {error}"));
+        }
+        let reference = Self::new(size, kept, false);
+        let ReferenceFacts { spp, seconds, noise_relmse, .. } = reference.facts;
+        device_args.say(&format!(
+            "reference: {spp} samples a pixel in {seconds:.1} s, noise {noise_relmse:.1e} relMSE"
+        ));
+        Ok(reference)
+    }
+
+    fn new(size: [u32; 2], kept: Kept, from_cache: bool) -> Self {
+        let Kept { spp, seconds, images: [a, b, _, indirect] } = kept;
+        let mean = a.iter().zip(&b).map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]))).collect();
+        let noise_relmse = metrics::half_noise([&a, &b]);
+        let facts = ReferenceFacts { method: "path tracing", spp, seconds, noise_relmse, from_cache };
+        Self { facts, size, halves: [a, b], mean, indirect }
+    }
+
+    /// The mean of the halves.
+    pub(super) fn picture(&self) -> &[[f32; 3]] {
+        &self.mean
+    }
+
+    pub(super) fn judge(&self) -> Judge<'_> {
+        Judge {
+            size: self.size,
+            halves: [&self.halves[0], &self.halves[1]],
+            mean: &self.mean,
+            indirect: &self.indirect,
+        }
+    }
+}
+
+fn render(scene: &Scene, budget: Budget, device_args: &DeviceArgs) -> Result<Kept> {
+    device_args.say("reference: path tracing");
+    let context = device_args.open()?;
+    let mut progress = device_args.progress();
+    let mut tracer = PathTracer::new(&context, scene.clone(), progress.as_mut())?;
+    let seconds = spend(&mut tracer, budget, progress.as_mut())?;
+    progress.finish();
+    // Halves of one size, so that their mean is that of all samples.
+    if tracer.samples() % 2 == 1 {
+        tracer.add_samples(1)?;
+    }
+    let picture = tracer.picture()?;
+    let [a, b] = tracer.halves()?;
+    device_args.report_validation(&context);
+    Ok(Kept { spp: tracer.samples(), seconds, images: [a, b, picture.direct, picture.indirect] })
+}

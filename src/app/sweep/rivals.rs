@@ -1,0 +1,224 @@
+//! The other methods at our time and at our error.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::measure::{Judged, judge};
+use super::reference::Reference;
+use super::results::{Occasion, Rival, Setting};
+use crate::app::args::DeviceArgs;
+use crate::error::Result;
+use crate::gpu::Context;
+use crate::reference::{PathTracer, PhotonMapper, Progressive};
+use crate::renderer::Silent;
+use crate::scene::Scene;
+
+/// Makes a method ready to take samples.
+type Open = fn(&Arc<Context>, Scene) -> Result<Box<dyn Progressive>>;
+
+/// A method to compare with.
+pub(super) struct Method {
+    pub(super) name: &'static str,
+    open: Open,
+}
+
+/// All of them, in the order of the tables.
+pub(super) const METHODS: [Method; 2] = [
+    Method {
+        name: "photon mapping",
+        open: |context, scene| Ok(Box::new(PhotonMapper::new(context, scene, &mut Silent)?)),
+    },
+    Method {
+        name: "path tracing",
+        open: |context, scene| Ok(Box::new(PathTracer::new(context, scene, &mut Silent)?)),
+    },
+];
+
+/// Longest that a method is given to reach our error, seconds; beyond, the number of samples is extrapolated.
+const EQUAL_ERROR_S: f64 = 5.0;
+/// Renderings on the way there.
+const MOST_ATTEMPTS: u32 = 6;
+/// Samples, at least, by which a method's speed is told, after as many that contain compilation.
+const TIMED: u32 = 2;
+
+/// What a method did.
+pub(super) struct Outcome {
+    pub(super) rivals: Vec<Rival>,
+    /// The picture at the time of precomputation and first frame.
+    pub(super) picture: Judged,
+    /// Samples of each of its pixels.
+    pub(super) spp: u32,
+    /// Wall-clock time of these.
+    pub(super) seconds: f64,
+}
+
+/// Runs a method for as long as ours takes, then until it is as accurate.
+pub(super) fn compare(
+    method: &Method,
+    scene: &Scene,
+    ours: &Setting,
+    reference: &Reference,
+    device_args: &DeviceArgs,
+) -> Result<Outcome> {
+    let context = device_args.open()?;
+    // Independent of the reference's own samples.
+    let mut scene = scene.clone();
+    scene.quality.seed = scene.quality.seed.wrapping_add(0x9e37_79b9);
+    let (sample_s, round) = {
+        let mut scratch = (method.open)(&context, scene.clone())?;
+        let count = scratch.round().max(TIMED);
+        scratch.add_samples(count)?;
+        let start = Instant::now();
+        scratch.add_samples(count)?;
+        (start.elapsed().as_secs_f64() / f64::from(count), scratch.round())
+    };
+    let renderer = (method.open)(&context, scene.clone())?;
+    let mut run = Run { context: context.clone(), scene, renderer, sample_s, round, reference };
+
+    let mut rivals = Vec::new();
+    let mut curve = Vec::new();
+    let mut pictures = Vec::new();
+    for (at, seconds) in
+        [(Occasion::RelitFrameTime, ours.relit_s()), (Occasion::FirstPictureTime, ours.first_picture_s())]
+    {
+        let picture = run.spend(seconds)?;
+        let spp = run.renderer.samples();
+        rivals.push(Rival {
+            method: method.name,
+            at,
+            spp,
+            seconds: run.seconds(),
+            times_ours: run.seconds() / seconds,
+            error: Some(picture.error),
+            is_extrapolated: false,
+        });
+        curve.push((f64::from(spp), picture.error.relmse_debiased));
+        pictures.push((picture, spp, run.seconds()));
+    }
+    rivals.push(equal_error(method, run, curve, ours)?);
+    device_args.report_validation(&context);
+    let (picture, spp, seconds) = pictures.pop().expect("there are two");
+    Ok(Outcome { rivals, picture, spp, seconds })
+}
+
+/// Goes on until the error is ours or time is up; begins anew where it is smaller already.
+fn equal_error(method: &Method, mut run: Run, mut curve: Vec<(f64, f64)>, ours: &Setting) -> Result<Rival> {
+    let goal = ours.error.told(&run.reference.facts);
+    let most = (EQUAL_ERROR_S / run.sample_s).max(1.0);
+    let mut rendered = None;
+    let mut needed = samples_for(&curve, goal);
+    if needed < 0.9 * f64::from(run.renderer.samples()) {
+        run.renderer = (method.open)(&run.context, run.scene.clone())?;
+    }
+    for _ in 0..MOST_ATTEMPTS {
+        let taken = run.renderer.samples();
+        // Not more than four times as many at once: the first estimates are rough.
+        let rash = if taken == 0 { f64::INFINITY } else { 4.0 * f64::from(taken) };
+        let next = needed.min(most).min(rash) as u32;
+        let next = next.next_multiple_of(run.round).max(run.round);
+        if next <= taken + taken / 20 {
+            break;
+        }
+        let picture = run.take(next)?;
+        curve.push((f64::from(next), picture.error.relmse_debiased));
+        rendered = Some((next, picture.error));
+        needed = samples_for(&curve, goal);
+    }
+    // What was rendered counts where it is as good, or nearly.
+    let measured = rendered.filter(|(_, error)| error.relmse_debiased <= 1.2 * goal);
+    let spp = measured.map_or(needed, |(spp, _)| f64::from(spp));
+    let seconds = spp * run.sample_s;
+    Ok(Rival {
+        method: method.name,
+        at: Occasion::Error,
+        spp: spp.min(f64::from(u32::MAX)) as u32,
+        seconds,
+        times_ours: seconds / ours.relit_s(),
+        error: measured.map(|(_, error)| error),
+        is_extrapolated: measured.is_none(),
+    })
+}
+
+/// Samples at which the error is `goal` if it goes on to fall with 1/samples, from what was measured at numbers of samples (at least
+/// one). A method with a bias needs more.
+fn samples_for(curve: &[(f64, f64)], goal: f64) -> f64 {
+    let distance = |(_, error): &(f64, f64)| (error.max(1e-12) / goal).ln().abs();
+    let nearest = curve.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    nearest.map_or(1.0, |(samples, error)| samples * error / goal).max(1.0)
+}
+
+/// A method at work.
+struct Run<'a> {
+    context: Arc<Context>,
+    scene: Scene,
+    renderer: Box<dyn Progressive>,
+    /// Wall-clock time of one sample of every pixel.
+    sample_s: f64,
+    /// Samples that share a cost.
+    round: u32,
+    reference: &'a Reference,
+}
+
+/// Rounds after which their time is trusted more than what was known before.
+const TRUSTED_ROUNDS: u32 = 4;
+/// Times that the number of samples is corrected by the time that they took.
+const CORRECTIONS: u32 = 4;
+
+impl Run<'_> {
+    /// Goes on to as many samples as that time allows, in whole rounds.
+    fn spend(&mut self, seconds: f64) -> Result<Judged> {
+        for _ in 0..CORRECTIONS {
+            let goal = ((seconds / self.sample_s) as u32 / self.round * self.round).max(self.round);
+            let taken = self.renderer.samples();
+            if goal <= taken + taken / 20 {
+                break;
+            }
+            self.advance(goal)?;
+        }
+        self.judge()
+    }
+
+    /// Goes on to so many samples in all.
+    fn take(&mut self, samples: u32) -> Result<Judged> {
+        self.advance(samples)?;
+        self.judge()
+    }
+
+    /// Learns how fast the method really is: its first rounds can cost more than the later ones.
+    fn advance(&mut self, samples: u32) -> Result<()> {
+        let taken = self.renderer.samples();
+        let start = Instant::now();
+        self.renderer.add_samples(samples - taken)?;
+        if taken > 0 && samples - taken >= TRUSTED_ROUNDS * self.round {
+            self.sample_s = start.elapsed().as_secs_f64() / f64::from(samples - taken);
+        }
+        Ok(())
+    }
+
+    fn judge(&self) -> Result<Judged> {
+        let picture = self.renderer.picture()?;
+        judge(picture.beauty, Some(&picture.indirect), self.reference)
+    }
+
+    /// What its samples so far take, without compilation.
+    fn seconds(&self) -> f64 {
+        self.sample_s * f64::from(self.renderer.samples())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_are_extrapolated_by_the_fall_of_the_error() {
+        let curve = [(2.0, 0.5), (8.0, 0.125)];
+        let close = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-9, "{found}");
+        close(samples_for(&curve, 0.01), 100.0);
+        close(samples_for(&curve, 0.25), 4.0);
+        close(samples_for(&curve, 10.0), 1.0);
+        // The nearest point decides.
+        close(samples_for(&[(2.0, 0.5), (8.0, 0.2)], 0.1), 16.0);
+        close(samples_for(&[(2.0, 0.5), (8.0, -1e-3)], 0.4), 2.5);
+    }
+}

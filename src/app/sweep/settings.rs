@@ -1,0 +1,130 @@
+//! The settings that a sweep tries, all relative to a preset. To tune the front, edit [`FRONT`].
+
+use crate::scene::Quality;
+
+/// Factors of each quantity that is varied alone.
+const ALONE: [f64; 3] = [0.25, 0.5, 2.0];
+
+/// The same for cells, which only come in powers of two.
+const CELLS_ALONE: [f64; 3] = [0.25, 0.5, 2.0];
+
+/// Factors of entry points, cells, cache points and gather rays along the front, coarse to fine; the preset itself is one of them.
+const FRONT: [[f64; 4]; 4] =
+    [[1.0 / 16.0, 0.5, 0.25, 0.25], [1.0 / 4.0, 0.5, 0.5, 0.5], [2.0, 1.0, 1.5, 1.5], [4.0, 2.0, 2.0, 2.0]];
+
+/// Series of the preset itself.
+pub(super) const PRESET: &str = "preset";
+/// Series of the settings that grow together.
+pub(super) const FRONT_SERIES: &str = "front";
+/// Names of the quantities, in the order of [`FRONT`].
+pub(super) const QUANTITIES: [&str; 4] = ["entry points", "cells", "cache points", "gather rays"];
+
+/// A setting to try.
+#[derive(Debug)]
+pub(super) struct Trial {
+    pub(super) series: &'static str,
+    pub(super) factor: f64,
+    pub(super) quality: Quality,
+}
+
+/// The preset, then each quantity alone, then the front; settings that come out alike are tried once.
+pub(super) fn trials(preset: &Quality) -> Vec<Trial> {
+    let mut trials = vec![Trial { series: PRESET, factor: 1.0, quality: preset.clone() }];
+    let mut add = |series, factor, factors: [f64; 4]| {
+        let quality = scaled(preset, factors);
+        if trials.iter().all(|trial| trial.quality != quality) {
+            trials.push(Trial { series, factor, quality });
+        }
+    };
+    for (index, series) in QUANTITIES.into_iter().enumerate() {
+        for factor in if series == "cells" { CELLS_ALONE } else { ALONE } {
+            let mut factors = [1.0; 4];
+            factors[index] = factor;
+            add(series, factor, factors);
+        }
+    }
+    for factors in FRONT {
+        add(FRONT_SERIES, factors[0], factors);
+    }
+    trials
+}
+
+/// The preset with entry points, cells, cache points and gather rays multiplied, each brought into its range.
+fn scaled(preset: &Quality, [entry_points, cells, cache_points, gather_rays]: [f64; 4]) -> Quality {
+    let scale = |value: u32, factor: f64, least: u32, most: u32| {
+        ((f64::from(value) * factor).round() as u32).clamp(least, most)
+    };
+    let rings = (f64::from(preset.gather_rays) * gather_rays / 4.0).sqrt().round().clamp(1.0, 128.0) as u32;
+    Quality {
+        entry_points: scale(preset.entry_points, entry_points, 1, 1 << 24),
+        cells: scale(preset.cells, cells, 8, 256).next_power_of_two(),
+        cache_points: scale(preset.cache_points, cache_points, 1, 1_000_000),
+        gather_rays: 4 * rings * rings,
+        ..preset.clone()
+    }
+}
+
+/// The arguments that set `quality` on top of its preset.
+pub(super) fn arguments(quality: &Quality) -> String {
+    let preset = Quality::preset(quality.preset).unwrap_or_default();
+    let pairs = [
+        ("entry_points", quality.entry_points, preset.entry_points),
+        ("cells", quality.cells, preset.cells),
+        ("cache_points", quality.cache_points, preset.cache_points),
+        ("gather_rays", quality.gather_rays, preset.gather_rays),
+        ("seed", quality.seed, preset.seed),
+    ];
+    let changed = pairs.into_iter().filter(|(_, value, preset)| value != preset);
+    let sets: String = changed.map(|(key, value, _)| format!(" --set quality.{key}={value}")).collect();
+    format!("--preset {}{sets}", quality.preset)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_setting_is_allowed_and_none_is_tried_twice() {
+        for name in Quality::PRESETS {
+            let preset = Quality::preset(name).unwrap();
+            let trials = trials(&preset);
+            assert_eq!((trials[0].series, &trials[0].quality), (PRESET, &preset));
+            for (index, Trial { quality, series, .. }) in trials.iter().enumerate() {
+                let rings = (quality.gather_rays / 4).isqrt();
+                assert_eq!(quality.gather_rays, 4 * rings * rings);
+                assert!(quality.cells.is_power_of_two() && (8..=256).contains(&quality.cells));
+                assert!(trials[..index].iter().all(|trial| trial.quality != *quality), "{series}");
+            }
+            for series in QUANTITIES {
+                assert!(
+                    trials.iter().filter(|trial| trial.series == series).count() >= 2,
+                    "{name}: {series}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn one_quantity_is_varied_at_a_time() {
+        let preset = Quality::PAPER;
+        for trial in trials(&preset) {
+            let (q, p) = (&trial.quality, &preset);
+            let changed = [
+                q.entry_points != p.entry_points,
+                q.cells != p.cells,
+                q.cache_points != p.cache_points,
+                q.gather_rays != p.gather_rays,
+            ];
+            if let Some(index) = QUANTITIES.iter().position(|series| *series == trial.series) {
+                assert!((0..4).all(|other| changed[other] == (other == index)), "{trial:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn arguments_name_what_differs_from_the_preset() {
+        let quality = Quality { entry_points: 7, ..Quality::DRAFT };
+        assert_eq!(arguments(&quality), "--preset draft --set quality.entry_points=7");
+        assert_eq!(arguments(&Quality::HIGH), "--preset high");
+    }
+}

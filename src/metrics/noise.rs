@@ -1,0 +1,152 @@
+//! References and images that are noisy themselves, and know how noisy.
+
+use super::{EPSILON, mean};
+
+/// [`super::relmse`] of an image against the mean of two independent halves of a reference, without what the reference's own noise adds:
+/// mean of (v−a)(v−b)/(r+0.01)², r = (a+b)/2. In the numerator the noise of a and b cancels on average, so the figure may come out
+/// below 0 where the image is as good as the reference; in the denominator it stays, and raises the figure where r is about as
+/// small as its noise.
+pub fn debiased_relmse(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2]) -> f64 {
+    let of_halves = triples(image, halves).map(|[v, a, b]| {
+        let r = 0.5 * (a + b);
+        (v - a) * (v - b) / (r + EPSILON).powi(2)
+    });
+    of_halves.sum::<f64>() / (3 * image.len()).max(1) as f64
+}
+
+/// Noise of a reference from its halves, as a relMSE: mean of ((a−b)/2)²/(r+0.01)², the variance of r = (a+b)/2.
+pub fn half_noise(halves: [&[[f32; 3]]; 2]) -> f64 {
+    mean(halves[0], halves[1], |a, b| {
+        let r = 0.5 * (a + b);
+        (0.5 * (a - b) / (r + EPSILON)).powi(2)
+    })
+}
+
+/// Noise of an image as a relMSE from the variance of its pixels: mean of variance/(r+0.01)².
+pub fn variance_noise(reference: &[[f32; 3]], variance: &[[f32; 3]]) -> f64 {
+    mean(reference, variance, |r, variance| variance / (r + EPSILON).powi(2))
+}
+
+/// How two noisy images differ, in units of the noise that they state.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct ZTest {
+    /// Mean of z; 0 where neither image is biased.
+    pub mean: f64,
+    /// Root of the mean of z²; 1 where both state their noise rightly and estimate the same.
+    pub rms: f64,
+    /// Share of |z| > 3; 0.0027 for a normal distribution.
+    pub share_above_3: f64,
+    /// Values tested.
+    pub count: u64,
+    /// Values that differ although neither image states noise; not in the figures above.
+    pub differ_without_noise: u64,
+}
+
+/// z = (v−r)/√(var v + var r) over pixels and channels. Values that are equal and without noise (black ones) are left out.
+pub fn z_test(image: &[[f32; 3]], reference: &[[f32; 3]], variances: [&[[f32; 3]]; 2]) -> ZTest {
+    assert_eq!(image.len(), reference.len(), "images of one comparison have one size");
+    let differences =
+        image.iter().flatten().zip(reference.iter().flatten()).map(|(&v, &r)| f64::from(v) - f64::from(r));
+    assert_eq!(variances[0].len(), image.len(), "a variance for each pixel");
+    assert_eq!(variances[1].len(), image.len(), "a variance for each pixel");
+    let variances = variances[0].iter().flatten().zip(variances[1].iter().flatten());
+    let (mut sum, mut squares, mut above, mut count, mut differ) = (0.0, 0.0, 0u64, 0u64, 0u64);
+    for (difference, (&a, &b)) in differences.zip(variances) {
+        let variance = f64::from(a) + f64::from(b);
+        if variance <= 0.0 {
+            differ += u64::from(difference != 0.0);
+            continue;
+        }
+        let z = difference / variance.sqrt();
+        sum += z;
+        squares += z * z;
+        above += u64::from(z.abs() > 3.0);
+        count += 1;
+    }
+    let count_or_one = count.max(1) as f64;
+    ZTest {
+        mean: sum / count_or_one,
+        rms: (squares / count_or_one).sqrt(),
+        share_above_3: above as f64 / count_or_one,
+        count,
+        differ_without_noise: differ,
+    }
+}
+
+/// Value and the two halves, channel by channel.
+fn triples<'a>(
+    image: &'a [[f32; 3]],
+    halves: [&'a [[f32; 3]]; 2],
+) -> impl Iterator<Item = [f64; 3]> + use<'a> {
+    let [a, b] = halves;
+    assert!(image.len() == a.len() && a.len() == b.len(), "images of one comparison have one size");
+    let values = image.iter().flatten().zip(a.iter().flatten().zip(b.iter().flatten()));
+    values.map(|(&v, (&a, &b))| [v, a, b].map(f64::from))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metrics::relmse;
+
+    /// Normal deviates by Box and Muller from a 64-bit linear congruential generator.
+    struct Normal(u64);
+
+    impl Normal {
+        fn uniform(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+        }
+
+        fn next(&mut self) -> f64 {
+            (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
+        }
+
+        /// Around `value` with that standard deviation.
+        fn image(&mut self, value: f64, sigma: f64, pixels: usize) -> Vec<[f32; 3]> {
+            (0..pixels).map(|_| std::array::from_fn(|_| (value + sigma * self.next()) as f32)).collect()
+        }
+    }
+
+    const PIXELS: usize = 20_000;
+
+    #[test]
+    fn the_noise_of_the_reference_is_stated_and_subtracted() {
+        let mut normal = Normal(1);
+        let [a, b] = [0, 1].map(|_| normal.image(0.99, 0.02, PIXELS));
+        let halves = [a.as_slice(), b.as_slice()];
+        let mean: Vec<[f32; 3]> =
+            a.iter().zip(&b).map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]))).collect();
+        // The mean of two halves of σ = 0.02 has the variance 0.0002; r+0.01 is 1 but for that noise, which adds little.
+        let near =
+            |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 0.04, "{found}, {expected}");
+        near(half_noise(halves), 0.000_2);
+        let image = vec![[1.01f32; 3]; PIXELS];
+        near(relmse(&image, &mean), 0.000_6);
+        near(debiased_relmse(&image, halves), 0.000_4);
+        let exact = debiased_relmse(&vec![[0.99f32; 3]; PIXELS], halves);
+        assert!(exact.abs() < 8e-6, "of an exact image: {exact}");
+    }
+
+    #[test]
+    fn z_is_calibrated_and_sees_bias_and_understated_noise() {
+        let mut normal = Normal(2);
+        let (a, b) = (normal.image(1.0, 0.03, PIXELS), normal.image(1.0, 0.04, PIXELS));
+        let [va, vb] = [0.03f32, 0.04].map(|sigma| vec![[sigma * sigma; 3]; PIXELS]);
+        let fair = z_test(&a, &b, [&va, &vb]);
+        assert!(fair.mean.abs() < 0.02 && (fair.rms - 1.0).abs() < 0.02, "{fair:?}");
+        assert!(fair.share_above_3 > 0.001 && fair.share_above_3 < 0.0045, "{fair:?}");
+        assert_eq!((fair.count, fair.differ_without_noise), (3 * PIXELS as u64, 0));
+        let brighter: Vec<[f32; 3]> = a.iter().map(|pixel| pixel.map(|value| value + 0.025)).collect();
+        assert!((z_test(&brighter, &b, [&va, &vb]).mean - 0.5).abs() < 0.03);
+        assert!((z_test(&a, &b, [&va, &va]).rms - 0.05 / (0.03 * 2f64.sqrt())).abs() < 0.03);
+        assert!((variance_noise(&vec![[0.99; 3]; PIXELS], &va) - 0.0009).abs() < 1e-6);
+    }
+
+    #[test]
+    fn values_without_noise_are_counted_apart() {
+        let none = [[0.0f32; 3]];
+        let test = z_test(&[[0.0, 1.0, 2.0]], &[[0.0, 1.0, 3.0]], [&none, &none]);
+        assert_eq!((test.count, test.differ_without_noise, test.rms), (0, 1, 0.0));
+    }
+}

@@ -1,0 +1,98 @@
+//! `sweep` as scripts see it.
+
+use super::{assert_refused, cube, json, listing, stderr, stdout};
+use std::fs;
+use std::path::PathBuf;
+use std::process::Output;
+use tempfile::TempDir;
+
+/// Runs a small sweep in `folder` with its cache there, too.
+fn sweep(folder: &TempDir, scene: &TempDir) -> Output {
+    let scene = scene.path().join("cube.toml");
+    let small = "--spp 8 --size 16x16 --set quality.entry_points=1000 --set quality.gather_rays=16 --set quality.cells=8 \
+                 --set quality.cache_points=300";
+    let arguments = format!("sweep {} -o out/new --cache cache {small}", scene.display());
+    super::lightpaths(folder, &arguments.split_whitespace().collect::<Vec<_>>()).output().unwrap()
+}
+
+fn references(folder: &TempDir) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder.path().join("cache")).unwrap();
+    entries.map(|entry| entry.unwrap().path()).collect()
+}
+
+#[test]
+fn a_sweep_writes_report_document_plots_and_pictures_and_keeps_its_reference() {
+    let (folder, scene) = (tempfile::tempdir().unwrap(), cube());
+    let output = sweep(&folder, &scene);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(stdout(&output).trim_end(), "out/new/report.html");
+    assert_eq!(listing(&folder), ["cache", "out"]);
+    let out = folder.path().join("out/new");
+    for name in ["report.html", "error-frame.svg", "error-first.svg", "error-setting.svg", "reference.png"] {
+        assert!(fs::metadata(out.join(name)).unwrap().len() > 100, "{name}");
+    }
+    for stem in ["direct-only", "photon-mapping", "light-paths", "path-tracing"] {
+        for name in [format!("{stem}.png"), format!("{stem}-flip.png")] {
+            assert_eq!(lightpaths::image::read(&out.join(&name), None).unwrap().size, [16, 16], "{name}");
+        }
+    }
+    assert!(
+        fs::read_dir(&out).unwrap().all(|e| !e.unwrap().file_name().to_string_lossy().ends_with(".part"))
+    );
+
+    let document = json(&folder, "out/new/sweep.json");
+    let settings = document["settings"].as_array().unwrap();
+    assert_eq!(settings[0]["series"], "preset");
+    for series in ["entry points", "cells", "cache points", "gather rays", "front"] {
+        assert!(settings.iter().any(|setting| setting["series"] == series), "{series}");
+    }
+    for setting in settings {
+        assert!(
+            setting["precompute_s"].as_f64().unwrap() > 0.0
+                && setting["relit_frame_ms"].as_f64().unwrap() > 0.0
+        );
+        assert!(setting["error"]["relmse"].as_f64().unwrap() > 0.0);
+        assert!(
+            setting["ms"]["Tlight"].as_f64().unwrap() > 0.0 && setting["memory_mb"].as_f64().unwrap() > 0.0
+        );
+    }
+    assert!(settings.iter().any(|setting| setting["is_on_pareto_front"] == true));
+    let rivals = document["rivals"].as_array().unwrap();
+    for method in ["path tracing", "photon mapping"] {
+        for at in ["equal_time_relit", "equal_time_first", "equal_error"] {
+            assert!(
+                rivals.iter().any(|rival| rival["method"] == method && rival["at"] == at),
+                "{method} {at}"
+            );
+        }
+    }
+    assert_eq!(document["reference"]["spp"], 8);
+    assert_eq!(document["reference"]["from_cache"], false);
+    assert!(document["reference"]["noise_relmse"].as_f64().unwrap() > 0.0);
+
+    // A damaged reference is noticed, said and mended; the mended one is the first one again.
+    let [kept] = references(&folder).try_into().unwrap();
+    let whole = fs::read(&kept).unwrap();
+    fs::write(&kept, &whole[..whole.len() / 2]).unwrap();
+    let output = sweep(&folder, &scene);
+    assert!(stderr(&output).contains("made anew"), "{}", stderr(&output));
+    let pixels = |file: &[u8]| file[file.iter().position(|&byte| byte == b'\n').unwrap()..].to_vec();
+    assert!(pixels(&fs::read(&kept).unwrap()) == pixels(&whole), "the same samples give the same bytes");
+}
+
+#[test]
+fn wrong_arguments_are_refused_before_anything_is_made() {
+    let folder = super::folder_with(&[("file", "")]);
+    for (arguments, words) in [
+        ("sweep box", &["--output"][..]),
+        ("sweep no_such_scene -o out", &["no_such_scene"]),
+        ("sweep box -o file", &["file", "cannot be created"]),
+        ("sweep box -o out --spp 3", &["--spp"]),
+        ("sweep box -o out --seconds 0", &["--seconds"]),
+        ("sweep box -o out --device nobody", &["nobody"]),
+    ] {
+        let output = super::run(&folder, &arguments.split(' ').collect::<Vec<_>>());
+        assert_refused(&output, if words[0] == "nobody" { 3 } else { 2 }, words);
+        assert_eq!(listing(&folder), ["file"], "{arguments}");
+    }
+}

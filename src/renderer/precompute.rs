@@ -24,7 +24,7 @@ const REFINED: u32 = 2;
 const FINEST: u32 = 256;
 
 /// Cache points that have a surface within so many base cells see clusters of the near field.
-const SEES_NEAR: f32 = 1.0;
+const SEES_NEAR: f32 = 2.0;
 
 /// All that the frames are made of.
 pub(super) struct Precomputed {
@@ -141,7 +141,7 @@ pub(super) fn precompute(
         let normal = surfaces[side as usize / 2].normal;
         if side % 2 == 1 { -normal } else { normal }
     };
-    let near_clusters = near_clusters::find(&hvds, &densities, normal, &placement.points);
+    let near_clusters = near_clusters::find(&hvds, &clearances, cell_size, normal, &placement.points);
     let hemisphere = Hemisphere::new(quality.gather_rays);
     let code = GatherCode::new(hvds.cluster_count(), scene.materials.len(), placement.least_radius)?;
     let point_count = placement.points.len() as u32;

@@ -9,8 +9,8 @@ use std::collections::HashMap;
 
 /// Levels of the hierarchy, from the finest, whose clusters are small enough.
 const LEVELS: usize = 2;
-/// Density of entry points from which on surfaces count as close.
-const CLOSE: f64 = 1.5;
+/// Clearance up to which surfaces count as close, in base cells.
+const CLOSE: f32 = 3.0;
 /// How far a record may be, in its validity radii.
 const REACH: f32 = 1.5;
 /// Cosine of how far its normal may lean from the cluster's.
@@ -20,29 +20,30 @@ const LEAN: f32 = 0.8;
 #[derive(Clone, Copy, Default)]
 struct Sums {
     area: f64,
-    points: f64,
+    clearance: f32,
     middle: Vec3,
     normal: Vec3,
     is_back: bool,
 }
 
-/// Finds them. `densities` of the pieces; `normal` of a side.
+/// Finds them. `clearances` of the pieces, metres; `cell_size` of the base cells; `normal` of a side.
 pub fn find(
     hvds: &Hvds,
-    densities: &[f32],
+    clearances: &[f32],
+    cell_size: f32,
     normal: impl Fn(u32) -> Vec3,
     points: &[Placed],
 ) -> Vec<NearCluster> {
     let end = hvds.levels[LEVELS.min(hvds.levels.len()) - 1].end as usize;
     let mut sums = vec![Sums::default(); end];
-    for (piece, &density) in hvds.pieces.iter().zip(densities) {
+    for (piece, &clearance) in hvds.pieces.iter().zip(clearances) {
         let middle = piece.corners.iter().sum::<Vec3>() / piece.corners.len() as f32;
         let mut cluster = piece.cluster as usize;
         while cluster < end {
             let sum = &mut sums[cluster];
             let area = piece.area_m2 as f32;
             sum.area += piece.area_m2;
-            sum.points += piece.area_m2 * f64::from(density);
+            sum.clearance += area * clearance;
             sum.middle += area * middle;
             sum.normal += area * normal(piece.side);
             sum.is_back = piece.side % 2 == 1;
@@ -60,7 +61,7 @@ pub fn find(
     }
     let mut near = Vec::new();
     for (cluster, sum) in sums.iter().enumerate() {
-        if sum.points < CLOSE * sum.area || sum.area <= 0.0 {
+        if sum.area <= 0.0 || sum.clearance > CLOSE * cell_size * sum.area as f32 {
             continue;
         }
         let (middle, normal) = (sum.middle / sum.area as f32, sum.normal.normalize_or_zero());

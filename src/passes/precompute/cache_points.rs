@@ -117,7 +117,7 @@ pub fn place(
         if placement.is_covering || unit >= largest {
             return Ok(placement);
         }
-        unit *= 1.1;
+        unit *= 1.25;
     }
 }
 

@@ -111,6 +111,20 @@ fn facing_unit_squares_exchange_what_the_closed_form_says() {
 }
 
 #[test]
+fn perpendicular_unit_squares_exchange_what_the_closed_form_says() {
+    let mut scene = shapes::facing_squares(1.0, 1.0, 1.0);
+    // The upper square becomes a wall on the lower one's edge.
+    let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, y)| Vec3::new(x, y, -0.5));
+    for (triangle, [a, b, c]) in scene.triangles[2..].iter_mut().zip([[0, 1, 2], [0, 2, 3]]) {
+        (triangle.positions, triangle.normals) = ([corners[a], corners[b], corners[c]], [Vec3::Z; 3]);
+    }
+    for share in exchanged(&mut scene) {
+        assert_close("form factor", share, 0.200_044, 0.005);
+    }
+    assert_silent(&context());
+}
+
+#[test]
 fn unequal_squares_obey_reciprocity() {
     let mut scene = shapes::facing_squares(1.0, 1.0, 1.0);
     for position in scene.triangles[2..].iter_mut().flat_map(|triangle| &mut triangle.positions) {

@@ -1,8 +1,10 @@
 //! Light transport against closed forms and against numerical integration.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+mod antialias;
 #[path = "../common/mod.rs"]
 mod common;
+mod corner;
 mod direct;
 mod energy;
 mod form_factors;

@@ -87,22 +87,21 @@ pub fn dissimilarity(found: &Seen, pixel: &PixelSurface) -> f64 {
         + 1e-3 * apart.length_squared() / found.footprint
 }
 
-/// The least dissimilarity that a sample of a pixel finds among the pixel and the eight around it, and who has it: the pixel
-/// itself where it will do.
+/// The pixel whose indirect light a sample of a pixel takes, and its dissimilarity: the first of the pixel itself and the eight
+/// around it, from the right one on, that will do, or else the least dissimilar. Beyond its edges the image repeats itself.
 pub fn source(view: &View, pixels: &[PixelSurface], pixel: u32, found: &Seen) -> (f64, u32) {
-    let own = dissimilarity(found, &pixels[pixel as usize]);
-    if own <= 0.01 {
-        return (own, pixel);
-    }
-    let (x, y) = (pixel % view.width, pixel / view.width);
-    let mut best = (own, pixel);
-    for down in y.saturating_sub(1)..=(y + 1).min(view.height - 1) {
-        for across in x.saturating_sub(1)..=(x + 1).min(view.width - 1) {
-            let other = down * view.width + across;
-            let cost = dissimilarity(found, &pixels[other as usize]);
-            if cost < best.0 {
-                best = (cost, other);
-            }
+    let [x, y] = [pixel % view.width, pixel / view.width].map(i64::from);
+    let mut best = (f64::INFINITY, pixel);
+    for step in [4, 5, 6, 7, 8, 0, 1, 2, 3] {
+        let across = (x + step % 3 - 1).clamp(0, i64::from(view.width) - 1);
+        let down = (y + step / 3 - 1).clamp(0, i64::from(view.height) - 1);
+        let other = down as u32 * view.width + across as u32;
+        let cost = dissimilarity(found, &pixels[other as usize]);
+        if cost < best.0 {
+            best = (cost, other);
+        }
+        if best.0 <= 0.01 {
+            break;
         }
     }
     best

@@ -26,11 +26,23 @@ struct Frame {
 
 impl Frame {
     fn new(world: &World, lights: &[LightSource], camera: &Camera, most_samples: u32) -> Self {
+        Self::with_room(world, lights, camera, most_samples, u32::MAX)
+    }
+
+    /// With room for so many samples at most.
+    fn with_room(
+        world: &World,
+        lights: &[LightSource],
+        camera: &Camera,
+        most_samples: u32,
+        room: u32,
+    ) -> Self {
         let view = View::from(camera);
         let size = camera.size;
         let primary = Primary::new(&world.context, size[0] * size[1]).unwrap();
         let direct = Direct::new(&world.context, size[0] * size[1]).unwrap();
-        let antialias = Antialias::new(&world.context, size, most_samples).unwrap();
+        let mut antialias = Antialias::new(&world.context, size, most_samples).unwrap();
+        antialias.capacity = antialias.capacity.min(room);
         let table = Buffer::from_slice(&world.context, "lights", lights).unwrap();
         let count = lights.len() as u32;
         world
@@ -106,7 +118,7 @@ fn edge_pixels_equal_the_twin() {
             // Differences that reach a threshold by a hair.
             assert!(differ * 500 <= pixels.len(), "{differ} of {} pixels differ", pixels.len());
             let share = marked.len() as f64 / pixels.len() as f64;
-            assert!(pixels.len() < 500 || (0.05..0.95).contains(&share), "{share} of {size:?}");
+            assert!(pixels.len() < 500 || (0.01..0.95).contains(&share), "{share} of {size:?}");
         }
     }
     assert_silent(&context());
@@ -134,7 +146,7 @@ fn edge_samples_equal_the_twin() {
                 };
                 let (least, source) = cpu::antialias::source(&frame.view, &frame.pixels, pixel, &seen);
                 if source != sample.source {
-                    // No worse than the best, or by an error of f32 good enough.
+                    // As good, but for an error of f32.
                     let cost = cpu::antialias::dissimilarity(&seen, &frame.pixels[sample.source as usize]);
                     other_sources += usize::from(cost > least + 1e-3 * (1.0 + least));
                 }
@@ -185,17 +197,18 @@ fn many_edges_share_the_room_that_there_is() {
         assert_eq!(cpu::antialias::samples_per_edge(edges, most, capacity), expected);
     }
     let world = World::room();
-    let mut seen = Vec::new();
-    for most in [16, 64, 256] {
-        let frame = Frame::new(&world, &lights(), &camera([31, 17], 1.0), most);
-        assert_eq!(frame.antialias.capacity, (31 * 17 * most).div_ceil(16));
-        let count = frame.samples_per_edge();
-        assert!(count * frame.edge_count() <= frame.antialias.capacity);
-        seen.push((count, most));
+    let camera = camera([31, 17], 1.0);
+    let edges = Frame::new(&world, &lights(), &camera, 0).edge_count();
+    assert_eq!(edges, 0, "nothing is marked where antialiasing is off");
+    let edges = Frame::new(&world, &lights(), &camera, 16).edge_count();
+    assert!(edges > 30);
+    for (room, expected) in
+        [(u32::MAX, 16), (16 * edges, 16), (16 * edges - 1, 15), (4 * edges, 4), (4 * edges - 1, 0)]
+    {
+        let frame = Frame::with_room(&world, &lights(), &camera, 16, room);
+        assert_eq!(frame.samples_per_edge(), expected);
+        assert_eq!(frame.samples().len() as u32, expected * edges);
     }
-    println!("{seen:?}");
-    // Most pixels of so small a picture show an edge.
-    assert!(seen.iter().all(|(count, most)| count < most) && seen.iter().any(|(count, _)| *count >= 4));
     assert_silent(&context());
 }
 

@@ -22,7 +22,7 @@ fn entry_points(world: &World, count: usize) -> Vec<PathVertex> {
         let cluster = world.geometry().cluster(&world.hvds, position, side);
         // The outside of the room has no clusters.
         if cluster != NO_CLUSTER {
-            let weight = [1.0, 2.5, 0.25][points.len() % 3];
+            let weight = [1.0, 4.0, 0.5][points.len() % 3];
             points.push(PathVertex { position, side, incoming: Vec3::ZERO, weight, cluster });
         }
     }

@@ -36,9 +36,11 @@ fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     let buffers = SceneBuffers::new(context, &bvh, &scene.triangles, &surfaces, &scene.materials).unwrap();
     let (low, high) = scene.bounds();
     let hvds = Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, CELLS), CELLS);
-    let clusters = ClusterBuffers::new(context, &hvds).unwrap();
-    let strata = Strata::new(&scene.triangles, &surfaces, PATHS);
-    let entry_points = entry_points::place(context, &buffers, &clusters, &strata).unwrap();
+    // As dense everywhere: a path is a path.
+    let strata = Strata::new(&hvds, &vec![1.0; hvds.pieces.len()], PATHS);
+    let clusters = ClusterBuffers::new(context, &hvds, &strata.in_clusters).unwrap();
+    let entry_points = entry_points::place(context, &buffers, &clusters, &strata, 3).unwrap();
+    assert!(entry_points.iter().all(|point| (point.weight - 1.0).abs() < 1e-5));
     let base = hvds.levels[0].len() as u32;
     let paths =
         light_paths::trace(context, &buffers, &clusters, &surfaces, base, &entry_points, 7, &mut Silent)
@@ -104,6 +106,20 @@ fn facing_unit_squares_exchange_what_the_closed_form_says() {
     for share in measured {
         // 100 000 paths a square, were they independent: 0.6 % of noise; stratified, far less.
         assert_close("form factor", share, 0.199_825, 0.005);
+    }
+    assert_silent(&context());
+}
+
+#[test]
+fn perpendicular_unit_squares_exchange_what_the_closed_form_says() {
+    let mut scene = shapes::facing_squares(1.0, 1.0, 1.0);
+    // The upper square becomes a wall on the lower one's edge.
+    let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, y)| Vec3::new(x, y, -0.5));
+    for (triangle, [a, b, c]) in scene.triangles[2..].iter_mut().zip([[0, 1, 2], [0, 2, 3]]) {
+        (triangle.positions, triangle.normals) = ([corners[a], corners[b], corners[c]], [Vec3::Z; 3]);
+    }
+    for share in exchanged(&mut scene) {
+        assert_close("form factor", share, 0.200_044, 0.005);
     }
     assert_silent(&context());
 }

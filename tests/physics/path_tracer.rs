@@ -4,7 +4,7 @@ use crate::common::{assert_silent, context};
 use crate::{assert_close, plates};
 use glam::{DVec2, DVec3, Vec3};
 use lightpaths::cpu::brdf::brdf;
-use lightpaths::reference::{PathTracer, TracedScene};
+use lightpaths::reference::{PathTracer, Picture, TracedScene};
 use lightpaths::renderer::Silent;
 use lightpaths::scene::{LightKind, Material, Scene, Triangle, shapes};
 use lightpaths::types::Reflectance;
@@ -18,7 +18,7 @@ pub(crate) fn trace(mut scene: Scene, size: [u32; 2], samples: u32) -> PathTrace
 }
 
 /// Where each pixel's central ray meets the scene, by its depth; none where it leaves.
-fn positions(scene: &TracedScene) -> Vec<Option<DVec3>> {
+pub(crate) fn positions(scene: &TracedScene) -> Vec<Option<DVec3>> {
     let view = &scene.view;
     let [right, up, forward] = [view.right, view.up, view.forward].map(Vec3::as_dvec3);
     let [width, height] = scene.size().map(f64::from);
@@ -33,7 +33,7 @@ fn positions(scene: &TracedScene) -> Vec<Option<DVec3>> {
 }
 
 /// A unit square of albedo 1/2 that fills the image seen from above, under one light.
-fn square(kind: LightKind) -> Scene {
+pub(crate) fn square(kind: LightKind) -> Scene {
     let mut scene = shapes::facing_squares(1.0, 0.0, 0.5);
     scene.triangles.truncate(2);
     let camera = &mut scene.cameras[0];
@@ -45,8 +45,18 @@ fn square(kind: LightKind) -> Scene {
 /// Compares the direct light of all pixels of [`square`] with an irradiance, to `tolerance` of the largest.
 fn check_direct(kind: LightKind, samples: u32, tolerance: f64, irradiance: impl Fn(DVec3) -> f64) {
     let tracer = trace(square(kind), [32, 32], samples);
-    let picture = tracer.picture().unwrap();
-    let positions = positions(tracer.traced_scene());
+    compare_direct(kind, &tracer.picture().unwrap(), tracer.traced_scene(), tolerance, irradiance);
+}
+
+/// The same of a picture of 32×32 pixels that some method made.
+pub(crate) fn compare_direct(
+    kind: LightKind,
+    picture: &Picture,
+    scene: &TracedScene,
+    tolerance: f64,
+    irradiance: impl Fn(DVec3) -> f64,
+) {
+    let positions = positions(scene);
     // The mean over the pixel: image x runs along x, image y along z, and the plane is a metre away.
     let pixel = 2.0 * 25.0_f64.to_radians().tan() / 32.0;
     let inside = |i: u32| pixel * (f64::from(i) - 3.5) / 8.0;

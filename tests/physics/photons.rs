@@ -1,10 +1,11 @@
 //! The photon mapper against closed forms, and against the path tracer.
 
 use crate::common::{assert_silent, context};
-use crate::{assert_close, plates};
-use glam::{DVec3, Vec3};
+use crate::path_tracer::{compare_direct, positions, square};
+use crate::{assert_close, corner, plates};
+use glam::Vec3;
 use lightpaths::passes::reference::photon_map::Photon;
-use lightpaths::reference::{PathTracer, PhotonMapper, Picture, Progressive, TracedScene};
+use lightpaths::reference::{PathTracer, PhotonMapper, Picture, Progressive};
 use lightpaths::renderer::Silent;
 use lightpaths::scene::{Light, LightKind, LoadOptions, Scene, shapes};
 use lightpaths::types::NO_SIDE;
@@ -61,19 +62,27 @@ fn photons_in_a_sphere_carry_all_flux_and_show_even_light() {
     assert_silent(&context());
 }
 
-/// Where each pixel's central ray meets the scene, by its depth; none where it leaves.
-fn positions(scene: &TracedScene) -> Vec<Option<DVec3>> {
-    let view = &scene.view;
-    let [right, up, forward] = [view.right, view.up, view.forward].map(Vec3::as_dvec3);
-    let [width, height] = scene.size().map(f64::from);
-    let depths = scene.first_hits().unwrap().depth;
-    let position = |(index, depth): (u32, &[f32; 3])| {
-        let x = 2.0 * (f64::from(index % view.width) + 0.5) / width - 1.0;
-        let y = 2.0 * (f64::from(index / view.width) + 0.5) / height - 1.0;
-        let depth = f64::from(depth[0]);
-        depth.is_finite().then(|| view.position.as_dvec3() + depth * (forward + x * right - y * up))
-    };
-    (0..).zip(&depths).map(position).collect()
+/// Direct light is no photon map's business, but part of the picture.
+#[test]
+fn direct_light_follows_inverse_square_and_cosine() {
+    for position in [[0.0, 1.0, 0.0], [0.3, 0.6, -0.1], [-3.0, 1.0, 4.0]] {
+        let position = Vec3::from(position);
+        let kind = LightKind::Point { position, intensity: Vec3::ONE };
+        let mapper = map_photons(square(kind), [32, 32], 16);
+        compare_direct(kind, &mapper.picture().unwrap(), mapper.traced_scene(), 2e-3, |x| {
+            let to_light = position.as_dvec3() - x;
+            to_light.y / to_light.length().powi(3)
+        });
+    }
+}
+
+#[test]
+fn a_wall_lights_the_floor_beside_it() {
+    let mapper = map_photons(corner::scene(), [32, 32], 64);
+    let positions = positions(mapper.traced_scene());
+    let ratio = corner::ratio(&positions, &mapper.picture().unwrap().indirect);
+    assert_close("mean indirect light", ratio, 1.0, 0.01);
+    assert_silent(&context());
 }
 
 /// The photon map ends at the plates' edges: a kernel that reached past them would lose a tenth of the light there.

@@ -4,7 +4,7 @@ use crate::common::{assert_silent, context};
 use crate::render;
 use glam::Vec3;
 use lightpaths::gpu::Buffer;
-use lightpaths::renderer::{Edit, Renderer};
+use lightpaths::renderer::{Edit, Layer, Renderer};
 use lightpaths::scene::{Quality, shapes};
 use lightpaths::types::Record;
 
@@ -57,4 +57,44 @@ fn indirect_irradiance_is_uniform_at_albedo_one_half() {
 #[test]
 fn indirect_irradiance_is_uniform_at_albedo_nine_tenths() {
     check(0.9);
+}
+
+/// The ends of the range at a fraction of the cost: where nothing is reflected, and where it takes a hundred bounces.
+#[test]
+fn indirect_irradiance_where_walls_are_black_and_where_they_are_nearly_white() {
+    let quality = Quality { entry_points: 30_000, cache_points: 400, cells: 16, gather_rays: 144, ..PAPER };
+    for (albedo, tolerance) in [(0.0_f32, 0.0), (0.99, 0.02)] {
+        let scene = shapes::integrating_sphere(RADIUS_M, 3, albedo, Vec3::new(0.2, 0.1, -0.3), FLUX_W);
+        let renderer = render(scene, quality.clone());
+        if albedo == 0.0 {
+            let records: Vec<Record> = renderer.stages().records.read().unwrap();
+            assert!(records.len() > 100 && records.iter().all(|record| record.irradiance == Vec3::ZERO));
+            continue;
+        }
+        let [mean, rms] = errors(&renderer, renderer.stages().records, f64::from(albedo));
+        let figures = format!("albedo {albedo}: mean {:+.3} %, RMS {:.3} %", 100.0 * mean, 100.0 * rms);
+        println!("{figures}");
+        // The mean of the flux is as noisy as the lengths of the paths are.
+        assert!(mean.abs() <= tolerance && rms <= 0.03, "{figures}");
+    }
+    assert_silent(&context());
+}
+
+/// Past a wall of a millimetre light leaks only as far as a cluster of the floor reaches under it: the less, the finer they are.
+#[test]
+fn light_that_leaks_past_a_thin_wall_falls_with_the_cells() {
+    let mean = |scene, cells| {
+        let quality =
+            Quality { entry_points: 100_000, cache_points: 2_000, gather_rays: 144, cells, ..PAPER };
+        let beauty = render(scene, quality).layer(Layer::Beauty).unwrap();
+        beauty.as_flattened().iter().map(|value| f64::from(*value)).sum::<f64>() / beauty.len() as f64
+    };
+    let mut lit = shapes::thin_wall();
+    let camera = &mut lit.cameras[0];
+    (camera.position, camera.target) = (Vec3::new(-0.9, 0.0, 0.0), Vec3::ZERO);
+    let lit = mean(lit, 16);
+    let [coarse, fine] = [8, 32].map(|cells| mean(shapes::thin_wall(), cells) / lit);
+    println!("dark side: {coarse:.2e} of the light in coarse cells, {fine:.2e} in fine ones");
+    assert!(fine < 0.6 * coarse && fine < 0.01, "dark side: {coarse:.2e}, {fine:.2e} of the light");
+    assert_silent(&context());
 }

@@ -67,6 +67,9 @@ pub const STEP: f32 = 2.0;
 pub const CONTRAST: f32 = 0.1;
 /// An average pixel has room for the share 1/`SPREAD` of the samples that an edge pixel asks for.
 const SPREAD: u64 = 16;
+/// But there is room for so many at the least, 5 MiB: in a small picture light changes much from pixel to pixel, and most show an
+/// edge.
+const LEAST_ROOM: u64 = 1 << 18;
 
 /// The pipelines and the samples.
 pub struct Antialias {
@@ -96,7 +99,8 @@ impl Antialias {
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, size: [u32; 2], most_samples: u32) -> Result<Self> {
         let pixel_count = size[0] * size[1];
-        let wanted = (u64::from(pixel_count) * u64::from(most_samples)).div_ceil(SPREAD);
+        let all = u64::from(pixel_count) * u64::from(most_samples);
+        let wanted = all.div_ceil(SPREAD).max(all.min(LEAST_ROOM));
         let bindable = context.limits().storage_range_bytes / size_of::<EdgeSample>() as u64;
         let capacity = wanted.min(bindable) as u32;
         let thresholds = [("CREASE", CREASE), ("STEP", STEP), ("CONTRAST", CONTRAST)];

@@ -1,10 +1,11 @@
 //! Twin of the volumetric hierarchy of a frame.
 
 use crate::scene::hvds::Hvds;
-use crate::types::Deposit;
+use crate::types::{Deposit, NO_CLUSTER};
 use glam::{DVec3, Vec3};
 
-/// Flux of every cluster, W, [direct, indirect]: of a base cluster the sum of its deposits, of a coarser one the sum of all base clusters below it.
+/// Flux of every cluster, W, direct and indirect: of a base cluster the sum of its deposits, of a coarser one the sum of all
+/// base clusters below it.
 pub fn cluster_flux(
     hvds: &Hvds,
     path_flux: &[Vec3],
@@ -24,4 +25,35 @@ pub fn cluster_flux(
         }
     }
     flux
+}
+
+/// The smallest cluster around each, itself included, that holds `least` vertices which are no entry points; the root if none.
+pub fn indirect_sources(hvds: &Hvds, first_deposits: &[u32], least: u32) -> Vec<u32> {
+    let mut vertices = vec![0; hvds.cluster_count() as usize];
+    for (base, run) in first_deposits[1..].chunks_exact(2).enumerate() {
+        let mut cluster = base;
+        while let Some(sum) = vertices.get_mut(cluster) {
+            *sum += run[1] - run[0];
+            cluster = hvds.parents[cluster] as usize;
+        }
+    }
+    let source = |cluster: u32| {
+        let mut source = cluster;
+        while vertices[source as usize] < least && hvds.parents[source as usize] != NO_CLUSTER {
+            source = hvds.parents[source as usize];
+        }
+        source
+    };
+    (0..hvds.cluster_count()).map(source).collect()
+}
+
+/// Irradiance of every cluster, W/m²: its own direct flux and its source's indirect flux, each over an area of `least_area_m2` at
+/// least.
+pub fn irradiance(hvds: &Hvds, flux: &[[DVec3; 2]], sources: &[u32], least_area_m2: f32) -> Vec<DVec3> {
+    let area_m2 = |cluster: usize| f64::from(hvds.areas_m2[cluster].max(least_area_m2));
+    let of_cluster = |(cluster, &source): (usize, &u32)| {
+        let source = source as usize;
+        flux[cluster][0] / area_m2(cluster) + flux[source][1] / area_m2(source)
+    };
+    sources.iter().enumerate().map(of_cluster).collect()
 }

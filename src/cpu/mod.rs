@@ -3,6 +3,7 @@
 //! A twin takes what the device was given, f32, and works in f64 from there on. Decisions that the device takes by
 //! integers are integers here, too.
 
+pub mod antialias;
 pub mod blend;
 pub mod brdf;
 pub mod compose;
@@ -18,6 +19,7 @@ pub mod irradiance_probe;
 pub mod light_paths;
 pub mod lights;
 pub mod math;
+pub mod near_field;
 pub mod path_flux;
 pub mod path_scan;
 pub mod path_trace;

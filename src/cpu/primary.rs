@@ -2,7 +2,7 @@
 
 use crate::cpu::rays::{Geometry, Hit};
 use crate::types::View;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// What a pixel's central ray sees.
 #[derive(Clone, Copy, Debug)]
@@ -17,10 +17,15 @@ pub struct Seen {
     pub footprint: f64,
 }
 
-/// Traces the ray of pixel (x, y); none where it leaves the scene.
+/// Traces the central ray of pixel (x, y); none where it leaves the scene.
 pub fn primary(geometry: Geometry<'_>, view: &View, x: u32, y: u32) -> Option<Seen> {
-    let across = (f64::from(x) + 0.5) / f64::from(view.width) * 2.0 - 1.0;
-    let down = (f64::from(y) + 0.5) / f64::from(view.height) * 2.0 - 1.0;
+    seen_through(geometry, view, DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))
+}
+
+/// Traces the ray of an image point, in pixels from the top left corner; none where it leaves the scene.
+pub fn seen_through(geometry: Geometry<'_>, view: &View, point: DVec2) -> Option<Seen> {
+    let across = point.x / f64::from(view.width) * 2.0 - 1.0;
+    let down = point.y / f64::from(view.height) * 2.0 - 1.0;
     let direction = view.forward.as_dvec3() + across * view.right.as_dvec3() - down * view.up.as_dvec3();
     let hit = geometry.closest(view.position, direction)?;
     let surface = &geometry.surfaces[hit.triangle as usize];

@@ -9,6 +9,8 @@ use lightpaths::passes::precompute::{Silent, light_paths};
 use lightpaths::scene::shapes;
 use lightpaths::types::{Grid, NO_CLUSTER, PathVertex};
 
+const SEED: u32 = 9;
+
 /// For each point of the device, the nearest unused twin on the same side.
 fn match_points(device: &[PathVertex], mut twins: Vec<PathVertex>) {
     assert_eq!(device.len(), twins.len());
@@ -20,7 +22,7 @@ fn match_points(device: &[PathVertex], mut twins: Vec<PathVertex>) {
         let nearest = (0..twins.len()).min_by(|&a, &b| distance(&twins[a]).total_cmp(&distance(&twins[b])));
         let twin = twins.swap_remove(nearest.unwrap());
         assert!(distance(&twin) < 1e-6, "{point:?} has no twin: {twin:?}");
-        assert_eq!((point.weight, point.incoming), (1.0, Vec3::ZERO));
+        assert_eq!((point.weight, point.incoming), (twin.weight, Vec3::ZERO));
     }
 }
 
@@ -28,17 +30,23 @@ fn match_points(device: &[PathVertex], mut twins: Vec<PathVertex>) {
 fn entry_points_equal_the_twin() {
     let world = World::room();
     for count in [0, 1, 63, 64, 65, 2_003] {
-        let strata = Strata::new(&world.triangles, &world.surfaces, count);
-        let points = place(&world.context, &world.buffers, &world.clusters, &strata).unwrap();
+        let strata = Strata::new(&world.hvds, &world.densities, count);
+        let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
         for point in &points {
             let cluster = world.geometry().cluster(&world.hvds, point.position, point.side);
             assert!(cluster == point.cluster && cluster != NO_CLUSTER, "{point:?} belongs to {cluster}");
         }
+        let patches: Vec<_> = strata
+            .patches
+            .iter()
+            .map(|patch| ([patch.p0, patch.p1, patch.p2], patch.side, patch.weight))
+            .collect();
         let twins = cpu::entry_points::entry_points(
             world.geometry(),
             &world.hvds,
-            &strata.sides,
+            &patches,
             &strata.first_points,
+            SEED,
         );
         match_points(&points, twins);
     }
@@ -75,8 +83,8 @@ fn no_vertex_of_a_box_is_lost_wherever_its_walls_lie_in_the_grid() {
             pull: cell / 64.0,
         };
         let world = World::on_grid(&scene, grid, 16);
-        let strata = Strata::new(&world.triangles, &world.surfaces, 1_009);
-        let points = place(&world.context, &world.buffers, &world.clusters, &strata).unwrap();
+        let strata = Strata::new(&world.hvds, &world.densities, 1_009);
+        let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
         assert!(points.iter().all(|point| point.cluster != NO_CLUSTER), "{offset}/64 of a cell");
         let paths = light_paths::trace(
             &world.context,

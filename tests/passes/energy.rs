@@ -7,7 +7,7 @@ use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::form_factors::FormFactors;
-use lightpaths::passes::frame::hvds::Pyramid;
+use lightpaths::passes::frame::hvds::{ClusterFlux, LEAST_VERTICES, Pyramid, indirect_sources};
 use lightpaths::scene::{grid, hvds::Hvds};
 use lightpaths::types::{Deposit, LightSource, NO_CLUSTER, PathVertex};
 
@@ -123,14 +123,14 @@ fn cluster_energies_equal_the_twin_and_parents_their_children() {
     for hvds in [1, 2, 63, 64, 65, 997].map(two_levels).into_iter().chain([room]) {
         let base = hvds.levels[0].len();
         let path_flux: Vec<Vec3> = (0..499).map(|_| 1e3 * (1.0 + random.cube())).collect();
-        // Lists of very different length, every third of them empty.
+        // Two lists a cluster, of very different length, every third of them empty.
         let mut first_deposits = vec![0];
-        for cluster in 0..base as u32 {
-            let length = [0, random.below(9), random.below(70)][cluster as usize % 3];
-            first_deposits.push(first_deposits[cluster as usize] + length);
+        for list in 0..2 * base as u32 {
+            let length = [0, random.below(9), random.below(70)][list as usize % 3];
+            first_deposits.push(first_deposits[list as usize] + length);
         }
         let deposit = |_| Deposit { throughput: 0.5 * (1.0 + random.cube()), path: random.below(499) };
-        let deposits: Vec<Deposit> = (0..=first_deposits[base]).map(deposit).collect();
+        let deposits: Vec<Deposit> = (0..=first_deposits[2 * base]).map(deposit).collect();
         let least_area_m2 = 0.01;
 
         let pyramid = Pyramid::new(&context, &hvds, &first_deposits, least_area_m2).unwrap();
@@ -141,18 +141,25 @@ fn cluster_energies_equal_the_twin_and_parents_their_children() {
         assert_eq!(context.take_redundant_barriers(), [""; 0]);
 
         let twin = cpu::hvds::cluster_flux(&hvds, &path_flux, &first_deposits, &deposits);
-        let flux: Vec<Vec3> = pyramid.flux.read().unwrap();
+        let sources = cpu::hvds::indirect_sources(&hvds, &first_deposits, LEAST_VERTICES);
+        assert_eq!(indirect_sources(&hvds, &first_deposits, LEAST_VERTICES), sources);
+        let borrowing = (0..base as u32).zip(&sources).filter(|(cluster, source)| cluster != *source).count();
+        assert!(base < 60 || (borrowing > base / 4 && borrowing < base), "{borrowing} of {base} borrow");
+        let resolved = cpu::hvds::irradiance(&hvds, &twin, &sources, least_area_m2);
+        let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();
         let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();
         for cluster in 0..hvds.cluster_count() as usize {
             let name = format!("cluster {cluster} over {base}");
-            assert_near(flux[cluster], twin[cluster], SUM, 0.0, &name);
-            let area_m2 = f64::from(hvds.areas_m2[cluster].max(least_area_m2));
-            assert_near(irradiance[cluster], twin[cluster] / area_m2, SUM, 0.0, &name);
+            assert_near(flux[cluster].direct, twin[cluster][0], SUM, 0.0, &name);
+            assert_near(flux[cluster].indirect, twin[cluster][1], SUM, 0.0, &name);
+            assert_near(irradiance[cluster], resolved[cluster], SUM, 0.0, &name);
             if cluster >= base {
                 let children =
                     hvds.first_children[cluster] as usize..hvds.first_children[cluster + 1] as usize;
-                let sum: DVec3 = flux[children].iter().map(|flux| flux.as_dvec3()).sum();
-                assert_near(flux[cluster], sum, FLOAT, 0.0, &name);
+                for part in [|flux: &ClusterFlux| flux.direct, |flux: &ClusterFlux| flux.indirect] {
+                    let sum: DVec3 = flux[children.clone()].iter().map(|flux| part(flux).as_dvec3()).sum();
+                    assert_near(part(&flux[cluster]), sum, FLOAT, 0.0, &name);
+                }
             }
         }
     }

@@ -69,7 +69,7 @@ fn irradiance_and_gradients_equal_the_twin() {
             code,
         )
         .unwrap();
-        context.run(|rec| pass.record(rec, &materials, &irradiance_buffer)).unwrap();
+        context.run(|rec| pass.record(rec, &materials, &irradiance_buffer, point_count)).unwrap();
         let records: Vec<Record> = pass.records.read().unwrap();
         assert_eq!(records.len(), points.len());
         for ((record, point), row) in

@@ -13,7 +13,6 @@ use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
 use lightpaths::types::{CachePoint, GatherRay, NO_TARGET};
 
 const SEED: u32 = 5;
-const LEAST_AREA_M2: f32 = 0.02;
 
 fn tracing(world: &World, rings: u32) -> Tracing<'_> {
     let strata = Strata { rings, sectors: 4 * rings };
@@ -22,8 +21,8 @@ fn tracing(world: &World, rings: u32) -> Tracing<'_> {
         hvds: &world.hvds,
         strata,
         seed: SEED,
-        least_area_m2: LEAST_AREA_M2,
-        near_area_m2: gather_rays::NEAR_TRUST * LEAST_AREA_M2,
+        entry_points: &world.in_clusters,
+        least_entry_points: gather_rays::LEAST_ENTRY_POINTS,
     }
 }
 
@@ -37,7 +36,6 @@ fn trace(world: &World, points: &[CachePoint], rings: u32, code: GatherCode) -> 
         points.len() as u32,
         Hemisphere { rings, sectors: 4 * rings },
         code,
-        LEAST_AREA_M2,
         SEED,
         &mut Silent,
     );

@@ -2,7 +2,7 @@
 
 use crate::common::assert_silent;
 use crate::world::{Random, World};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use lightpaths::cpu::light_paths::{Walk, Walker};
 use lightpaths::cpu::sampling::{owen_scramble, sample_3d, sobol};
 use lightpaths::gpu::Buffer;
@@ -22,7 +22,8 @@ fn entry_points(world: &World, count: usize) -> Vec<PathVertex> {
         let cluster = world.geometry().cluster(&world.hvds, position, side);
         // The outside of the room has no clusters.
         if cluster != NO_CLUSTER {
-            points.push(PathVertex { position, side, incoming: Vec3::ZERO, weight: 1.0, cluster });
+            let weight = [1.0, 2.5, 0.25][points.len() % 3];
+            points.push(PathVertex { position, side, incoming: Vec3::ZERO, weight, cluster });
         }
     }
     points
@@ -94,7 +95,7 @@ fn vertices_equal_the_twin() {
         let state = |(path, entry): (u32, &PathVertex)| PathState {
             position: entry.position,
             side: entry.side,
-            throughput: Vec3::ONE,
+            throughput: Vec3::splat(entry.weight),
             path,
             depth: 0,
             is_alive: 1,
@@ -103,7 +104,7 @@ fn vertices_equal_the_twin() {
         let walker = |state: &PathState| Walker {
             position: state.position,
             side: state.side,
-            throughput: DVec3::ONE,
+            throughput: state.throughput.as_dvec3(),
             path: state.path,
             depth: 0,
         };
@@ -152,9 +153,10 @@ fn paths_are_stored_whole_in_both_orders() {
             &mut Silent,
         )
         .unwrap();
-        assert_eq!(paths.first_deposits.len(), base + 1);
-        assert_eq!(paths.deposits.len(), paths.first_deposits[base] as usize + 1);
-        assert_eq!(paths.steps.len() as u64, u64::from(paths.first_deposits[base]) + paths.lost);
+        // Two lists a cluster: entry points, and other vertices.
+        assert_eq!(paths.first_deposits.len(), 2 * base + 1);
+        assert_eq!(paths.deposits.len(), paths.first_deposits[2 * base] as usize + 1);
+        assert_eq!(paths.steps.len() as u64, u64::from(paths.first_deposits[2 * base]) + paths.lost);
 
         // The same walk in rounds of our own.
         let mut expected: Vec<Vec<PathVertex>> = entries.iter().map(|&entry| vec![entry]).collect();
@@ -163,7 +165,7 @@ fn paths_are_stored_whole_in_both_orders() {
             .map(|(path, e)| PathState {
                 position: e.position,
                 side: e.side,
-                throughput: Vec3::ONE,
+                throughput: Vec3::splat(e.weight),
                 path,
                 depth: 0,
                 is_alive: 1,
@@ -181,13 +183,11 @@ fn paths_are_stored_whole_in_both_orders() {
             let mut material = HEAD;
             for vertex in vertices {
                 let step = steps.next().unwrap();
+                let list = 2 * vertex.cluster as usize + usize::from(material != HEAD);
                 assert_eq!((step.material, step.weight), (material, vertex.weight));
                 material = world.surfaces[vertex.side as usize / 2].material;
                 assert_ne!(vertex.cluster, NO_CLUSTER, "no vertex is lost");
-                let cluster = vertex.cluster as usize;
-                assert!(
-                    (paths.first_deposits[cluster]..paths.first_deposits[cluster + 1]).contains(&step.slot)
-                );
+                assert!((paths.first_deposits[list]..paths.first_deposits[list + 1]).contains(&step.slot));
                 assert!(!std::mem::replace(&mut taken[step.slot as usize], true), "slots are used once");
                 assert_eq!(paths.deposits[step.slot as usize].path, path as u32);
             }

@@ -8,13 +8,16 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod antialias;
 mod blend;
 mod clusters;
 mod energy;
+mod entry_points;
 mod frame;
 mod gather;
 mod gather_rays;
 mod light_paths;
+mod near_field;
 mod path_scan;
 mod path_trace;
 mod photon_gather;

@@ -8,6 +8,7 @@ use lightpaths::cpu::math::clear_distance;
 use lightpaths::cpu::rays::Geometry;
 use lightpaths::gpu::{Buffer, Context, Pipeline, Recorder};
 use lightpaths::layout::GpuStruct;
+use lightpaths::passes::precompute::entry_points::Strata;
 use lightpaths::passes::{ClusterBuffers, SceneBuffers};
 use lightpaths::scene::bvh::Bvh;
 use lightpaths::scene::hvds::Hvds;
@@ -18,6 +19,9 @@ use lightpaths::types::{CachePoint, Grid, PixelSurface, Surface};
 pub(crate) const FLOAT: f64 = 1e-5;
 /// Relative tolerance of a sum.
 pub(crate) const SUM: f64 = 1e-4;
+
+/// Entry points that clusters are judged by: so few that many base clusters hold less than gather rays trust.
+const ENTRY_POINTS: u32 = 5_000;
 
 /// Reproducible numbers in [0, 1).
 pub(crate) struct Random(std::vec::IntoIter<u32>, u64);
@@ -67,6 +71,10 @@ pub(crate) struct World {
     pub surfaces: Vec<Surface>,
     pub materials: Vec<Material>,
     pub hvds: Hvds,
+    /// Density of entry points on each piece of `hvds`: all there may be, in no order.
+    pub densities: Vec<f32>,
+    /// Entry points that each cluster holds, in expectation.
+    pub in_clusters: Vec<f32>,
     pub buffers: SceneBuffers,
     pub clusters: ClusterBuffers,
     pub clear_distance: f32,
@@ -88,9 +96,23 @@ impl World {
         let materials = scene.materials.clone();
         let buffers = SceneBuffers::new(&context, &bvh, &triangles, &surfaces, &materials).unwrap();
         let hvds = Hvds::build(&triangles, &surfaces, grid, cells);
-        let clusters = ClusterBuffers::new(&context, &hvds).unwrap();
+        let densities: Vec<f32> =
+            (0..hvds.pieces.len()).map(|piece| 1.0 + 7.0 * (piece as f32 * 0.618_034).fract()).collect();
+        let in_clusters = Strata::new(&hvds, &densities, ENTRY_POINTS).in_clusters;
+        let clusters = ClusterBuffers::new(&context, &hvds, &in_clusters).unwrap();
         let clear_distance = clear_distance(&bvh.nodes[0]);
-        Self { context, triangles, surfaces, materials, hvds, buffers, clusters, clear_distance }
+        Self {
+            context,
+            triangles,
+            surfaces,
+            materials,
+            hvds,
+            densities,
+            in_clusters,
+            buffers,
+            clusters,
+            clear_distance,
+        }
     }
 
     /// A closed room of 2×1.5×1 m with sixty triangles adrift in it, whose shading normals lean away from their planes.

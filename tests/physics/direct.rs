@@ -3,6 +3,7 @@
 use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_close, render};
 use glam::{DVec3, Vec3};
+use lightpaths::passes::frame::hvds::ClusterFlux;
 use lightpaths::renderer::{Edit, Layer, Renderer};
 use lightpaths::scene::{LightKind, Scene, shapes};
 use lightpaths::types::Record;
@@ -77,8 +78,9 @@ fn lights_on_surfaces_are_bounded_and_leave_the_far_field_alone() {
         renderer.frame(Edit::Light).unwrap();
         let direct = irradiance(&renderer);
         assert!(direct.iter().all(|value| value.is_finite() && *value >= 0.0), "light at {light}");
-        let entering: Vec<Vec3> = renderer.stages().path_flux.read().unwrap();
-        let entering: f64 = entering.iter().map(|flux| f64::from(flux.x)).sum();
+        let clusters: Vec<ClusterFlux> = renderer.stages().cluster_flux.read().unwrap();
+        let levels = f64::from(SMALL.cells.ilog2() + 2);
+        let entering = clusters.iter().map(|flux| f64::from(flux.direct.x)).sum::<f64>() / levels;
         assert!(
             entering > 0.0 && entering <= 4.0 * PI * 1.01,
             "light at {light}: {entering} W of 4π W enter"

@@ -3,9 +3,10 @@
 use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_close, render};
 use glam::{DVec3, Vec3};
+use lightpaths::passes::frame::hvds::ClusterFlux;
 use lightpaths::renderer::{Edit, Renderer};
 use lightpaths::scene::{grid, hvds::Hvds, shapes, surfaces};
-use lightpaths::types::Deposit;
+use lightpaths::types::{Deposit, NO_CLUSTER};
 
 const FLUX_W: f32 = 3.0;
 const ALBEDO: f32 = 0.5;
@@ -21,22 +22,33 @@ fn hierarchy(renderer: &Renderer) -> Hvds {
     let surfaces: Vec<_> =
         scene.triangles.iter().zip(sees).map(|(t, sees)| surfaces::surface(t, sees)).collect();
     let (low, high) = scene.bounds();
-    let cells = scene.quality.cells;
+    // The finest level is finer than what was asked for.
+    let cells = 2 * scene.quality.cells;
     Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells)
-}
-
-fn read_f64(buffer: &lightpaths::gpu::Buffer) -> Vec<DVec3> {
-    buffer.read::<Vec3>().unwrap().into_iter().map(Vec3::as_dvec3).collect()
 }
 
 /// Flux that all vertices deposit, summed in f64.
 fn deposited(renderer: &Renderer) -> DVec3 {
-    let path_flux = read_f64(renderer.stages().path_flux);
+    let path_flux: Vec<Vec3> = renderer.stages().path_flux.read().unwrap();
     let deposits: Vec<Deposit> = renderer.stages().deposits.read().unwrap();
     // The last one is there for vertices that no cluster holds.
     let (spare, deposits) = deposits.split_last().unwrap();
     assert_eq!(spare.throughput, Vec3::ZERO, "no vertex is outside all clusters");
-    deposits.iter().map(|d| d.throughput.as_dvec3() * path_flux[d.path as usize]).sum()
+    let flux = |d: &Deposit| d.throughput.as_dvec3() * path_flux[d.path as usize].as_dvec3();
+    deposits.iter().map(flux).sum()
+}
+
+/// Direct and indirect flux of all clusters.
+fn cluster_flux(renderer: &Renderer) -> Vec<[DVec3; 2]> {
+    let flux: Vec<ClusterFlux> = renderer.stages().cluster_flux.read().unwrap();
+    flux.into_iter().map(|flux| [flux.direct, flux.indirect].map(Vec3::as_dvec3)).collect()
+}
+
+/// Direct and indirect flux that the coarsest level holds.
+fn held(renderer: &Renderer, hvds: &Hvds) -> [DVec3; 2] {
+    let roots = hvds.levels.last().unwrap();
+    let flux = cluster_flux(renderer);
+    [0, 1].map(|part: usize| flux[roots.start as usize..].iter().map(|flux| flux[part]).sum())
 }
 
 fn assert_all_close(what: &str, value: DVec3, expected: f64, tolerance: f64) {
@@ -46,10 +58,33 @@ fn assert_all_close(what: &str, value: DVec3, expected: f64, tolerance: f64) {
 #[test]
 fn all_light_enters_the_paths_and_is_absorbed_in_the_end() {
     let renderer = sphere();
-    let flux = f64::from(FLUX_W);
-    let direct: DVec3 = read_f64(renderer.stages().path_flux).into_iter().sum();
+    let [flux, albedo] = [FLUX_W, ALBEDO].map(f64::from);
+    let [direct, indirect] = held(&renderer, &hierarchy(&renderer));
     assert_all_close("direct flux", direct, flux, 1e-3);
-    assert_all_close("deposited flux", deposited(&renderer), flux / (1.0 - f64::from(ALBEDO)), 3e-3);
+    assert_all_close("indirect flux", indirect, flux * albedo / (1.0 - albedo), 6e-3);
+    assert_all_close("deposited flux", deposited(&renderer), flux / (1.0 - albedo), 3e-3);
+    assert_silent(&context());
+}
+
+/// In a wedge, entry points stand the denser the lower it is: what they stand for must add up all the same.
+#[test]
+fn unequally_dense_entry_points_take_in_all_light() {
+    let mut scene = shapes::closed_box(Vec3::new(1.0, 0.2, 1.0), ALBEDO);
+    for position in scene.triangles.iter_mut().flat_map(|triangle| &mut triangle.positions) {
+        position.y *= position.x + 0.55;
+    }
+    for triangle in &mut scene.triangles {
+        triangle.normals = [triangle.geometric_normal(); 3];
+    }
+    let renderer = render(scene, SMALL);
+    let deposits: Vec<Deposit> = renderer.stages().deposits.read().unwrap();
+    let heaviest = deposits.iter().map(|deposit| deposit.throughput.x).fold(0.0, f32::max);
+    assert!(heaviest > 1.5, "densities vary: {heaviest}");
+    let flux = 4.0 * std::f64::consts::PI;
+    let [direct, indirect] = held(&renderer, &hierarchy(&renderer));
+    println!("direct {:.5}, indirect {:.5} of {flux:.5} W", direct.x, indirect.x);
+    assert_all_close("direct flux", direct, flux, 5e-3);
+    assert_all_close("indirect flux", indirect, flux, 1e-2);
     assert_silent(&context());
 }
 
@@ -57,32 +92,44 @@ fn all_light_enters_the_paths_and_is_absorbed_in_the_end() {
 fn parents_hold_the_sums_of_their_children_and_levels_the_whole() {
     let renderer = sphere();
     let hvds = hierarchy(&renderer);
-    let flux = read_f64(renderer.stages().cluster_flux);
-    let irradiance = read_f64(renderer.stages().cluster_irradiance);
+    let flux = cluster_flux(&renderer);
+    let irradiance: Vec<Vec3> = renderer.stages().cluster_irradiance.read().unwrap();
     assert_eq!(flux.len(), hvds.cluster_count() as usize);
     let whole = deposited(&renderer);
-    let entry_area = renderer.scene().area_m2() / f64::from(SMALL.entry_points);
+    let entry_area = (renderer.scene().area_m2() / f64::from(SMALL.entry_points)) as f32;
+    let area = |cluster: usize| f64::from(hvds.areas_m2[cluster].max(entry_area));
+    let mut borrowing = 0;
     for (depth, level) in hvds.levels.iter().enumerate() {
         let clusters = level.start as usize..level.end as usize;
-        let sum: DVec3 = flux[clusters.clone()].iter().sum();
+        let sum: DVec3 = flux[clusters.clone()].iter().map(|[direct, indirect]| *direct + *indirect).sum();
         assert_all_close(&format!("level {depth}"), sum, whole.x, 1e-5);
         for cluster in clusters {
-            // Nothing is divided by less than the area of an entry point.
-            let area = f64::from(hvds.areas_m2[cluster]).max(entry_area);
-            let stored = irradiance[cluster] * area;
-            assert!(stored.abs_diff_eq(flux[cluster], 1e-6 * flux[cluster].x), "cluster {cluster}");
+            // Nothing is divided by less than the area of an entry point; indirect light may be that of a cluster around.
+            let irradiance = irradiance[cluster].as_dvec3();
+            let mut source = cluster;
+            let stored = |source: usize| flux[cluster][0] / area(cluster) + flux[source][1] / area(source);
+            while !irradiance.abs_diff_eq(stored(source), 2e-6 * irradiance.x) {
+                assert_ne!(hvds.parents[source], NO_CLUSTER, "cluster {cluster}: {irradiance} of no source");
+                source = hvds.parents[source] as usize;
+            }
+            borrowing += usize::from(source != cluster);
             if depth > 0 {
                 let children =
                     hvds.first_children[cluster] as usize..hvds.first_children[cluster + 1] as usize;
-                let sum: DVec3 = flux[children].iter().sum();
-                assert!(
-                    sum.abs_diff_eq(flux[cluster], 1e-5 * sum.x),
-                    "cluster {cluster}: {sum} {}",
-                    flux[cluster]
-                );
+                for part in [0, 1] {
+                    let sum: DVec3 = flux[children.clone()].iter().map(|flux| flux[part]).sum();
+                    assert!(
+                        sum.abs_diff_eq(flux[cluster][part], 1e-5 * sum.x),
+                        "cluster {cluster}: {sum} {}",
+                        flux[cluster][part]
+                    );
+                }
             }
         }
     }
+    // 50 000 vertices on some thousands of clusters: the smallest hold too few of them.
+    println!("{borrowing} of {} clusters borrow", flux.len());
+    assert!(borrowing > 0 && borrowing < flux.len());
     assert_silent(&context());
 }
 

@@ -36,9 +36,11 @@ fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     let buffers = SceneBuffers::new(context, &bvh, &scene.triangles, &surfaces, &scene.materials).unwrap();
     let (low, high) = scene.bounds();
     let hvds = Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, CELLS), CELLS);
-    let clusters = ClusterBuffers::new(context, &hvds).unwrap();
-    let strata = Strata::new(&scene.triangles, &surfaces, PATHS);
-    let entry_points = entry_points::place(context, &buffers, &clusters, &strata).unwrap();
+    // As dense everywhere: a path is a path.
+    let strata = Strata::new(&hvds, &vec![1.0; hvds.pieces.len()], PATHS);
+    let clusters = ClusterBuffers::new(context, &hvds, &strata.in_clusters).unwrap();
+    let entry_points = entry_points::place(context, &buffers, &clusters, &strata, 3).unwrap();
+    assert!(entry_points.iter().all(|point| (point.weight - 1.0).abs() < 1e-5));
     let base = hvds.levels[0].len() as u32;
     let paths =
         light_paths::trace(context, &buffers, &clusters, &surfaces, base, &entry_points, 7, &mut Silent)

@@ -18,6 +18,7 @@ const QUALITY: Quality = Quality {
     entry_points: 200_000,
     cache_points: 1_000,
     gather_rays: 1024,
+    edge_samples: 0,
     ..Quality::DRAFT
 };
 

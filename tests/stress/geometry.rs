@@ -5,6 +5,7 @@ use crate::{SMALL, count, relative_mse, render, room};
 use std::fmt::Write;
 
 use glam::{DVec3, Vec3};
+use lightpaths::passes::frame::hvds::ClusterFlux;
 use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::{Light, LightKind, LoadOptions, Scene, Triangle, shapes};
 use lightpaths::types::{Deposit, GatherRay, NO_TARGET};
@@ -65,9 +66,10 @@ fn energies(renderer: &Renderer) -> [f64; 2] {
     let deposits: Vec<Deposit> = stages.deposits.read().unwrap();
     let deposited =
         deposits.iter().map(|d| f64::from(d.throughput.x) * f64::from(entering[d.path as usize].x)).sum();
-    let clusters: Vec<Vec3> = stages.cluster_flux.read().unwrap();
-    let held: f64 = clusters.iter().map(|flux| f64::from(flux.x)).sum();
-    let levels = f64::from(renderer.scene().quality.cells.ilog2() + 1);
+    let clusters: Vec<ClusterFlux> = stages.cluster_flux.read().unwrap();
+    let held: f64 = clusters.iter().map(|flux| f64::from(flux.direct.x) + f64::from(flux.indirect.x)).sum();
+    // One level is finer than what was asked for.
+    let levels = f64::from(renderer.scene().quality.cells.ilog2() + 2);
     [deposited, held / levels]
 }
 

@@ -1,0 +1,136 @@
+//! Entry points as a sample of the surface: however dense they stand, what they stand for is the surface.
+
+use crate::common::assert_silent;
+use crate::world::World;
+use glam::{DVec3, Vec3};
+use lightpaths::passes::precompute::entry_points::{self, DENSEST, Strata, density, place};
+
+const SEED: u32 = 11;
+
+/// Density that changes from piece to piece without a jump, over the whole range.
+fn smooth_densities(world: &World) -> Vec<f32> {
+    let density = |corners: &Vec<Vec3>| {
+        let middle = corners.iter().sum::<Vec3>() / corners.len() as f32;
+        1.0 + (DENSEST - 1.0) * (0.5 + 0.5 * (3.0 * middle.x + 2.0 * middle.y).sin())
+    };
+    world.hvds.pieces.iter().map(|piece| density(&piece.corners)).collect()
+}
+
+#[test]
+fn density_is_bounded_and_grows_as_the_clearance_shrinks() {
+    let cell = 0.1;
+    assert_eq!([1.0, 0.1, 0.2].map(|clearance| density(clearance, cell)), [1.0; 3]);
+    assert!((density(0.05, cell) - 4.0).abs() < 1e-5);
+    assert_eq!([1e-3, 0.0, f32::MIN_POSITIVE].map(|clearance| density(clearance, cell)), [DENSEST; 3]);
+    assert_eq!(density(f32::INFINITY, cell), 1.0);
+}
+
+#[test]
+fn runs_are_as_long_as_area_and_density_say() {
+    let world = World::room();
+    for densities in [&world.densities, &smooth_densities(&world)] {
+        for count in [1, 997, 20_000] {
+            let strata = Strata::new(&world.hvds, densities, count);
+            assert_eq!(strata.first_points.len(), strata.patches.len() + 1);
+            assert_eq!([strata.first_points[0], strata.first_points[strata.patches.len()]], [0, count]);
+            assert!(strata.first_points.is_sorted());
+            let area: f64 = world.hvds.pieces.iter().map(|piece| piece.area_m2).sum();
+            assert!((strata.area_m2 / area - 1.0).abs() < 1e-9);
+
+            // The points of a cluster are a run: its ends are right to half a point each.
+            let mut held = vec![0_u32; world.hvds.cluster_count() as usize];
+            let mut order: Vec<_> = world.hvds.pieces.iter().collect();
+            order.sort_by_key(|piece| piece.cluster);
+            let fans = order.iter().flat_map(|piece| vec![piece.cluster; piece.corners.len() - 2]);
+            for (cluster, run) in fans.zip(strata.first_points.windows(2)) {
+                let mut cluster = cluster as usize;
+                while let Some(sum) = held.get_mut(cluster) {
+                    *sum += run[1] - run[0];
+                    cluster = world.hvds.parents[cluster] as usize;
+                }
+            }
+            for (cluster, (&held, &expected)) in held.iter().zip(&strata.in_clusters).enumerate() {
+                // Areas of pieces are f64, those of their fans come from f32 corners.
+                let off = (held as f32 - expected).abs();
+                assert!(off <= 1.01 + 1e-4 * count as f32, "cluster {cluster}: {held} for {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn placed_points_fall_into_the_clusters_that_they_were_dealt_to() {
+    let world = World::room();
+    let count = 20_011;
+    let strata = Strata::new(&world.hvds, &world.densities, count);
+    let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
+    let mut held = vec![0_u32; world.hvds.cluster_count() as usize];
+    for point in &points {
+        let mut cluster = point.cluster as usize;
+        while let Some(sum) = held.get_mut(cluster) {
+            *sum += 1;
+            cluster = world.hvds.parents[cluster] as usize;
+        }
+    }
+    // A point that is moved off an edge by a hair may cross into the next cell.
+    let is_off = |(&held, &expected): (&u32, &f32)| (held as f32 - expected).abs() > 2.0;
+    let off = held.iter().zip(&strata.in_clusters).filter(|&pair| is_off(pair)).count();
+    assert!(off * 100 <= held.len(), "{off} of {} clusters hold two points more or less", held.len());
+    assert_silent(&world.context);
+}
+
+/// ∫ f dA over all pieces, each cut into small triangles.
+fn integral(world: &World, f: impl Fn(DVec3) -> f64) -> f64 {
+    let mut sum = 0.0;
+    for piece in &world.hvds.pieces {
+        let corners: Vec<DVec3> = piece.corners.iter().map(|corner| corner.as_dvec3()).collect();
+        for fan in corners.windows(2).skip(1) {
+            let [a, b, c] = [corners[0], fan[0], fan[1]];
+            let area = 0.5 * (b - a).cross(c - a).length();
+            // Exact for quadratic functions.
+            sum += area / 3.0 * (f(0.5 * (a + b)) + f(0.5 * (b + c)) + f(0.5 * (c + a)));
+        }
+    }
+    sum
+}
+
+#[test]
+fn weighted_points_integrate_over_the_area() {
+    let world = World::room();
+    let count = 30_011;
+    for densities in [vec![1.0; world.hvds.pieces.len()], smooth_densities(&world), world.densities.clone()] {
+        let strata = Strata::new(&world.hvds, &densities, count);
+        let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
+        let lightest = points.iter().map(|point| point.weight).fold(f32::INFINITY, f32::min);
+        let heaviest = points.iter().map(|point| point.weight).fold(0.0, f32::max);
+        assert!(heaviest <= lightest * DENSEST * 1.001);
+        let functions: [(&str, &dyn Fn(DVec3) -> f64); 3] = [
+            ("area", &|_| 1.0),
+            ("slope", &|p| 2.0 + p.x + 0.5 * p.y - 0.3 * p.z),
+            ("bowl", &|p| 0.1 + p.x * p.x + 0.7 * p.z * p.z),
+        ];
+        for (name, f) in functions {
+            let sum: f64 = points.iter().map(|p| f64::from(p.weight) * f(p.position.as_dvec3())).sum();
+            let (estimate, exact) = (sum * strata.area_m2 / f64::from(count), integral(&world, f));
+            let error = estimate / exact - 1.0;
+            println!("{name}, weights {lightest:.3} to {heaviest:.3}: {:+.4} %", 100.0 * error);
+            assert!(error.abs() < 3e-3, "{name}: {estimate} for {exact}");
+        }
+    }
+    assert_silent(&world.context);
+}
+
+#[test]
+fn another_seed_gives_other_points_and_the_same_seed_the_same() {
+    let world = World::room();
+    let strata = Strata::new(&world.hvds, &world.densities, 501);
+    let points = |seed| {
+        let placed = place(&world.context, &world.buffers, &world.clusters, &strata, seed).unwrap();
+        placed.iter().map(|point| point.position).collect::<Vec<_>>()
+    };
+    assert!(points(1) == points(1) && points(1) != points(2));
+    let mut curve = points(1);
+    entry_points::sort_along_curve(&mut curve, &world.hvds.grid, |position| *position);
+    assert!(curve == points(1), "they come in Morton order");
+    assert_silent(&world.context);
+}

@@ -1,0 +1,168 @@
+//! Near field: small clusters that read the record beside them, and which record that is.
+
+use crate::common::assert_silent;
+use crate::world::{Random, SUM, World, assert_near};
+use glam::{DVec3, Mat3, Vec3};
+use lightpaths::cpu;
+use lightpaths::gpu::Buffer;
+use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
+use lightpaths::passes::frame::hvds::{ClusterFlux, Pyramid};
+use lightpaths::passes::frame::near_field::{NearCluster, NearField};
+use lightpaths::passes::precompute::cache_points::Placed;
+use lightpaths::passes::precompute::near_clusters;
+use lightpaths::types::{Deposit, NO_CLUSTER, Record};
+
+#[test]
+fn irradiance_of_near_clusters_equals_the_twin() {
+    let world = World::room();
+    let mut random = Random::new(91);
+    let base = world.hvds.levels[0].len();
+    // One entry point in each base cluster, on a path of its own.
+    let lists: Vec<u32> = (0..=2 * base as u32).map(|list| list.div_ceil(2)).collect();
+    let deposits: Vec<Deposit> = (0..=base as u32)
+        .map(|path| Deposit { throughput: Vec3::ONE, path: path.min(base as u32 - 1) })
+        .collect();
+    let path_flux: Vec<Vec3> = (0..base).map(|_| 1.0 + random.cube()).collect();
+    let least_area_m2 = 1e-3;
+    let pyramid = Pyramid::new(&world.context, &world.hvds, &lists, least_area_m2).unwrap();
+    let path_flux = Buffer::from_slice(&world.context, "path flux", &path_flux).unwrap();
+    let deposits = Buffer::from_slice(&world.context, "deposits", &deposits).unwrap();
+    for count in [0, 1, 63, 64, 65, 997] {
+        let record = |_| Record {
+            position: random.cube(),
+            irradiance: 100.0 * (1.0 + random.cube()),
+            translation: 1e3 * Mat3::from_cols(random.cube(), random.cube(), random.cube()),
+            rotation: Mat3::from_cols(random.cube(), random.cube(), random.cube()),
+        };
+        let records: Vec<Record> = (0..50).map(record).collect();
+        let near = |index: u32| NearCluster {
+            cluster: 2 * index + 1,
+            record: random.below(50),
+            offset: 0.2 * random.cube(),
+        };
+        let near: Vec<NearCluster> = (0..count).map(near).collect();
+        let pass = NearField::new(&world.context, &near).unwrap();
+        let buffer = Buffer::from_slice(&world.context, "records", &records).unwrap();
+        world
+            .context
+            .run(|rec| {
+                pyramid.record(rec, &path_flux, &deposits);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+                pass.record(rec, &pyramid, &buffer);
+            })
+            .unwrap();
+        let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();
+        let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();
+        let direct = |cluster: usize| {
+            flux[cluster].direct.as_dvec3() / f64::from(world.hvds.areas_m2[cluster].max(least_area_m2))
+        };
+        let mut dark = 0;
+        for (cluster, device) in irradiance.iter().enumerate() {
+            // What is not listed keeps what it had, which here is direct light alone.
+            let mut twin = direct(cluster);
+            if let Some(near) = near.iter().find(|near| near.cluster as usize == cluster) {
+                let record = &records[near.record as usize];
+                twin = cpu::near_field::near_field(direct(cluster), record, near.offset);
+                dark += usize::from(twin.cmpeq(direct(cluster)).any());
+                // The change may cancel what there was.
+                let scale = f64::from(record.irradiance.max_element()) + 3.0 * 200.0;
+                assert_near(*device, twin, SUM / 10.0, scale, "near cluster");
+            } else {
+                assert_near(*device, twin, SUM, 0.0, "other cluster");
+            }
+        }
+        assert!(count < 60 || (dark > 0 && dark < count as usize), "{dark} of {count} would be negative");
+    }
+    assert_silent(&world.context);
+}
+
+/// Middle, mean normal and mean density of a cluster, in f64, and whether it holds backs.
+struct Cluster {
+    middle: DVec3,
+    normal: DVec3,
+    density: f64,
+    is_back: bool,
+}
+
+fn cluster(world: &World, index: u32) -> Cluster {
+    let (mut area, mut points) = (0.0, 0.0);
+    let (mut middle, mut normal) = (DVec3::ZERO, DVec3::ZERO);
+    let mut is_back = None;
+    for (piece, &density) in world.hvds.pieces.iter().zip(&world.densities) {
+        let around = |mut at: u32| {
+            while at != index && at != NO_CLUSTER {
+                at = world.hvds.parents[at as usize];
+            }
+            at == index
+        };
+        if around(piece.cluster) {
+            let corners = piece.corners.iter().map(|corner| corner.as_dvec3());
+            area += piece.area_m2;
+            points += piece.area_m2 * f64::from(density);
+            middle += piece.area_m2 * corners.sum::<DVec3>() / piece.corners.len() as f64;
+            normal += piece.area_m2 * world.geometry().normal(piece.side).as_dvec3();
+            let back = piece.side % 2 == 1;
+            assert!(is_back.replace(back).is_none_or(|before| before == back), "a cluster has one side");
+        }
+    }
+    Cluster {
+        middle: middle / area,
+        normal: normal.normalize_or_zero(),
+        density: points / area,
+        is_back: is_back.unwrap(),
+    }
+}
+
+#[test]
+fn near_clusters_have_the_nearest_record_that_sees_what_they_see() {
+    let mut world = World::room();
+    let mut random = Random::new(92);
+    // Close surfaces on one side of the room only.
+    for (piece, density) in world.hvds.pieces.iter().zip(&mut world.densities) {
+        *density = if piece.corners[0].x > 0.0 { 4.0 } else { 1.0 };
+    }
+    let place = |point| Placed { point, clearance: 0.1 };
+    let placed: Vec<Placed> = world.cache_points(&mut random, 800, 0.12).into_iter().map(place).collect();
+    let normal = |side: u32| world.geometry().normal(side);
+    let near = near_clusters::find(&world.hvds, &world.densities, normal, &placed);
+    assert!(near.is_sorted_by(|a, b| a.cluster < b.cluster), "each cluster once");
+    assert!(near.iter().all(|near| near.cluster < world.hvds.levels[1].end), "the two finest levels");
+    let distance_if_fit = |cluster: &Cluster, placed: &Placed, slack: f64| {
+        let point = &placed.point;
+        let apart = cluster.middle - point.position.as_dvec3();
+        let fits = (point.side % 2 == 1) == cluster.is_back
+            && apart.length() <= 1.5 * f64::from(point.radius) * (1.0 + slack)
+            && point.normal.as_dvec3().dot(cluster.normal) >= 0.8 - slack
+            && apart.dot(point.wall.as_dvec3()) <= 1.0 + slack;
+        fits.then_some(apart.length())
+    };
+    let mut listed = near.iter().peekable();
+    let (mut with, mut without) = (0, 0);
+    for index in 0..world.hvds.levels[1].end {
+        let found = listed.next_if(|near| near.cluster == index);
+        // Every fifth cluster in full: the twin looks at every pair.
+        if index % 5 != 0 {
+            continue;
+        }
+        let cluster = cluster(&world, index);
+        let nearest = |slack: f64| {
+            let fits = placed.iter().filter_map(|placed| distance_if_fit(&cluster, placed, slack));
+            fits.fold(f64::INFINITY, f64::min)
+        };
+        if let Some(found) = found {
+            let record = &placed[found.record as usize];
+            assert!(cluster.density > 1.499, "cluster {index} is dense: {}", cluster.density);
+            let distance = distance_if_fit(&cluster, record, 1e-3).expect("the record fits the cluster");
+            assert!(distance <= nearest(-1e-3) + 1e-5, "cluster {index} has the nearest record");
+            let offset = cluster.middle - record.point.position.as_dvec3();
+            assert!(offset.distance(found.offset.as_dvec3()) < 1e-5);
+            with += 1;
+        } else {
+            let is_open = cluster.density < 1.501;
+            assert!(is_open || nearest(-1e-3).is_infinite(), "cluster {index} has a record beside it");
+            without += usize::from(!is_open);
+        }
+    }
+    println!("{with} clusters with a record, {without} without");
+    assert!(listed.next().is_none() && with > 20 && without > 20);
+}

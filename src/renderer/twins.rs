@@ -5,11 +5,15 @@ use crate::cpu::sampling::hash_pair;
 use crate::error::Result;
 use crate::gpu::Buffer;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::passes::frame::gather::Gather;
-use crate::passes::precompute::{Silent, gather_rays};
+use crate::passes::frame::{antialias::Antialias, gather::Gather};
+use crate::passes::precompute::Silent;
+use crate::passes::precompute::gather_rays::{self, Hemisphere};
 use crate::passes::reference::irradiance_probe;
 use crate::types::{CachePoint, NO_SIDE, PixelSurface, Record};
 use glam::Vec3;
+
+/// Strata of a cache point's hemisphere for new directions, at most: their jitter makes any number right on average.
+const STRATA: u32 = 36;
 
 /// Pixels that are gathered at a time: their rays are the largest buffer.
 const PIXELS_AT_A_TIME: usize = 1 << 14;
@@ -64,6 +68,8 @@ impl Renderer {
     /// The device lacks memory or failed.
     pub fn exact_irradiance(&self, exact: Exact) -> Result<Vec<Vec3>> {
         let seed = self.scene.quality.seed;
+        let is_along_gather_rays = exact.stage == Stage::Clusters;
+        let rays = self.gather.hemisphere.rays();
         irradiance_probe::trace(
             &self.context,
             irradiance_probe::Job {
@@ -72,12 +78,22 @@ impl Renderer {
                 light_count: self.scene.lights.len() as u32,
                 cache_points: &self.gather.cache_points,
                 point_count: self.gather.point_count(),
-                hemisphere: self.gather.hemisphere,
-                gather_seed: (exact.stage == Stage::Clusters).then_some(seed),
+                hemisphere: Hemisphere::new(if is_along_gather_rays { rays } else { rays.min(STRATA) }),
+                gather_seed: is_along_gather_rays.then_some(seed),
                 seed: hash_pair(!seed, exact.sequence),
                 samples: exact.samples,
             },
         )
+    }
+
+    /// Takes so many samples of pixels that show an edge, from the next frame on, which wants [`super::Edit::View`].
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn set_edge_samples(&mut self, samples: u32) -> Result<()> {
+        self.scene.quality.edge_samples = samples;
+        self.antialias = Antialias::new(&self.context, self.size(), samples)?;
+        Ok(())
     }
 
     /// What a frame does with records, up to the picture.

@@ -10,7 +10,7 @@ use crate::renderer::{Edit, Exact, FrameReport, Layer, Renderer, Stage, Statisti
 use crate::scene::Scene;
 
 /// Paths of each stratum of a cache point's hemisphere where a stage is replaced by path tracing.
-const EXACT_SAMPLES: u32 = 16;
+const EXACT_SAMPLES: u32 = 4;
 
 /// What is asked for.
 pub(super) struct Job<'a> {

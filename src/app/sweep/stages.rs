@@ -26,11 +26,6 @@ pub(super) fn measure(
     device_args: &DeviceArgs,
 ) -> Result<Vec<StageError>> {
     let context = device_args.open()?;
-    let render = |scene: Scene| -> Result<Renderer> {
-        let mut renderer = Renderer::new(&context, scene, device_args.progress().as_mut())?;
-        renderer.frame(Edit::Everything)?;
-        Ok(renderer)
-    };
     let mut whole = f64::NAN;
     let mut row = |name: &str, halves: [Vec<[f32; 3]>; 2]| {
         let noise_relmse = metrics::half_noise([&halves[0], &halves[1]]);
@@ -44,7 +39,8 @@ pub(super) fn measure(
     };
 
     device_args.say("which stage errs");
-    let renderer = render(scene.clone())?;
+    let mut renderer = Renderer::new(&context, scene.clone(), device_args.progress().as_mut())?;
+    renderer.frame(Edit::Everything)?;
     let beauty = renderer.layer(Layer::Beauty)?;
     let mut rows = vec![row("the whole", [beauty.clone(), beauty])];
     for (name, stage) in STAGES {
@@ -53,10 +49,9 @@ pub(super) fn measure(
         let second = if stage == Stage::Splat { first.clone() } else { half(1)? };
         rows.push(row(name, [first, second]));
     }
-    drop(renderer);
-    let mut scene = scene.clone();
-    scene.quality.edge_samples = (EDGE_SAMPLES * scene.quality.edge_samples).min(EDGE_SAMPLES_MAX);
-    let beauty = render(scene)?.layer(Layer::Beauty)?;
+    renderer.set_edge_samples((EDGE_SAMPLES * scene.quality.edge_samples).min(EDGE_SAMPLES_MAX))?;
+    renderer.frame(Edit::View)?;
+    let beauty = renderer.layer(Layer::Beauty)?;
     rows.push(row("four times the edge samples", [beauty.clone(), beauty]));
     device_args.report_validation(&context);
     Ok(rows)

@@ -62,6 +62,7 @@ layout(scalar, push_constant) uniform Push { PathTracePush push; };
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/brdf.glsl"
+#include "include/path.glsl"
 
 // Keeps twice the digits: `high` is the sum rounded, `low` the rest. [Knuth §4.2.2]
 void add(inout RadianceSum sum, vec3 value) {
@@ -71,43 +72,6 @@ void add(inout RadianceSum sum, vec3 value) {
     precise vec3 high = total + low;
     precise vec3 rest = low - (high - total);
     sum = RadianceSum(high, rest);
-}
-
-struct Vertex {
-    vec3 position;
-    vec3 geometric;  // unit normal on the visible side
-    vec3 shading;    // the interpolated one at the first vertex, else the geometric one
-    vec3 outgoing;   // unit, towards where the path came from
-    Reflectance material;
-};
-
-Vertex vertex_at(Hit hit, vec3 direction, bool is_first) {
-    Surface surface = surfaces[hit.triangle];
-    float side = dot(surface.normal, direction) > 0.0 ? -1.0 : 1.0;
-    vec3 smooth_normal = hit.barycentric.x * surface.n0 + hit.barycentric.y * surface.n1 + hit.barycentric.z * surface.n2;
-    vec3 shading = is_first ? normalize(smooth_normal) : surface.normal;
-    return Vertex(hit_position(hit), side * surface.normal, side * shading, -normalize(direction), materials[surface.material]);
-}
-
-// Radiance that a vertex reflects of what the lights send there directly, W/m²/sr.
-vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint rays) {
-    vec3 radiance = vec3(0.0);
-    for (uint i = 0u; i < push.light_count; ++i) {
-        LightSource light = lights[i];
-        vec2 u = vec2(0.0);
-        // A loop that turns once, which lavapipe skips where a branch would be taken by all.
-        for (bool is_due = light.kind == LIGHT_AREA; is_due; is_due = false) u = sample_3d(sample_index, hash(seed, ~i)).xy;
-        LightSample found;
-        if (!sample_light(light, vertex.position, u, found)) continue;
-        float cosine = dot(vertex.shading, found.direction);
-        // A light behind the real surface does not shine through, wherever the shading normal points.
-        if (cosine <= 0.0 || dot(vertex.geometric, found.direction) <= 0.0) continue;
-        vec3 reflected = brdf(vertex.material, vertex.shading, vertex.outgoing, found.direction) * found.irradiance;
-        if (reflected == vec3(0.0)) continue;
-        ++rays;
-        if (is_lit(vertex.position, vertex.geometric, found)) radiance += cosine * reflected;
-    }
-    return radiance;
 }
 
 // Enters a sample into the running spread; `sum` holds the `before` samples before it. [Welford 1962]
@@ -129,7 +93,6 @@ void main() {
     RadianceSum indirect_sum = indirect_sums[index];
     SampleMoments moments = sample_moments[index];
 
-    const float threshold = uintBitsToFloat(ROULETTE_THRESHOLD);
     uint lane = flat_invocation();
     TracedPath path = traced_paths[lane];
     if (push.first_sample != RESUME) {
@@ -153,16 +116,8 @@ void main() {
             if (path.depth == 0u) path.direct = radiance; else path.indirect += radiance;
 
             vec3 u = sample_3d(path.sample_index, seed);
-            BrdfSample next = sample_brdf(vertex.material, vertex.shading, vertex.outgoing, u.xy);
-            // Where the shading normal leans away from the geometric one, part of its hemisphere lies inside the surface.
-            path.throughput *= dot(vertex.geometric, next.incident) > 0.0 ? next.weight : vec3(0.0);
-            // The path goes on with a probability that falls with its throughput; dividing by it keeps the estimate right.
-            float carried = max(path.throughput.x, max(path.throughput.y, path.throughput.z));
-            float survival = min(1.0, carried / threshold);
-            alive = u.z < survival;
-            path.throughput /= max(survival, 1e-30);
+            alive = reflect_path(vertex, u, uintBitsToFloat(ROULETTE_THRESHOLD), path.throughput, path.direction);
             path.origin = offset_origin(vertex.position, vertex.geometric);
-            path.direction = next.incident;
             ++path.depth;
         }
         if (!alive) {

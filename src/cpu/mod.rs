@@ -15,6 +15,7 @@ pub mod gather;
 pub mod gather_rays;
 pub mod hemisphere;
 pub mod hvds;
+pub mod irradiance_probe;
 pub mod light_paths;
 pub mod lights;
 pub mod math;

@@ -35,9 +35,9 @@ pub struct Sample {
     pub rays: u32,
 }
 
-struct Vertex {
-    position: Vec3,
-    geometric: Vec3,
+pub(super) struct Vertex {
+    pub(super) position: Vec3,
+    pub(super) geometric: Vec3,
     shading: DVec3,
     outgoing: DVec3,
     material: Reflectance,
@@ -68,21 +68,27 @@ impl Paths<'_> {
             }
 
             let u = sample_3d(index, seed).as_dvec3();
-            let next = sample_brdf(&vertex.material, vertex.shading, vertex.outgoing, u.truncate());
-            let is_above = vertex.geometric.as_dvec3().dot(next.incident) > 0.0;
-            throughput *= if is_above { next.weight } else { DVec3::ZERO };
-            let survival = (throughput.max_element() / self.roulette_threshold).min(1.0);
-            if u.z >= survival {
-                break;
-            }
-            throughput /= survival;
+            let Some(next) = self.reflect(&vertex, u, &mut throughput) else { break };
             origin = self.geometry.offset_origin(vertex.position, vertex.geometric);
-            direction = next.incident;
+            direction = next;
         }
         found
     }
 
-    fn vertex(&self, hit: &Hit, direction: DVec3, is_first: bool) -> Vertex {
+    /// Where a path goes on, if it does.
+    pub(super) fn reflect(&self, vertex: &Vertex, u: DVec3, throughput: &mut DVec3) -> Option<DVec3> {
+        let next = sample_brdf(&vertex.material, vertex.shading, vertex.outgoing, u.truncate());
+        let is_above = vertex.geometric.as_dvec3().dot(next.incident) > 0.0;
+        *throughput *= if is_above { next.weight } else { DVec3::ZERO };
+        let survival = (throughput.max_element() / self.roulette_threshold).min(1.0);
+        if u.z >= survival {
+            return None;
+        }
+        *throughput /= survival;
+        Some(next.incident)
+    }
+
+    pub(super) fn vertex(&self, hit: &Hit, direction: DVec3, is_first: bool) -> Vertex {
         let surface = &self.geometry.surfaces[hit.triangle as usize];
         let side = self.geometry.side(hit.triangle, direction);
         let geometric = self.geometry.normal(side);
@@ -103,7 +109,7 @@ impl Paths<'_> {
         }
     }
 
-    fn reflected_light(&self, vertex: &Vertex, index: u32, seed: u32, rays: &mut u32) -> DVec3 {
+    pub(super) fn reflected_light(&self, vertex: &Vertex, index: u32, seed: u32, rays: &mut u32) -> DVec3 {
         let mut radiance = DVec3::ZERO;
         for (number, light) in (0_u32..).zip(self.lights) {
             let u = sample_3d(index, hash_pair(seed, !number)).truncate().as_dvec2();

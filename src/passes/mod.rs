@@ -36,6 +36,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::compose::LAYOUTS,
         frame::tonemap::LAYOUTS,
         reference::path_trace::LAYOUTS,
+        reference::irradiance_probe::LAYOUTS,
         reference::photon_trace::LAYOUTS,
         reference::photon_map::LAYOUTS,
         reference::photon_reach::LAYOUTS,

@@ -7,6 +7,7 @@ mod twins;
 
 pub use crate::passes::precompute::{Progress, Silent};
 pub use report::{Columns, Edit, FrameReport, Layer, Statistics};
+pub use twins::{Exact, Stage};
 
 use crate::error::{Error, Result};
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;

@@ -1,17 +1,113 @@
 //! Stages of a frame replaced by exact twins, one at a time, to find out which of them errs. Slow; not part of any frame.
 
 use super::{Layer, Renderer};
+use crate::cpu::sampling::hash_pair;
 use crate::error::Result;
 use crate::gpu::Buffer;
-use crate::passes::frame::gather::Gather;
-use crate::passes::precompute::{Silent, gather_rays};
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::passes::frame::{antialias::Antialias, gather::Gather};
+use crate::passes::precompute::Silent;
+use crate::passes::precompute::gather_rays::{self, Hemisphere};
+use crate::passes::reference::irradiance_probe;
 use crate::types::{CachePoint, NO_SIDE, PixelSurface, Record};
 use glam::Vec3;
+
+/// Strata of a cache point's hemisphere for new directions, at most: their jitter makes any number right on average.
+const STRATA: u32 = 36;
 
 /// Pixels that are gathered at a time: their rays are the largest buffer.
 const PIXELS_AT_A_TIME: usize = 1 << 14;
 
+/// A stage that an exact twin stands in for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Gathers at every pixel instead of splatting records.
+    Splat,
+    /// Asks paths for the radiance at the hits of the gather rays, instead of clusters.
+    Clusters,
+    /// Gathers at the cache points along many new directions, with the radiance that paths find there: gather rays and clusters
+    /// are exact, gradients stay.
+    Gather,
+}
+
+/// What takes the place of a stage.
+#[derive(Clone, Copy, Debug)]
+pub struct Exact {
+    /// The stage.
+    pub stage: Stage,
+    /// Paths of each stratum of a cache point's hemisphere; idle for [`Stage::Splat`], whose twin takes no samples.
+    pub samples: u32,
+    /// Names the sequence of paths: those of different names are independent, and so is their noise.
+    pub sequence: u32,
+}
+
 impl Renderer {
+    /// A layer of the last frame as it would be if one stage were exact. The renderer keeps the frame that it has.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn layer_with_exact(&self, exact: Exact, layer: Layer) -> Result<Vec<[f32; 3]>> {
+        if exact.stage == Stage::Splat {
+            return self.layer_gathered_at_pixels(layer);
+        }
+        let gathered: Vec<Record> = self.gather.records.read()?;
+        let irradiance = self.exact_irradiance(exact)?;
+        let exact =
+            gathered.iter().zip(irradiance).map(|(&record, irradiance)| Record { irradiance, ..record });
+        self.gather.records.write(&exact.collect::<Vec<_>>())?;
+        self.blend_and_splat()?;
+        let found = self.layer(layer)?;
+        self.gather.records.write(&gathered)?;
+        self.blend_and_splat()?;
+        Ok(found)
+    }
+
+    /// Indirect irradiance at each cache point by path tracing, W/m².
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn exact_irradiance(&self, exact: Exact) -> Result<Vec<Vec3>> {
+        let seed = self.scene.quality.seed;
+        let is_along_gather_rays = exact.stage == Stage::Clusters;
+        let rays = self.gather.hemisphere.rays();
+        irradiance_probe::trace(
+            &self.context,
+            irradiance_probe::Job {
+                scene: &self.buffers,
+                lights: &self.lights,
+                light_count: self.scene.lights.len() as u32,
+                cache_points: &self.gather.cache_points,
+                point_count: self.gather.point_count(),
+                hemisphere: Hemisphere::new(if is_along_gather_rays { rays } else { rays.min(STRATA) }),
+                gather_seed: is_along_gather_rays.then_some(seed),
+                seed: hash_pair(!seed, exact.sequence),
+                samples: exact.samples,
+            },
+        )
+    }
+
+    /// Takes so many samples of pixels that show an edge, from the next frame on, which wants [`super::Edit::View`].
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn set_edge_samples(&mut self, samples: u32) -> Result<()> {
+        self.scene.quality.edge_samples = samples;
+        self.antialias = Antialias::new(&self.context, self.size(), samples)?;
+        Ok(())
+    }
+
+    /// What a frame does with records, up to the picture.
+    fn blend_and_splat(&self) -> Result<()> {
+        self.context.run(|rec| {
+            self.blend.record(rec, &self.gather.cache_points, &self.gather.records);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            self.splat.record_apply(rec, &self.primary.pixels, &self.blend.records);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            self.compose.record(rec, &self.buffers, self.irradiances(), [1.0, 1.0]);
+        })?;
+        Ok(())
+    }
+
     /// The last frame's picture as it would be without splatting: the final gather at every pixel, from the same clusters.
     /// Edge pixels take their samples' indirect light from pixels around them, as in a frame.
     ///
@@ -39,6 +135,7 @@ impl Renderer {
         self.context.run(|rec| self.compose.record(rec, &self.buffers, self.irradiances(), [1.0, 1.0]))?;
         let layer = self.layer(layer)?;
         self.splat.irradiance.write(&splatted)?;
+        self.context.run(|rec| self.compose.record(rec, &self.buffers, self.irradiances(), [1.0, 1.0]))?;
         Ok(layer)
     }
 

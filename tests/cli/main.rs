@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod compare;
+mod exact;
 mod sweep;
 
 use std::collections::BTreeMap;

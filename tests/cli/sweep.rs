@@ -66,6 +66,17 @@ fn a_sweep_writes_report_document_plots_and_pictures_and_keeps_its_reference() {
             );
         }
     }
+    let stages = document["stages"].as_array().unwrap();
+    let names: Vec<_> = stages.iter().map(|stage| stage["name"].as_str().unwrap()).collect();
+    assert_eq!(names.len(), 5, "{names:?}");
+    assert_eq!(stages[0]["share"], 0.0, "the whole comes first");
+    for stage in stages {
+        let [relmse, noise, share] =
+            ["relmse", "noise_relmse", "share"].map(|key| stage[key].as_f64().unwrap());
+        assert!(relmse.abs() < 1.0 && share <= 2.0, "{stage}");
+        // Only paths make noise.
+        assert_eq!(noise > 0.0, stage["name"].as_str().unwrap().contains("exact"), "{stage}");
+    }
     assert_eq!(document["reference"]["spp"], 8);
     assert_eq!(document["reference"]["from_cache"], false);
     assert!(document["reference"]["noise_relmse"].as_f64().unwrap() > 0.0);

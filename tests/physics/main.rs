@@ -13,6 +13,7 @@ mod path_tracer;
 mod photons;
 mod plates;
 mod sphere;
+mod stages;
 
 use common::context;
 use lightpaths::renderer::{Edit, Renderer, Silent};

@@ -2,22 +2,34 @@
 
 use std::sync::Arc;
 
-use super::{Aov, Rendered, layer};
+use super::{Aov, ExactStage, Rendered, layer};
 use crate::app::args::{DeviceArgs, device_label};
 use crate::error::Result;
 use crate::gpu::Context;
-use crate::renderer::{Edit, FrameReport, Layer, Renderer, Statistics};
+use crate::renderer::{Edit, Exact, FrameReport, Layer, Renderer, Stage, Statistics};
 use crate::scene::Scene;
 
-/// Precomputes and renders one frame; `with_indirect` says whether light paths are traced.
+/// Paths of each stratum of a cache point's hemisphere where a stage is replaced by path tracing.
+const EXACT_SAMPLES: u32 = 4;
+
+/// What is asked for.
+pub(super) struct Job<'a> {
+    /// Whether light paths are traced.
+    pub(super) with_indirect: bool,
+    pub(super) aovs: &'a [Aov],
+    pub(super) exposure_stops: f32,
+    /// A stage to be replaced by its exact twin.
+    pub(super) exact: Option<ExactStage>,
+}
+
+/// Precomputes and renders one frame.
 pub(super) fn render(
     context: &Arc<Context>,
     mut scene: Scene,
-    with_indirect: bool,
-    aovs: &[Aov],
-    exposure_stops: f32,
+    job: Job<'_>,
     device_args: &DeviceArgs,
 ) -> Result<Rendered> {
+    let Job { with_indirect, aovs, exposure_stops, exact } = job;
     if !with_indirect {
         // Without paths and records there is nothing to precompute, and no indirect light.
         (scene.quality.entry_points, scene.quality.cache_points) = (0, 0);
@@ -26,7 +38,18 @@ pub(super) fn render(
     renderer.set_exposure(exposure_stops);
     let frame = renderer.frame(Edit::Everything)?;
 
-    let mut layers = vec![layer(None, renderer.layer(Layer::Beauty)?)];
+    let find = |source: Layer| match exact.filter(|_| matches!(source, Layer::Beauty | Layer::Indirect)) {
+        None => renderer.layer(source),
+        Some(stage) => {
+            let stage = match stage {
+                ExactStage::Splat => Stage::Splat,
+                ExactStage::Clusters => Stage::Clusters,
+                ExactStage::Gather => Stage::Gather,
+            };
+            renderer.layer_with_exact(Exact { stage, samples: EXACT_SAMPLES, sequence: 0 }, source)
+        }
+    };
+    let mut layers = vec![layer(None, find(Layer::Beauty)?)];
     for &aov in aovs {
         let source = match aov {
             Aov::Direct => Layer::Direct,
@@ -36,7 +59,7 @@ pub(super) fn render(
             Aov::Depth => Layer::Depth,
             Aov::Variance => unreachable!("refused before anything is rendered"),
         };
-        layers.push(layer(Some(aov), renderer.layer(source)?));
+        layers.push(layer(Some(aov), find(source)?));
     }
     let statistics = renderer.statistics()?;
     Ok(Rendered {

@@ -29,6 +29,10 @@ pub(super) struct Render {
     /// photon mapping with final gathering
     #[arg(long, value_enum, default_value = "lightpaths")]
     method: Method,
+    /// For the method lightpaths, to find out which stage errs: replaces one by its exact twin. splat: gathers at every pixel;
+    /// clusters: path traces the radiance at the gather hits; gather: also sends many new gather rays. Slow
+    #[arg(long, value_name = "STAGE", value_enum)]
+    exact: Option<ExactStage>,
     /// Samples of each pixel, for the methods path and photon [default: 64, or what --seconds allows]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
@@ -56,6 +60,13 @@ enum Method {
     Direct,
     Path,
     Photon,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ExactStage {
+    Splat,
+    Clusters,
+    Gather,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -168,7 +179,13 @@ impl Render {
             }
             Method::Lightpaths | Method::Direct => {
                 let with_indirect = self.method == Method::Lightpaths;
-                lightpaths::render(&context, scene, with_indirect, &aovs, exposure, &self.device_args)
+                let job = lightpaths::Job {
+                    with_indirect,
+                    aovs: &aovs,
+                    exposure_stops: exposure,
+                    exact: self.exact,
+                };
+                lightpaths::render(&context, scene, job, &self.device_args)
             }
         }?;
         self.device_args.report_validation(&context);
@@ -185,6 +202,15 @@ impl Render {
                     "{flag} is for --method path or photon; --method {method} takes no samples"
                 ));
             }
+        }
+        if self.exact.is_some() && self.method != Method::Lightpaths {
+            let method = self.method.name();
+            return refuse(format!(
+                "--exact is for --method lightpaths; --method {method} has no such stage"
+            ));
+        }
+        if self.exact.is_some() && format == Format::Png {
+            return refuse("--exact needs an .exr output".to_owned());
         }
         if format == Format::Png && !self.aov.is_empty() {
             return refuse("--aov needs an .exr output; a PNG has no layers".to_owned());
@@ -247,6 +273,10 @@ mod tests {
             ("-o a.png --spp 4", "--spp"),
             ("-o a.png --seconds 2", "--seconds"),
             ("-o a.png --method direct --spp 4", "--spp"),
+            ("-o a.exr --exact splat --method path", "--exact"),
+            ("-o a.exr --exact gather --method direct", "--exact"),
+            ("-o a.png --exact clusters", ".exr"),
+            ("-o a.exr --exact clusters --spp 4", "--spp"),
             ("-o a.exr --aov variance", "--method path"),
             ("-o a.exr --method photon --aov variance", "--method path"),
             ("-o a.exr --method path --spp 3 --aov variance", "--spp 4"),
@@ -259,6 +289,7 @@ mod tests {
         }
         for arguments in [
             "-o a.PNG --exposure -1.5",
+            "-o a.exr --exact gather --aov indirect",
             "room -o a.exr --aov direct,indirect,albedo,normal,depth",
             "-o a.exr --method path --spp 4 --seconds 2 --aov variance",
             "-o a.exr --method photon --spp 1 --seconds 2 --aov direct,indirect,albedo,normal,depth",

@@ -9,6 +9,7 @@ mod report;
 mod results;
 mod rivals;
 mod settings;
+mod stages;
 #[cfg(test)]
 mod tests;
 
@@ -27,17 +28,11 @@ use crate::scene::Scene;
 use measure::{Judged, Measured, measure};
 use reference::Reference;
 use report::Shown;
-use results::{Machine, Results, SceneFacts, StageError, mark_pareto_front};
+use results::{Machine, Results, SceneFacts, mark_pareto_front};
 use rivals::Outcome;
 
 /// Time that the reference gets where the user does not say, seconds.
 const DEFAULT_SECONDS: f32 = 30.0;
-
-/// Measures how much of the preset's error each stage makes.
-type StageErrors = fn(&Scene, &Reference, &DeviceArgs) -> Result<Vec<StageError>>;
-
-/// None while stages cannot be replaced by their exact twins.
-const STAGE_ERRORS: Option<StageErrors> = None;
 
 /// Set error against time: vary the settings, compare with other methods, write a report
 ///
@@ -111,7 +106,7 @@ impl Sweep {
             reference: reference.facts.clone(),
             settings,
             rivals: outcomes.into_iter().flat_map(|(_, outcome)| outcome.rivals).collect(),
-            stages: STAGE_ERRORS.map_or(Ok(Vec::new()), |of| of(&scene, &reference, &self.device_args))?,
+            stages: stages::measure(&scene, &reference, &self.device_args)?,
         };
         self.write_pictures(&shown, &results)?;
         let text = serde_json::to_string_pretty(&results).expect("results are plain data");

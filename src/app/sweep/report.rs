@@ -243,16 +243,15 @@ fn rival_table(results: &Results) -> String {
 }
 
 fn stage_table(results: &Results) -> String {
-    let body = if results.stages.is_empty() {
-        "<p>Not measured in this run.</p>\n".to_owned()
-    } else {
-        let row = |stage: &super::results::StageError| {
-            vec![escape(&stage.name), figure(stage.relmse), format!("{:.1} %", 100.0 * stage.share)]
-        };
-        table("Stages", 1, &["stage", "relMSE", "share"], results.stages.iter().map(row))
+    let row = |stage: &super::results::StageError| {
+        let share = format!("{:.1} %", 100.0 * stage.share);
+        vec![escape(&stage.name), figure(stage.relmse), figure(stage.noise_relmse), share]
     };
     format!(
-        "<h2 id=\"stages\">Which stage errs</h2>\n<p>What the error falls by when one stage is replaced by its exact twin.</p>\n{body}"
+        "<h2 id=\"stages\">Which stage errs</h2>\n<p>The preset's picture with one stage replaced by its exact twin: the error that \
+         is left, the twin's own noise (from two independent halves; already taken off), and the share of the whole error that has \
+         gone. A share below zero: the stage's error made up for another's. Shares need not add up.</p>\n{}",
+        table("Stages", 1, &["exact", "relMSE", "twin's noise", "share"], results.stages.iter().map(row))
     )
 }
 

@@ -18,7 +18,7 @@ pub(super) struct Results {
     /// The preset itself first.
     pub(super) settings: Vec<Setting>,
     pub(super) rivals: Vec<Rival>,
-    /// Which stage errs; empty where that was not measured.
+    /// Which stage errs.
     pub(super) stages: Vec<StageError>,
 }
 
@@ -162,13 +162,15 @@ impl Occasion {
     }
 }
 
-/// One stage's share of the error: what goes when it is replaced by its exact twin.
+/// The picture with one stage replaced by its exact twin; first of all, with none.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct StageError {
     pub(super) name: String,
-    /// What the picture's relMSE falls by.
+    /// What is left of the error, without the noise of the reference and of the twin.
     pub(super) relmse: f64,
-    /// That as a share of the whole, 0..=1.
+    /// The twin's noise as relMSE, from its halves; already taken off.
+    pub(super) noise_relmse: f64,
+    /// What has gone, as a share of the whole; below 0 where the stage's error made up for another's.
     pub(super) share: f64,
 }
 

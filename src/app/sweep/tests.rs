@@ -78,7 +78,7 @@ fn results() -> Results {
             rival(Occasion::FirstPictureTime, Some(error(0.05)), 1.3),
             rival(Occasion::Error, None, 9876.0),
         ],
-        stages: vec![StageError { name: "splat".into(), relmse: 2e-3, share: 0.25 }],
+        stages: vec![StageError { name: "splat".into(), relmse: 2e-3, noise_relmse: 1e-6, share: 0.25 }],
     }
 }
 

@@ -1,5 +1,6 @@
 //! Passes of the reference renderers.
 
+pub mod irradiance_probe;
 pub mod path_trace;
 pub mod photon_gather;
 pub mod photon_irradiance;

@@ -1,0 +1,53 @@
+// Vertices of paths that start from the eye or a surface: the light that they reflect, and where the path goes on. Include after
+// bvh.glsl, lights.glsl and brdf.glsl. The including shader binds `Surface surfaces[]`, `Reflectance materials[]` and
+// `LightSource lights[]`; its push block `push` has `light_count`.
+
+struct Vertex {
+    vec3 position;
+    vec3 geometric;  // unit normal on the visible side
+    vec3 shading;    // the interpolated one at the first vertex, else the geometric one
+    vec3 outgoing;   // unit, towards where the path came from
+    Reflectance material;
+};
+
+Vertex vertex_at(Hit hit, vec3 direction, bool is_first) {
+    Surface surface = surfaces[hit.triangle];
+    float side = dot(surface.normal, direction) > 0.0 ? -1.0 : 1.0;
+    vec3 smooth_normal = hit.barycentric.x * surface.n0 + hit.barycentric.y * surface.n1 + hit.barycentric.z * surface.n2;
+    vec3 shading = is_first ? normalize(smooth_normal) : surface.normal;
+    return Vertex(hit_position(hit), side * surface.normal, side * shading, -normalize(direction), materials[surface.material]);
+}
+
+// Radiance that a vertex reflects of what the lights send there directly, W/m²/sr.
+vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint rays) {
+    vec3 radiance = vec3(0.0);
+    for (uint i = 0u; i < push.light_count; ++i) {
+        LightSource light = lights[i];
+        vec2 u = vec2(0.0);
+        // A loop that turns once, which lavapipe skips where a branch would be taken by all.
+        for (bool is_due = light.kind == LIGHT_AREA; is_due; is_due = false) u = sample_3d(sample_index, hash(seed, ~i)).xy;
+        LightSample found;
+        if (!sample_light(light, vertex.position, u, found)) continue;
+        float cosine = dot(vertex.shading, found.direction);
+        // A light behind the real surface does not shine through, wherever the shading normal points.
+        if (cosine <= 0.0 || dot(vertex.geometric, found.direction) <= 0.0) continue;
+        vec3 reflected = brdf(vertex.material, vertex.shading, vertex.outgoing, found.direction) * found.irradiance;
+        if (reflected == vec3(0.0)) continue;
+        ++rays;
+        if (is_lit(vertex.position, vertex.geometric, found)) radiance += cosine * reflected;
+    }
+    return radiance;
+}
+
+// Chooses where a path goes on. False if it ends here. Afterwards `throughput` includes brdf·cosθ/pdf and the roulette.
+bool reflect_path(Vertex vertex, vec3 u, float roulette_threshold, inout vec3 throughput, out vec3 direction) {
+    BrdfSample next = sample_brdf(vertex.material, vertex.shading, vertex.outgoing, u.xy);
+    direction = next.incident;
+    // Where the shading normal leans away from the geometric one, part of its hemisphere lies inside the surface.
+    throughput *= dot(vertex.geometric, next.incident) > 0.0 ? next.weight : vec3(0.0);
+    // The path goes on with a probability that falls with its throughput; dividing by it keeps the estimate right.
+    float carried = max(throughput.x, max(throughput.y, throughput.z));
+    float survival = min(1.0, carried / roulette_threshold);
+    throughput /= max(survival, 1e-30);
+    return u.z < survival;
+}

@@ -1,0 +1,97 @@
+// Indirect irradiance at cache points by path tracing: an exact twin of what the gather finds. [Kajiya 1986] Deterministic.
+// One invocation = one stratum of a point's gather hemisphere, whose paths go on for so many rounds, a vertex a round. In: cache
+// points, scene, lights. In and out: the paths and the radiance that they have brought (W/m²/sr), a row a cache point.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint RINGS = 0;
+layout(constant_id = 1) const uint SECTORS = 0;
+layout(constant_id = 2) const uint ROULETTE_THRESHOLD = 0;  // float bits: roulette starts below this throughput
+
+// A path under way, and what those before it have found.
+struct ProbePath {
+    vec3 origin;
+    vec3 direction;
+    vec3 throughput;    // product of brdf·cosθ/pdf since the first hit, roulette included
+    vec3 radiance;      // sum over the paths, W/m²/sr
+    uint depth;         // vertices so far; 0: about to leave the cache point
+    uint sample_index;  // names its random numbers; the paths that are done
+};
+struct IrradianceProbePush {
+    uint first_point;
+    uint point_count;
+    uint light_count;
+    uint seed;              // of the paths
+    uint gather_seed;       // of the gather rays
+    uint has_gather_rays;   // 1: paths leave along the gather rays; 0: each along a new direction in the stratum
+    uint goal;              // paths of each stratum
+    uint rounds;
+};
+
+layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
+layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
+layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
+layout(scalar, binding = 5) readonly buffer CachePoints { CachePoint cache_points[]; };
+layout(scalar, binding = 6) buffer ProbePaths { ProbePath probe_paths[]; };
+layout(scalar, binding = 7) buffer Unfinished { uint unfinished[]; };  // how many strata have not reached the goal
+layout(scalar, push_constant) uniform Push { IrradianceProbePush push; };
+
+#include "include/bvh.glsl"
+#include "include/lights.glsl"
+#include "include/brdf.glsl"
+#include "include/path.glsl"
+#include "include/gather.glsl"
+
+const float FAR = 1e30;
+
+void main() {
+    uint lane = flat_invocation();
+    if (lane >= push.point_count * RINGS * SECTORS) return;
+    uint index = push.first_point + lane / (RINGS * SECTORS);
+    uint ray = lane % (RINGS * SECTORS);
+    CachePoint point = cache_points[index];
+    vec3 normal = surfaces[point.side >> 1].normal;
+    if ((point.side & 1u) != 0u) normal = -normal;
+    uint point_seed = hash(push.seed, index);
+    uint ray_seed = hash(point_seed, ray);
+    bool is_along_gather_ray = push.has_gather_rays != 0u;
+
+    ProbePath path = probe_paths[lane];
+    uint rays = 0u;
+    for (uint round = 0u; round < push.rounds && path.sample_index != push.goal; ++round) {
+        if (path.depth == 0u) {
+            uint name = is_along_gather_ray ? index : path.sample_index;
+            uint seed = is_along_gather_ray ? push.gather_seed : point_seed;
+            path.origin = offset_origin(point.position, normal);
+            path.direction = frame_around(point.normal) * stratum_direction(stratum_of(ray), name, seed);
+            path.throughput = vec3(1.0);
+        }
+        Hit hit;
+        // Where the shading normal leans away from the geometric one, part of its hemisphere lies inside the surface.
+        bool alive = path.depth != 0u || dot(path.direction, normal) > 0.0;
+        alive = alive && trace(Ray(path.origin, path.direction, FAR), false, hit);
+        if (alive) {
+            Vertex vertex = vertex_at(hit, path.direction, false);
+            uint seed = hash(ray_seed, path.depth + 1u);
+            path.radiance += path.throughput * reflected_light(vertex, path.sample_index, seed, rays);
+            vec3 u = sample_3d(path.sample_index, seed);
+            alive = reflect_path(vertex, u, uintBitsToFloat(ROULETTE_THRESHOLD), path.throughput, path.direction);
+            path.origin = offset_origin(vertex.position, vertex.geometric);
+            ++path.depth;
+        }
+        if (!alive) {
+            ++path.sample_index;
+            path.depth = 0u;
+        }
+    }
+    probe_paths[lane] = path;
+    if (path.sample_index != push.goal) atomicAdd(unfinished[0], 1u);
+}

@@ -1,0 +1,147 @@
+//! Indirect irradiance at cache points by path tracing, to tell what the gather errs by. [Kajiya 1986]
+//! In: cache points, scene, lights. Out: irradiance, W/m², one a cache point.
+
+use super::path_trace::ROULETTE_THRESHOLD;
+use crate::error::Result;
+use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
+use crate::gpu::{Buffer, Context, Pipeline};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::SceneBuffers;
+use crate::passes::precompute::{Chunks, gather_rays::Hemisphere};
+use glam::{DVec3, Vec3};
+use std::sync::Arc;
+
+gpu_struct! {
+    /// A path under way, and what those before it have found.
+    pub struct ProbePath {
+        /// Where its next ray starts.
+        pub origin: Vec3,
+        /// And where it goes.
+        pub direction: Vec3,
+        /// Product of brdf·cosθ/pdf since the first hit, roulette included.
+        pub throughput: Vec3,
+        /// Sum over the paths, W/m²/sr.
+        pub radiance: Vec3,
+        /// Vertices so far; 0: about to leave the cache point.
+        pub depth: u32,
+        /// Names its random numbers; the paths that are done.
+        pub sample_index: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants.
+    pub struct IrradianceProbePush {
+        /// First cache point of the dispatch.
+        pub first_point: u32,
+        /// Cache points in the dispatch.
+        pub point_count: u32,
+        /// Lights.
+        pub light_count: u32,
+        /// Seed of the paths.
+        pub seed: u32,
+        /// Seed of the gather rays.
+        pub gather_seed: u32,
+        /// 1: paths leave along the gather rays; 0: each along a new direction in the stratum.
+        pub has_gather_rays: u32,
+        /// Paths of each stratum.
+        pub goal: u32,
+        /// Vertices of each stratum's paths in this dispatch at most.
+        pub rounds: u32,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[ProbePath::LAYOUT, IrradianceProbePush::LAYOUT];
+
+/// The name that shader, twin and timing share.
+pub const STEM: &str = "irradiance_probe";
+
+/// Rays of a stratum in one dispatch: lavapipe ends a shader's loops, silently, once they have turned 65 535 times in all.
+const RAYS_A_DISPATCH: u32 = 64;
+/// Strata of one dispatch at most: their paths take 4 MiB.
+const STRATA_LIMIT: u32 = 1 << 16;
+
+/// What [`trace`] works on.
+#[derive(Clone, Copy)]
+pub struct Job<'a> {
+    /// Geometry and materials.
+    pub scene: &'a SceneBuffers,
+    /// `LightSource`s.
+    pub lights: &'a Buffer,
+    /// How many.
+    pub light_count: u32,
+    /// `CachePoint`s.
+    pub cache_points: &'a Buffer,
+    /// How many.
+    pub point_count: u32,
+    /// Strata of each point's hemisphere.
+    pub hemisphere: Hemisphere,
+    /// The seed of the gather rays whose directions the paths take; none for new directions in each stratum.
+    pub gather_seed: Option<u32>,
+    /// Names the sequence of paths.
+    pub seed: u32,
+    /// Paths of each stratum.
+    pub samples: u32,
+}
+
+/// Indirect irradiance at each cache point, W/m².
+///
+/// # Errors
+/// The device lacks memory or failed.
+pub fn trace(context: &Arc<Context>, job: Job<'_>) -> Result<Vec<Vec3>> {
+    let [rings, sectors] = job.hemisphere.constants();
+    let roulette = ("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits());
+    let pipeline = Pipeline::new(context, STEM, &[rings, sectors, roulette])?;
+    let strata = job.hemisphere.rays();
+    let points_at_a_time = (STRATA_LIMIT / strata).clamp(1, job.point_count.max(1));
+    let path_bytes = size_of::<ProbePath>() as u64;
+    let paths = Buffer::storage(context, "probe paths", u64::from(points_at_a_time * strata) * path_bytes)?;
+    let unfinished = Buffer::storage(context, "unfinished", 4)?;
+    let scale = std::f64::consts::PI / f64::from(strata) / f64::from(job.samples.max(1));
+    let mut irradiance = Vec::with_capacity(job.point_count as usize);
+    Chunks::new(64, points_at_a_time).run(job.point_count, |first_point, point_count| {
+        let push = IrradianceProbePush {
+            first_point,
+            point_count,
+            light_count: job.light_count,
+            seed: job.seed,
+            gather_seed: job.gather_seed.unwrap_or(0),
+            has_gather_rays: u32::from(job.gather_seed.is_some()),
+            goal: job.samples,
+            rounds: (RAYS_A_DISPATCH / (1 + job.light_count)).max(1),
+        };
+        context.run(|rec| rec.fill_zero(&paths))?;
+        let mut longest = 0.0_f64;
+        loop {
+            let ((), timings) = context.run(|rec| {
+                rec.pass(STEM).fill_zero(&unfinished).barrier(TRANSFER_TO_COMPUTE).dispatch(
+                    &pipeline,
+                    [point_count * strata, 1, 1],
+                    &push,
+                    &[
+                        ("Nodes", &job.scene.nodes),
+                        ("Triangles", &job.scene.triangles),
+                        ("Surfaces", &job.scene.surfaces),
+                        ("Materials", &job.scene.materials),
+                        ("Lights", job.lights),
+                        ("CachePoints", job.cache_points),
+                        ("ProbePaths", &paths),
+                        ("Unfinished", &unfinished),
+                    ],
+                );
+            })?;
+            longest = longest.max(timings[0].ms);
+            if unfinished.read::<u32>()? == [0] {
+                break;
+            }
+        }
+        let found: Vec<ProbePath> = paths.read_range(0, (point_count * strata) as usize)?;
+        irradiance.extend(found.chunks_exact(strata as usize).map(|row| {
+            let sum: DVec3 = row.iter().map(|path| path.radiance.as_dvec3()).sum();
+            (scale * sum).as_vec3()
+        }));
+        Ok(longest)
+    })?;
+    Ok(irradiance)
+}

@@ -1,0 +1,54 @@
+//! Stages replaced by exact twins.
+
+use crate::common::{assert_silent, context};
+use crate::{SMALL, render};
+use glam::Vec3;
+use lightpaths::renderer::{Edit, Exact, Layer, Stage};
+use lightpaths::scene::{Quality, shapes};
+
+const EXACT: [Stage; 3] = [Stage::Splat, Stage::Clusters, Stage::Gather];
+
+#[test]
+fn exact_irradiance_in_the_integrating_sphere_is_the_closed_form() {
+    let (flux, albedo) = (10.0, 0.5);
+    let scene = shapes::integrating_sphere(1.5, 3, albedo, Vec3::new(0.3, 0.4, 0.2), flux);
+    let renderer = render(scene, SMALL);
+    let expected =
+        f64::from(flux) / renderer.scene().area_m2() * f64::from(albedo) / (1.0 - f64::from(albedo));
+    for stage in [Stage::Clusters, Stage::Gather] {
+        let means = [0, 1].map(|sequence| {
+            let found = renderer.exact_irradiance(Exact { stage, samples: 2, sequence }).unwrap();
+            let errors: Vec<f64> = found.iter().map(|e| f64::from(e.y) / expected - 1.0).collect();
+            let count = errors.len() as f64;
+            let mean = errors.iter().sum::<f64>() / count;
+            let rms = (errors.iter().map(|error| error * error).sum::<f64>() / count).sqrt();
+            println!("{stage:?}: mean {:+.3} %, RMS {:.3} %", 100.0 * mean, 100.0 * rms);
+            // The mean of some hundred points' estimates, by the spread of one; at most a tenth off in each.
+            assert!(mean.abs() <= 4.0 * rms / count.sqrt() && rms <= 0.1, "{stage:?}: {mean}, {rms}");
+            mean
+        });
+        assert_ne!(means[0], means[1], "two sequences are two estimates");
+    }
+    assert_silent(&context());
+}
+
+#[test]
+fn the_frame_stays_as_it_was() {
+    let scene = shapes::closed_box(Vec3::new(2.0, 1.5, 1.0), 0.7);
+    let mut renderer = render(scene, Quality { cache_points: 200, ..SMALL });
+    let before = renderer.layer(Layer::Beauty).unwrap();
+    let indirect = renderer.layer(Layer::Indirect).unwrap();
+    for stage in EXACT {
+        let exact = Exact { stage, samples: 1, sequence: 0 };
+        let found = renderer.layer_with_exact(exact, Layer::Indirect).unwrap();
+        assert!(found != indirect, "{stage:?} changes something");
+        assert!(
+            renderer.layer_with_exact(exact, Layer::Indirect).unwrap() == found,
+            "and the same each time"
+        );
+        assert!(renderer.layer(Layer::Beauty).unwrap() == before, "{stage:?}: the picture");
+        renderer.frame(Edit::View).unwrap();
+        assert!(renderer.layer(Layer::Beauty).unwrap() == before, "{stage:?}: the next frame");
+    }
+    assert_silent(&context());
+}

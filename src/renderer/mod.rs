@@ -326,7 +326,7 @@ pub struct StageBuffers<'a> {
     pub path_flux: &'a Buffer,
     /// `Deposit`s in cluster order.
     pub deposits: &'a Buffer,
-    /// Flux of each cluster, W; three floats.
+    /// `ClusterFlux` of each cluster, W.
     pub cluster_flux: &'a Buffer,
     /// Irradiance of each cluster, W/m²; three floats.
     pub cluster_irradiance: &'a Buffer,

@@ -164,7 +164,8 @@ pub(super) fn precompute(
         precompute_stages: watch.stages,
         ..Statistics::default()
     };
-    count(&mut statistics, scene, &surfaces, &hvds, &paths, &placement, hemisphere, near_clusters.len());
+    count(&mut statistics, scene, &surfaces, &hvds, &paths, &placement, hemisphere);
+    statistics.counts.insert("near clusters".into(), near_clusters.len() as u64);
     Ok(Precomputed {
         buffers,
         surfaces,
@@ -214,7 +215,6 @@ fn count(
     paths: &LightPaths,
     placement: &Placement,
     hemisphere: Hemisphere,
-    near: usize,
 ) {
     let active_area = |triangle: &Triangle, surface: &Surface| {
         let sides = [false, true].into_iter().filter(|&back| surface.side_is_active(back)).count();
@@ -230,7 +230,6 @@ fn count(
         ("path vertices", paths.steps.len() as u64),
         ("path vertices outside all clusters", paths.lost),
         ("clusters", u64::from(hvds.cluster_count())),
-        ("near clusters", near as u64),
         ("base clusters", hvds.levels[0].len() as u64),
         ("cache points", placement.points.len() as u64),
         ("cache point candidates", placement.candidates),

@@ -79,7 +79,7 @@ impl Hvds {
             let first = hvds.areas_m2.len() as u32;
             let next_first = first + level.len() as u32;
             hvds.levels.push(first..next_first);
-            let up: Vec<(u64, f64)> = level.iter().map(|&(key, area)| (key_up(key), area)).collect();
+            let up: Keyed<f64> = level.iter().map(|&(key, area)| (key_up(key), area)).collect();
             let parents = merge(&up);
             let mut parent = 0;
             for (index, &(_, area)) in level.iter().enumerate() {
@@ -152,13 +152,16 @@ impl Hvds {
     }
 }
 
+/// Things with the key of their cluster.
+type Keyed<T> = Vec<(u64, T)>;
+
 /// Cuts every active side along the grid: (cluster key, area) of each part, and the parts themselves, their clusters still
 /// to be numbered.
 fn cut_sides(
     triangles: &[Triangle],
     surfaces: &[types::Surface],
     grid: &types::Grid,
-) -> (Vec<(u64, f64)>, Vec<(u64, Piece)>) {
+) -> (Keyed<f64>, Keyed<Piece>) {
     let mut parts = Vec::new();
     let mut pieces = Vec::new();
     for (index, (triangle, surface)) in triangles.iter().zip(surfaces).enumerate() {
@@ -185,8 +188,8 @@ fn cut_sides(
 }
 
 /// Adds up the areas of equal keys; keys come sorted and stay so.
-fn merge(parts: &[(u64, f64)]) -> Vec<(u64, f64)> {
-    let mut merged: Vec<(u64, f64)> = Vec::new();
+fn merge(parts: &[(u64, f64)]) -> Keyed<f64> {
+    let mut merged: Keyed<f64> = Vec::new();
     for &(key, area) in parts {
         match merged.last_mut() {
             Some(last) if last.0 == key => last.1 += area,

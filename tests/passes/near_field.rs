@@ -10,6 +10,7 @@ use lightpaths::passes::frame::hvds::{ClusterFlux, Pyramid};
 use lightpaths::passes::frame::near_field::{NearCluster, NearField};
 use lightpaths::passes::precompute::cache_points::Placed;
 use lightpaths::passes::precompute::near_clusters;
+use lightpaths::scene::hvds::Piece;
 use lightpaths::types::{Deposit, NO_CLUSTER, Record};
 
 #[test]
@@ -76,19 +77,19 @@ fn irradiance_of_near_clusters_equals_the_twin() {
     assert_silent(&world.context);
 }
 
-/// Middle, mean normal and mean density of a cluster, in f64, and whether it holds backs.
+/// Middle, mean normal and mean clearance of a cluster, in f64, and whether it holds backs.
 struct Cluster {
     middle: DVec3,
     normal: DVec3,
-    density: f64,
+    clearance: f64,
     is_back: bool,
 }
 
-fn cluster(world: &World, index: u32) -> Cluster {
-    let (mut area, mut points) = (0.0, 0.0);
+fn cluster(world: &World, clearances: &[f32], index: u32) -> Cluster {
+    let (mut area, mut room) = (0.0, 0.0);
     let (mut middle, mut normal) = (DVec3::ZERO, DVec3::ZERO);
     let mut is_back = None;
-    for (piece, &density) in world.hvds.pieces.iter().zip(&world.densities) {
+    for (piece, &clearance) in world.hvds.pieces.iter().zip(clearances) {
         let around = |mut at: u32| {
             while at != index && at != NO_CLUSTER {
                 at = world.hvds.parents[at as usize];
@@ -98,7 +99,7 @@ fn cluster(world: &World, index: u32) -> Cluster {
         if around(piece.cluster) {
             let corners = piece.corners.iter().map(|corner| corner.as_dvec3());
             area += piece.area_m2;
-            points += piece.area_m2 * f64::from(density);
+            room += piece.area_m2 * f64::from(clearance);
             middle += piece.area_m2 * corners.sum::<DVec3>() / piece.corners.len() as f64;
             normal += piece.area_m2 * world.geometry().normal(piece.side).as_dvec3();
             let back = piece.side % 2 == 1;
@@ -108,23 +109,23 @@ fn cluster(world: &World, index: u32) -> Cluster {
     Cluster {
         middle: middle / area,
         normal: normal.normalize_or_zero(),
-        density: points / area,
+        clearance: room / area,
         is_back: is_back.unwrap(),
     }
 }
 
 #[test]
 fn near_clusters_have_the_nearest_record_that_sees_what_they_see() {
-    let mut world = World::room();
+    let world = World::room();
     let mut random = Random::new(92);
-    // Close surfaces on one side of the room only.
-    for (piece, density) in world.hvds.pieces.iter().zip(&mut world.densities) {
-        *density = if piece.corners[0].x > 0.0 { 4.0 } else { 1.0 };
-    }
+    // Close surfaces on one side of the room only: within three cells of 0.1 m.
+    const CELL_SIZE: f32 = 0.1;
+    let clearance = |piece: &Piece| if piece.corners[0].x > 0.0 { 0.2 } else { 0.5 };
+    let clearances: Vec<f32> = world.hvds.pieces.iter().map(clearance).collect();
     let place = |point| Placed { point, clearance: 0.1 };
     let placed: Vec<Placed> = world.cache_points(&mut random, 800, 0.12).into_iter().map(place).collect();
     let normal = |side: u32| world.geometry().normal(side);
-    let near = near_clusters::find(&world.hvds, &world.densities, normal, &placed);
+    let near = near_clusters::find(&world.hvds, &clearances, CELL_SIZE, normal, &placed);
     assert!(near.is_sorted_by(|a, b| a.cluster < b.cluster), "each cluster once");
     assert!(near.iter().all(|near| near.cluster < world.hvds.levels[1].end), "the two finest levels");
     let distance_if_fit = |cluster: &Cluster, placed: &Placed, slack: f64| {
@@ -144,21 +145,21 @@ fn near_clusters_have_the_nearest_record_that_sees_what_they_see() {
         if index % 5 != 0 {
             continue;
         }
-        let cluster = cluster(&world, index);
+        let cluster = cluster(&world, &clearances, index);
         let nearest = |slack: f64| {
             let fits = placed.iter().filter_map(|placed| distance_if_fit(&cluster, placed, slack));
             fits.fold(f64::INFINITY, f64::min)
         };
         if let Some(found) = found {
             let record = &placed[found.record as usize];
-            assert!(cluster.density > 1.499, "cluster {index} is dense: {}", cluster.density);
+            assert!(cluster.clearance < 0.3001, "cluster {index} is near: {}", cluster.clearance);
             let distance = distance_if_fit(&cluster, record, 1e-3).expect("the record fits the cluster");
             assert!(distance <= nearest(-1e-3) + 1e-5, "cluster {index} has the nearest record");
             let offset = cluster.middle - record.point.position.as_dvec3();
             assert!(offset.distance(found.offset.as_dvec3()) < 1e-5);
             with += 1;
         } else {
-            let is_open = cluster.density < 1.501;
+            let is_open = cluster.clearance > 0.2999;
             assert!(is_open || nearest(-1e-3).is_infinite(), "cluster {index} has a record beside it");
             without += usize::from(!is_open);
         }

@@ -63,12 +63,3 @@ pub trait Progressive {
     /// The scene on the device.
     fn traced_scene(&self) -> &TracedScene;
 }
-
-/// Noise of the mean of two independent estimates of one picture, as relMSE: the mean over pixels and channels of
-/// (half their difference)²/(mean + 0.01)².
-pub fn noise_of_halves([a, b]: &[Vec<[f32; 3]>; 2]) -> f64 {
-    let values =
-        a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| [a, b].map(|value| f64::from(*value)));
-    let term = |[a, b]: [f64; 2]| (0.5 * (a - b) / (0.5 * (a + b) + 0.01)).powi(2);
-    values.map(term).sum::<f64>() / (3 * a.len()) as f64
-}

@@ -1,9 +1,10 @@
 //! The path tracer: unbiased, progressive, its own noise stated. [Kajiya 1986]
 
-use super::{Picture, Progressive, TracedScene, noise_of_halves};
+use super::{Picture, Progressive, TracedScene};
 use crate::cpu::sampling::hash_pair;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
+use crate::metrics::half_noise;
 use crate::passes::precompute::{Chunks, Progress};
 use crate::passes::reference::path_trace::{
     Accumulators, Job, PathTrace, RadianceSum, SampleMoments, TILE_LIMIT,
@@ -216,7 +217,8 @@ impl Progressive for PathTracer {
 
     fn noise(&self) -> Result<Option<f64>> {
         let is_known = self.halves[1].samples > 0;
-        is_known.then(|| Ok(noise_of_halves(&self.halves()?))).transpose()
+        let noise = |[a, b]: [Vec<[f32; 3]>; 2]| half_noise([&a, &b]);
+        is_known.then(|| self.halves().map(noise)).transpose()
     }
 
     fn rays(&self) -> Result<Option<u64>> {

@@ -4,12 +4,13 @@
 //! of the density estimate shrinks, and with it the bias that it has. [Knaus and Zwicker 2011]
 
 use super::irradiance_points::{IrradiancePoints, Reachable, bounding_sphere};
-use super::{Picture, Progressive, TracedScene, noise_of_halves};
+use super::{Picture, Progressive, TracedScene};
 use crate::cpu::brdf::luminance;
 use crate::cpu::emission::light_power;
 use crate::cpu::sampling::hash_pair;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
+use crate::metrics::half_noise;
 use crate::passes::precompute::Progress;
 use crate::passes::reference::photon_gather::{GatherSums, PhotonGather, Sequence};
 use crate::passes::reference::photon_irradiance::PhotonIrradiance;
@@ -292,7 +293,8 @@ impl Progressive for PhotonMapper {
         if self.halves[1].samples == 0 {
             return Ok(None);
         }
-        Ok(Some(noise_of_halves(&self.halves()?)))
+        let [a, b] = self.halves()?;
+        Ok(Some(half_noise([&a, &b])))
     }
 
     fn rays(&self) -> Result<Option<u64>> {

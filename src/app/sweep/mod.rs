@@ -66,15 +66,15 @@ impl Sweep {
     pub(super) fn run(self) -> Result<()> {
         let scene = self.scene_args.load(&self.scene)?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
-        if cfg!(debug_assertions) {
-            self.device_args.warn("this is a debug build; its times mean little");
-        }
         let cache = self.cache.clone().map_or_else(cache::default_folder, Ok)?;
         let context = self.device_args.open()?;
         std::fs::create_dir_all(&self.output)
             .map_err(|error| Error::output(&self.output, format!("cannot be created: {}", error.kind())))?;
         let [json, html] =
             ["sweep.json", "report.html"].map(|name| OutputFile::check(&self.output.join(name)));
+        if cfg!(debug_assertions) {
+            self.device_args.warn("this is a debug build; its times mean little");
+        }
         let (json, html) = (json?, html?);
 
         let machine = Machine {

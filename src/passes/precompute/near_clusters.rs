@@ -34,6 +34,9 @@ pub fn find(
     normal: impl Fn(u32) -> Vec3,
     points: &[Placed],
 ) -> Vec<NearCluster> {
+    if points.is_empty() {
+        return Vec::new();
+    }
     let end = hvds.levels[LEVELS.min(hvds.levels.len()) - 1].end as usize;
     let mut sums = vec![Sums::default(); end];
     for (piece, &clearance) in hvds.pieces.iter().zip(clearances) {

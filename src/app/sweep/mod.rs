@@ -72,10 +72,10 @@ impl Sweep {
             .map_err(|error| Error::output(&self.output, format!("cannot be created: {}", error.kind())))?;
         let [json, html] =
             ["sweep.json", "report.html"].map(|name| OutputFile::check(&self.output.join(name)));
+        let (json, html) = (json?, html?);
         if cfg!(debug_assertions) {
             self.device_args.warn("this is a debug build; its times mean little");
         }
-        let (json, html) = (json?, html?);
 
         let machine = Machine {
             device: device_label(&context),

@@ -32,7 +32,7 @@ use results::{Machine, Results, SceneFacts, mark_pareto_front};
 use rivals::Outcome;
 
 /// Time that the reference gets where the user does not say, seconds.
-const DEFAULT_SECONDS: f32 = 30.0;
+const DEFAULT_SECONDS: f32 = 10.0;
 
 /// Set error against time: vary the settings, compare with other methods, write a report
 ///
@@ -50,7 +50,7 @@ pub(super) struct Sweep {
     /// Samples of each pixel of the reference [default: what --seconds allows]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..))]
     spp: Option<u32>,
-    /// Ends the reference after this time; with --spp, at whichever comes first [default: 30, without --spp]
+    /// Ends the reference after this time; with --spp, at whichever comes first [default: 10, without --spp]
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds)]
     seconds: Option<f32>,
     /// Folder where references are kept [default: the user's cache folder]

@@ -109,6 +109,7 @@ pub fn place(
     }
     let Survey { surveyor, samples, clearances } = survey;
     let (mut unit, largest) = spread(geometry, clearances, budget);
+    let mut step = 1.1;
     loop {
         let neighbourhood = Neighbourhood::new(&geometry.hvds.grid, samples, clearances);
         let mut records = Records::new(&geometry.hvds.grid, RADIUS_RANGE[1] * unit);
@@ -117,7 +118,9 @@ pub fn place(
         if placement.is_covering || unit >= largest {
             return Ok(placement);
         }
-        unit *= 1.25;
+        unit *= step;
+        // The estimate is rarely far off; where it is, small steps would take long.
+        step = 1.4;
     }
 }
 

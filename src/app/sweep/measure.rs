@@ -12,9 +12,9 @@ use crate::renderer::{Edit, FrameReport, Layer, Renderer};
 use crate::scene::Scene;
 
 /// Frames timed after a light moved; enough for a median.
-const LIGHT_FRAMES: usize = 5;
+const LIGHT_FRAMES: usize = 3;
 /// Frames timed after the camera moved, and from scratch: they vary little, and cost more.
-const OTHER_FRAMES: usize = 2;
+const OTHER_FRAMES: usize = 1;
 
 /// A picture, its figures, and where it errs.
 pub(super) struct Judged {

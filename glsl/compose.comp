@@ -10,6 +10,7 @@
 #include "include/antialias.glsl"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint SHINES = 0;  // 1: some surfaces may shine
 
 struct ComposePush {
     uint pixel_count;
@@ -26,13 +27,16 @@ layout(scalar, binding = 3) readonly buffer DirectIrradiance { vec3 direct_irrad
 layout(scalar, binding = 4) readonly buffer IndirectIrradiance { vec3 indirect_irradiance[]; };
 layout(scalar, binding = 5) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 6) readonly buffer EdgeSamples { EdgeSample edge_samples[]; };
-layout(scalar, binding = 7) writeonly buffer Radiance { vec3 radiance[]; };
+layout(scalar, binding = 7) readonly buffer GlossRadiance { vec3 gloss_radiance[]; };  // W/m²/sr
+layout(scalar, binding = 8) writeonly buffer Radiance { vec3 radiance[]; };
 layout(scalar, push_constant) uniform Push { ComposePush push; };
 
 vec3 reflected(uint side, vec3 direct, uint source) {
     if (side == NO_SIDE) return vec3(0.0);
     vec3 irradiance = push.direct_share * direct + push.indirect_share * indirect_irradiance[source];
-    return materials[surfaces[side >> 1].material].diffuse * irradiance * (1.0 / PI);
+    vec3 radiance = materials[surfaces[side >> 1].material].diffuse * irradiance * (1.0 / PI);
+    if (SHINES == 1u) radiance += push.indirect_share * gloss_radiance[source];
+    return radiance;
 }
 
 void main() {

@@ -7,6 +7,7 @@
 #include "include/dispatch.glsl"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint SHINES = 0;  // 1: some entry points may shine, and what paths carry on is another flux
 
 struct PathFluxPush {
     uint path_count;
@@ -17,6 +18,7 @@ struct PathFluxPush {
 layout(scalar, binding = 0) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 1) readonly buffer FormFactors { float form_factors[]; };
 layout(scalar, binding = 2) writeonly buffer PathFlux { vec3 path_flux[]; };
+layout(scalar, binding = 3) writeonly buffer ReflectedFlux { vec3 reflected_flux[]; };
 layout(scalar, push_constant) uniform Push { PathFluxPush push; };
 
 void main() {
@@ -27,4 +29,5 @@ void main() {
         irradiance += form_factors[i * push.path_count + index] * lights[i].emission;
     }
     path_flux[index] = push.area_m2 * irradiance;
+    if (SHINES == 1u) reflected_flux[index] = push.area_m2 * irradiance;
 }

@@ -18,7 +18,9 @@ use crate::passes::frame::{
     compose::{Compose, Irradiances},
     direct::Direct,
     form_factors::FormFactors,
-    gather::Gather,
+    gather::{Gather, GatherSources},
+    gloss::Gloss,
+    gloss_pixels::GlossPixels,
     hvds::Pyramid,
     near_field::NearField,
     path_scan::PathScan,
@@ -28,6 +30,7 @@ use crate::passes::frame::{
 };
 use crate::passes::precompute::gather_rays::RayTable;
 use crate::passes::{ClusterBuffers, SceneBuffers, light_sources};
+use crate::scene::directions::Directions;
 use crate::scene::{Light, LightKind, Scene};
 use crate::types::{NO_SIDE, PixelSurface, Surface, View};
 use glam::Vec3;
@@ -52,6 +55,10 @@ pub struct Renderer {
     /// Cache points that see the near field: the first so many.
     near_count: u32,
     gather: Gather,
+    /// None where no material may shine.
+    gloss: Option<Gloss>,
+    /// Likewise.
+    gloss_pixels: Option<GlossPixels>,
     blend: Blend,
     splat: Splat,
     compose: Compose,
@@ -75,6 +82,10 @@ impl Renderer {
         let size = scene.cameras[0].size;
         let pixels = size[0] * size[1];
         let light_count = lights.len() as u32;
+        let shines = made.gloss.is_some();
+        let directions = Directions::new(scene.quality.directions);
+        let path_count = made.entry_points.len() as u32;
+        let gloss = |tables| Gloss::new(context, &tables, directions, path_count, light_count);
         Ok(Self {
             context: context.clone(),
             view: View::from(&scene.cameras[0]),
@@ -82,8 +93,13 @@ impl Renderer {
             primary: Primary::new(context, pixels)?,
             direct: Direct::new(context, pixels)?,
             antialias: Antialias::new(context, size, scene.quality.edge_samples)?,
-            form_factors: FormFactors::new(context, &made.entry_points, made.area_m2, light_count)?,
-            path_scan: PathScan::new(context, &made.paths.steps, &made.paths.deposits)?,
+            form_factors: FormFactors::new(context, &made.entry_points, made.area_m2, light_count, shines)?,
+            path_scan: PathScan::new(
+                context,
+                &made.paths.steps,
+                &made.paths.arrivals.lobes,
+                &made.paths.deposits,
+            )?,
             pyramid: Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2)?,
             near_count: made.near_count,
             near_field: NearField::new(context, &made.near_clusters)?,
@@ -94,10 +110,15 @@ impl Renderer {
                 made.rays,
                 made.hemisphere,
                 made.code,
+                shines,
             )?,
+            gloss: made.gloss.map(gloss).transpose()?,
             blend: Blend::new(context, &made.neighbourhoods)?,
             splat: Splat::new(context, made.point_count, size)?,
-            compose: Compose::new(context, pixels)?,
+            gloss_pixels: shines
+                .then(|| GlossPixels::new(context, pixels, scene.quality.gloss_rays))
+                .transpose()?,
+            compose: Compose::new(context, pixels, shines)?,
             tonemap: Tonemap::new(context, pixels)?,
             exposure_stops: 0.0,
             clusters: made.clusters,
@@ -148,7 +169,12 @@ impl Renderer {
         if stages.light {
             self.form_factors.record(rec, &self.buffers, &self.light_positions());
             rec.barrier(COMPUTE_TO_COMPUTE);
-            self.form_factors.record_flux(rec, &self.lights, light_count);
+            self.form_factors.record_flux(
+                rec,
+                &self.lights,
+                light_count,
+                self.gloss.as_ref().map(|gloss| &gloss.reflected_flux),
+            );
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.scan {
@@ -156,14 +182,25 @@ impl Renderer {
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.energy {
-            self.pyramid.record(rec, &self.form_factors.flux, &self.path_scan.deposits);
+            let materials = &self.buffers.materials;
+            let (flux, deposits) = (&self.form_factors.flux, &self.path_scan.deposits);
+            if let Some(gloss) = &self.gloss {
+                gloss.record_entries(rec, &self.form_factors, materials, &self.lights);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+            }
+            let reflected_flux = self.gloss.as_ref().map_or(flux, |gloss| &gloss.reflected_flux);
+            self.pyramid.record(rec, flux, reflected_flux, deposits);
+            if let Some(gloss) = &self.gloss {
+                rec.barrier(COMPUTE_TO_COMPUTE);
+                gloss.record(rec, materials, &self.pyramid.first_deposits, deposits);
+            }
             rec.barrier(COMPUTE_TO_COMPUTE);
-            let (materials, clusters) = (&self.buffers.materials, &self.pyramid.irradiance);
-            self.gather.record(rec, materials, clusters, self.gather.point_count());
+            let sources = self.gather_sources();
+            self.gather.record(rec, sources, self.gather.point_count());
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.near_field.record(rec, &self.pyramid, &self.gather.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            self.gather.record(rec, materials, clusters, self.near_count);
+            self.gather.record(rec, sources, self.near_count);
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.blend.record(rec, &self.gather.cache_points, &self.gather.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
@@ -172,13 +209,42 @@ impl Renderer {
             let (surfaces, points) = (&self.buffers.surfaces, &self.gather.cache_points);
             self.splat.record(rec, surfaces, points, &self.primary.pixels, &self.view);
             rec.barrier(COMPUTE_TO_COMPUTE);
+            if let Some(gloss_pixels) = &self.gloss_pixels {
+                let (pixels, bits, seed) =
+                    (&self.primary.pixels, self.gather.code.cluster_bits, self.scene.quality.seed);
+                let eye = self.view.position;
+                gloss_pixels.record_rays(rec, &self.buffers, &self.clusters, pixels, eye, bits, seed);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+            }
         }
         if stages.picture {
             self.splat.record_apply(rec, &self.primary.pixels, &self.blend.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
+            if let (Some(gloss), Some(gloss_pixels)) = (&self.gloss, &self.gloss_pixels) {
+                gloss_pixels.record(
+                    rec,
+                    &self.buffers,
+                    self.gather_sources(),
+                    gloss,
+                    &self.pyramid.first_deposits,
+                    &self.path_scan.deposits,
+                    &self.primary.pixels,
+                    self.gather.code.cluster_bits,
+                );
+                rec.barrier(COMPUTE_TO_COMPUTE);
+            }
             self.compose.record(rec, &self.buffers, self.irradiances(), [1.0, 1.0]);
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.tonemap.record(rec, &self.compose.radiance, self.exposure_stops);
+        }
+    }
+
+    fn gather_sources(&self) -> GatherSources<'_> {
+        GatherSources {
+            materials: &self.buffers.materials,
+            irradiance: &self.pyramid.irradiance,
+            inverse_areas: &self.pyramid.inverse_areas,
+            gloss: self.gloss.as_ref(),
         }
     }
 
@@ -187,6 +253,7 @@ impl Renderer {
             pixels: &self.primary.pixels,
             direct: &self.direct.irradiance,
             indirect: &self.splat.irradiance,
+            gloss: self.gloss_pixels.as_ref().map(|gloss| &gloss.radiance),
             antialias: &self.antialias,
         }
     }

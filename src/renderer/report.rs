@@ -3,8 +3,8 @@
 use crate::gpu::PassTiming;
 use crate::passes::frame::{
     antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
-    gather::Gather, hvds::Pyramid, near_field::NearField, path_scan::PathScan, primary::Primary,
-    splat::Splat, tonemap::Tonemap,
+    gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid, near_field::NearField,
+    path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 
@@ -94,9 +94,13 @@ impl Columns {
         for pass in passes {
             *match pass.name {
                 Primary::STEM | Direct::STEM | Antialias::STEM => &mut columns.Tdi,
-                FormFactors::STEM | FormFactors::FLUX_STEM | PathScan::STEM => &mut columns.Tlpe,
-                Pyramid::STEM => &mut columns.Thvds,
-                Gather::STEM | NearField::STEM | Blend::STEM => &mut columns.Tfg,
+                FormFactors::STEM | FormFactors::FLUX_STEM | PathScan::STEM | Gloss::ENTRIES_STEM => {
+                    &mut columns.Tlpe
+                }
+                Pyramid::STEM | Gloss::STEM => &mut columns.Thvds,
+                Gather::STEM | NearField::STEM | Blend::STEM | GlossPixels::RAYS_STEM | GlossPixels::STEM => {
+                    &mut columns.Tfg
+                }
                 Splat::STEM | Splat::APPLY_STEM | Compose::STEM | Tonemap::STEM => &mut columns.Tsplat,
                 other => unreachable!("pass `{other}` has no column"),
             } += pass.ms;

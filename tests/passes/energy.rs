@@ -17,7 +17,7 @@ const GRAZING: usize = 1_000;
 fn entry_points(world: &World, random: &mut Random, count: usize) -> Vec<PathVertex> {
     let point = |_| {
         let (position, _, side) = world.surface_point(random);
-        PathVertex { position, side, incoming: Vec3::ZERO, weight: 1.0, cluster: 0 }
+        PathVertex { position, side, incoming: Vec3::ZERO, weight: 1.0, cluster: 0, lobe: 0.0 }
     };
     (0..count).map(point).collect()
 }

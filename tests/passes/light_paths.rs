@@ -23,7 +23,7 @@ fn entry_points(world: &World, count: usize) -> Vec<PathVertex> {
         // The outside of the room has no clusters.
         if cluster != NO_CLUSTER {
             let weight = [1.0, 4.0, 0.5][points.len() % 3];
-            points.push(PathVertex { position, side, incoming: Vec3::ZERO, weight, cluster });
+            points.push(PathVertex { position, side, incoming: Vec3::ZERO, weight, cluster, lobe: 0.0 });
         }
     }
     points

@@ -69,7 +69,7 @@ impl FormFactors {
     /// The name that the second shader, twin and timing share.
     pub const FLUX_STEM: &str = "path_flux";
 
-    /// Uploads the entry points, each of which stands for `area_m2`.
+    /// Uploads the entry points, each of which stands for `area_m2`; `shines` where some of them may shine.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -78,19 +78,25 @@ impl FormFactors {
         entry_points: &[PathVertex],
         area_m2: f32,
         light_count: u32,
+        shines: bool,
     ) -> Result<Self> {
         let points: Vec<EntryPoint> =
             entry_points.iter().map(|v| EntryPoint { position: v.position, side: v.side }).collect();
         let count = entry_points.len() as u64;
         Ok(Self {
             form_factors: Pipeline::new(context, Self::STEM, &[])?,
-            path_flux: Pipeline::new(context, Self::FLUX_STEM, &[])?,
+            path_flux: Pipeline::new(context, Self::FLUX_STEM, &[("SHINES", u32::from(shines))])?,
             entry_points: Buffer::from_slice(context, "entry points", &points)?,
             point_count: count as u32,
             area_m2,
             factors: Buffer::storage(context, "form factors", count * u64::from(light_count) * 4)?,
             flux: Buffer::storage(context, "path flux", count * 12)?,
         })
+    }
+
+    /// That each entry point stands for, in the mean.
+    pub fn area_m2(&self) -> f32 {
+        self.area_m2
     }
 
     /// Entry points.
@@ -126,14 +132,25 @@ impl FormFactors {
         }
     }
 
-    /// Sums the lights: flux that enters each path.
-    pub fn record_flux(&self, rec: &mut Recorder, lights: &Buffer, light_count: u32) {
+    /// Sums the lights: flux that enters each path, and a copy of it where some entry points may shine.
+    pub fn record_flux(
+        &self,
+        rec: &mut Recorder,
+        lights: &Buffer,
+        light_count: u32,
+        reflected_flux: Option<&Buffer>,
+    ) {
         let push = PathFluxPush { path_count: self.point_count, light_count, area_m2: self.area_m2 };
         rec.pass(Self::FLUX_STEM).dispatch(
             &self.path_flux,
             [self.point_count, 1, 1],
             &push,
-            &[("Lights", lights), ("FormFactors", &self.factors), ("PathFlux", &self.flux)],
+            &[
+                ("Lights", lights),
+                ("FormFactors", &self.factors),
+                ("PathFlux", &self.flux),
+                ("ReflectedFlux", reflected_flux.unwrap_or(&self.flux)),
+            ],
         );
     }
 }

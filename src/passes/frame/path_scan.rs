@@ -14,9 +14,10 @@ use std::sync::Arc;
 gpu_struct! {
     /// How the energy of one vertex follows from that of the vertex before.
     pub struct PathStep {
-        /// Material that reflected the path towards this vertex; [`HEAD`] where the path starts.
+        /// Material that reflected the path towards this vertex; [`HEAD`] where the path starts, [`FROM_ENTRY`] where an entry
+        /// point that may shine did: what it reflects depends on the light.
         pub material: u32,
-        /// 1 / survival probability.
+        /// cosθ/(π·pdf) over the survival probability.
         pub weight: f32,
         /// Where the vertex stands in its cluster's list.
         pub slot: u32,
@@ -70,6 +71,8 @@ pub const LAYOUTS: &[Layout] = &[
 
 /// Material of the first vertex of a path.
 pub const HEAD: u32 = u32::MAX;
+/// Stands for the material of an entry point that may shine: its factor comes with the path's flux.
+pub const FROM_ENTRY: u32 = u32::MAX - 1;
 /// Vertices of one block: 256 invocations of four each (`glsl/include/path_scan.glsl`).
 const BLOCK_STEPS: u32 = 1024;
 
@@ -79,6 +82,8 @@ pub struct PathScan {
     carry: Pipeline,
     apply: Pipeline,
     steps: Buffer,
+    /// Of each step 1 − cosα off the mirror direction; where nothing shines, there are none.
+    lobes: Option<Buffer>,
     step_count: u32,
     block_products: Buffer,
     /// `Deposit` of every vertex in cluster order, and one that nobody reads.
@@ -89,18 +94,26 @@ impl PathScan {
     /// The name that shaders, twin and timing share.
     pub const STEM: &str = "path_scan";
 
-    /// Uploads the paths.
+    /// Uploads the paths; `lobes` is empty where no material may shine.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, steps: &[PathStep], deposits: &[Deposit]) -> Result<Self> {
+    pub fn new(
+        context: &Arc<Context>,
+        steps: &[PathStep],
+        lobes: &[f32],
+        deposits: &[Deposit],
+    ) -> Result<Self> {
+        let lobes =
+            (!lobes.is_empty()).then(|| Buffer::from_slice(context, "path lobes", lobes)).transpose()?;
         let step_count = steps.len() as u32;
         let block_bytes = u64::from(step_count.div_ceil(BLOCK_STEPS)) * size_of::<Segment>() as u64;
         Ok(Self {
-            blocks: Pipeline::new(context, "path_scan_blocks", &[])?,
+            blocks: Pipeline::new(context, "path_scan_blocks", &[("SHINES", u32::from(lobes.is_some()))])?,
             carry: Pipeline::new(context, "path_scan_carry", &[])?,
             apply: Pipeline::new(context, "path_scan_apply", &[])?,
             steps: Buffer::from_slice(context, "path steps", steps)?,
+            lobes,
             step_count,
             block_products: Buffer::storage(context, "block products", block_bytes)?,
             deposits: Buffer::from_slice(context, "deposits", deposits)?,
@@ -109,7 +122,7 @@ impl PathScan {
 
     /// Bytes of the stored steps.
     pub fn step_bytes(&self) -> u64 {
-        self.steps.bytes()
+        self.steps.bytes() + self.lobes.as_ref().map_or(0, Buffer::bytes)
     }
 
     /// Scans all paths.
@@ -123,6 +136,8 @@ impl PathScan {
             &[
                 ("Materials", materials),
                 ("Steps", &self.steps),
+                // Where nothing shines nobody reads it.
+                ("Lobes", self.lobes.as_ref().unwrap_or(&self.steps)),
                 ("Deposits", &self.deposits),
                 ("Blocks", &self.block_products),
             ],

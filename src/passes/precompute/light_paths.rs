@@ -5,8 +5,9 @@ use super::{Chunks, Progress};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::frame::path_scan::{HEAD, PathStep};
+use crate::passes::frame::path_scan::{FROM_ENTRY, HEAD, PathStep};
 use crate::passes::{ClusterBuffers, SceneBuffers};
+use crate::scene::Material;
 use crate::types::{Deposit, Grid, NO_CLUSTER, PathVertex, Surface};
 use glam::Vec3;
 use std::sync::Arc;
@@ -20,6 +21,8 @@ gpu_struct! {
         pub side: u32,
         /// Product of f·cosθ/pdf so far, roulette included.
         pub throughput: Vec3,
+        /// Unit direction of travel when it arrived; zero at an entry point.
+        pub incoming: Vec3,
         /// Path index: names its random numbers.
         pub path: u32,
         /// Vertices so far.
@@ -54,6 +57,10 @@ const LIMIT: u32 = 1 << 16;
 /// Throughput below which Russian roulette may end a path. Lower values trade vertices for less noise.
 pub const ROULETTE_THRESHOLD: f32 = 0.5;
 
+/// What roulette takes editable materials to reflect: were it what they reflect at load, the paths that matter after an edit
+/// upwards would have ended early; were it all, paths among editable materials would never end.
+pub const EDITABLE_ALBEDO: f32 = 0.9;
+
 /// Where on its path a vertex was found, and what becomes of it.
 #[derive(Clone, Copy)]
 struct Vertex {
@@ -61,6 +68,28 @@ struct Vertex {
     side: u32,
     weight: f32,
     cluster: u32,
+    incoming: Vec3,
+    lobe: f32,
+}
+
+impl Vertex {
+    fn new(path: u32, vertex: &PathVertex) -> Self {
+        let PathVertex { side, weight, cluster, incoming, lobe, .. } = *vertex;
+        Self { path, side, weight, cluster, incoming, lobe }
+    }
+}
+
+/// What is known of the vertices where a material may shine.
+#[derive(Default)]
+pub struct Arrivals {
+    /// Of each step: 1 − cosα off the mirror direction at the vertex before.
+    pub lobes: Vec<f32>,
+    /// Of each deposit: unit direction of travel when the path arrived; zero at entry points.
+    pub incoming: Vec<Vec3>,
+    /// Of each deposit: 2·triangle + (1 if the back side).
+    pub sides: Vec<u32>,
+    /// Of each path: unit direction in which it left its entry point; zero if it ended there.
+    pub departures: Vec<Vec3>,
 }
 
 /// All light paths, in the two orders that a frame needs.
@@ -72,11 +101,13 @@ pub struct LightPaths {
     pub deposits: Vec<Deposit>,
     /// First deposit of each base cluster by an entry point, then its first by another vertex, and the end.
     pub first_deposits: Vec<u32>,
+    /// Empty where nothing shines.
+    pub arrivals: Arrivals,
     /// Vertices that no cluster holds: zero unless the binning is broken.
     pub lost: u64,
 }
 
-/// Traces all paths. `surfaces` in BVH order; `base_clusters` counts the clusters of the base level.
+/// Traces all paths. `surfaces` in BVH order, `materials` as on the device; `base_clusters` counts the clusters of the base level.
 ///
 /// # Errors
 /// [`Error::OutOfMemory`] if the device cannot bind so many vertices, as where nothing is absorbed and no path ends; the device
@@ -87,6 +118,7 @@ pub fn trace(
     scene: &SceneBuffers,
     clusters: &ClusterBuffers,
     surfaces: &[Surface],
+    materials: &[Material],
     base_clusters: u32,
     entry_points: &[PathVertex],
     seed: u32,
@@ -96,19 +128,22 @@ pub fn trace(
     let mut live: Vec<PathState> = Vec::with_capacity(entry_points.len());
     for (path, entry) in entry_points.iter().enumerate() {
         let path = path as u32;
-        vertices.push(Vertex { path, side: entry.side, weight: entry.weight, cluster: entry.cluster });
+        vertices.push(Vertex::new(path, entry));
         live.push(PathState {
             position: entry.position,
             side: entry.side,
             // A path that carries little ends early.
             throughput: Vec3::splat(entry.weight),
+            incoming: Vec3::ZERO,
             path,
             depth: 0,
             is_alive: 1,
         });
     }
 
-    let walk = Walk::new(context, clusters, entry_points.len() as u32, seed)?;
+    let may_shine: Vec<bool> = materials.iter().map(Material::may_shine).collect();
+    let shines = may_shine.contains(&true);
+    let walk = Walk::new(context, clusters, entry_points.len() as u32, shines, seed)?;
     let mut chunks = Chunks::new(1 << 12, LIMIT);
     progress.stage("light paths", live.len() as u64);
     let total = live.len() as u64;
@@ -128,7 +163,12 @@ pub fn trace(
         })?;
         live = survivors;
     }
-    Ok(LightPaths::from_vertices(vertices, surfaces, entry_points.len(), base_clusters))
+    let mut paths =
+        LightPaths::from_vertices(vertices, surfaces, &may_shine, entry_points.len(), base_clusters);
+    if !shines {
+        paths.arrivals = Arrivals::default();
+    }
+    Ok(paths)
 }
 
 /// Device side of the walk.
@@ -143,9 +183,20 @@ struct Walk {
 }
 
 impl Walk {
-    fn new(context: &Arc<Context>, clusters: &ClusterBuffers, paths: u32, seed: u32) -> Result<Self> {
+    fn new(
+        context: &Arc<Context>,
+        clusters: &ClusterBuffers,
+        paths: u32,
+        shines: bool,
+        seed: u32,
+    ) -> Result<Self> {
         let limit = u64::from(paths.clamp(1, LIMIT));
-        let constants = [("STEPS", STEPS), ("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits())];
+        let constants = [
+            ("STEPS", STEPS),
+            ("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits()),
+            ("EDITABLE_ALBEDO", EDITABLE_ALBEDO.to_bits()),
+            ("SHINES", u32::from(shines)),
+        ];
         let vertex_bytes = limit * u64::from(STEPS) * size_of::<PathVertex>() as u64;
         Ok(Self {
             context: context.clone(),
@@ -190,12 +241,7 @@ impl Walk {
         let counts: Vec<u32> = self.counts.read_range(0, states.len())?;
         let vertices: Vec<PathVertex> = self.vertices.read_range(0, states.len() * STEPS as usize)?;
         for ((state, &count), row) in states.iter().zip(&counts).zip(vertices.chunks_exact(STEPS as usize)) {
-            found.extend(row[..count as usize].iter().map(|vertex| Vertex {
-                path: state.path,
-                side: vertex.side,
-                weight: vertex.weight,
-                cluster: vertex.cluster,
-            }));
+            found.extend(row[..count as usize].iter().map(|vertex| Vertex::new(state.path, vertex)));
         }
         let after: Vec<PathState> = self.paths.read_range(0, states.len())?;
         survivors.extend(after.into_iter().filter(|state| state.is_alive == 1));
@@ -208,6 +254,7 @@ impl LightPaths {
     fn from_vertices(
         mut vertices: Vec<Vertex>,
         surfaces: &[Surface],
+        may_shine: &[bool],
         paths: usize,
         base_clusters: u32,
     ) -> Self {
@@ -229,7 +276,13 @@ impl LightPaths {
         let mut cursor = first_deposits.clone();
         let mut deposits = vec![Deposit { throughput: Vec3::ZERO, path: 0 }; total as usize + 1];
         let mut steps = Vec::with_capacity(ordered.len());
-        let mut before: Option<Vertex> = None;
+        let mut arrivals = Arrivals {
+            lobes: Vec::with_capacity(ordered.len()),
+            incoming: vec![Vec3::ZERO; deposits.len()],
+            sides: vec![0; deposits.len()],
+            departures: vec![Vec3::ZERO; paths],
+        };
+        let mut before: Option<(Vertex, bool)> = None;
         let mut lost = 0;
         for (vertex, is_head) in ordered.into_iter().zip(heads) {
             let slot = if vertex.cluster == NO_CLUSTER {
@@ -241,12 +294,21 @@ impl LightPaths {
                 *place - 1
             };
             deposits[slot as usize].path = vertex.path;
-            let reflector = before.filter(|before| before.path == vertex.path);
-            let material = reflector.map_or(HEAD, |before| surfaces[before.side as usize / 2].material);
+            arrivals.lobes.push(vertex.lobe);
+            arrivals.incoming[slot as usize] = vertex.incoming;
+            arrivals.sides[slot as usize] = vertex.side;
+            let mut material = HEAD;
+            if let Some((reflector, is_entry)) = before.filter(|(before, _)| before.path == vertex.path) {
+                material = surfaces[reflector.side as usize / 2].material;
+                if is_entry {
+                    arrivals.departures[vertex.path as usize] = vertex.incoming;
+                    material = if may_shine[material as usize] { FROM_ENTRY } else { material };
+                }
+            }
             steps.push(PathStep { material, weight: vertex.weight, slot });
-            before = Some(vertex);
+            before = Some((vertex, is_head));
         }
-        Self { steps, deposits, first_deposits, lost }
+        Self { steps, deposits, first_deposits, arrivals, lost }
     }
 }
 

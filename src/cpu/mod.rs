@@ -18,6 +18,7 @@ pub mod hvds;
 pub mod irradiance_probe;
 pub mod light_paths;
 pub mod lights;
+pub mod lit_scene;
 pub mod math;
 pub mod near_field;
 pub mod path_flux;

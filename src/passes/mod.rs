@@ -7,7 +7,7 @@ pub mod reference;
 mod scene_buffers;
 
 pub use cluster_buffers::ClusterBuffers;
-pub use scene_buffers::{SceneBuffers, light_sources, reflectances};
+pub use scene_buffers::{LitScene, SceneBuffers, light_sources, reflectances};
 
 use crate::layout::Layout;
 

@@ -225,11 +225,14 @@ fn pictures_equal_the_twin() {
         let frame = Frame::new(&world, &lights(), &camera(size, 1.0), most);
         let indirect: Vec<Vec3> = frame.pixels.iter().map(|_| 1.0 + random.cube()).collect();
         let buffer = Buffer::from_slice(&world.context, "indirect", &indirect).unwrap();
-        let pass = Compose::new(&world.context, frame.pixels.len() as u32).unwrap();
+        let pass = Compose::new(&world.context, frame.pixels.len() as u32, true).unwrap();
+        let shine: Vec<Vec3> = frame.pixels.iter().map(|_| 1.0 + random.cube()).collect();
+        let gloss = Buffer::from_slice(&world.context, "gloss radiance", &shine).unwrap();
         let irradiances = Irradiances {
             pixels: &frame.buffers[0],
             direct: &frame.buffers[1],
             indirect: &buffer,
+            gloss: Some(&gloss),
             antialias: &frame.antialias,
         };
         world.context.run(|rec| pass.record(rec, &world.buffers, irradiances, share)).unwrap();
@@ -240,7 +243,12 @@ fn pictures_equal_the_twin() {
             }
             let material = world.surfaces[side as usize / 2].material;
             let albedo = world.materials[material as usize].diffuse;
-            cpu::compose::compose(albedo, share[0] * direct, share[1] * indirect[source])
+            cpu::compose::compose(
+                albedo,
+                share[0] * direct,
+                share[1] * indirect[source],
+                share[1] * shine[source],
+            )
         };
         let count = frame.samples_per_edge() as usize;
         let samples = frame.samples();

@@ -91,6 +91,7 @@ fn no_vertex_of_a_box_is_lost_wherever_its_walls_lie_in_the_grid() {
             &world.buffers,
             &world.clusters,
             &world.surfaces,
+            &world.materials,
             world.hvds.levels[0].len() as u32,
             &points,
             0,

@@ -42,13 +42,14 @@ fn form_factors_and_flux_equal_their_twins() {
         let lights = &all[..light_count];
         let moved: Vec<_> = (0..).zip(lights.iter().map(|light| light.position)).collect();
         let buffer = Buffer::from_slice(&world.context, "lights", lights).unwrap();
-        let pass = FormFactors::new(&world.context, &points, area_m2, light_count as u32).unwrap();
+        let pass = FormFactors::new(&world.context, &points, area_m2, light_count as u32, true).unwrap();
+        let reflected = Buffer::storage(&world.context, "reflected flux", 12 * count as u64).unwrap();
         world
             .context
             .run(|rec| {
                 pass.record(rec, &world.buffers, &moved);
                 rec.barrier(COMPUTE_TO_COMPUTE);
-                pass.record_flux(rec, &buffer, light_count as u32);
+                pass.record_flux(rec, &buffer, light_count as u32, Some(&reflected));
             })
             .unwrap();
 
@@ -72,6 +73,7 @@ fn form_factors_and_flux_equal_their_twins() {
         assert!(count < 900 || factors.iter().filter(|&&factor| factor > 0.0).count() > count / 8);
 
         let flux: Vec<Vec3> = pass.flux.read().unwrap();
+        assert_eq!(reflected.read::<Vec3>().unwrap(), flux, "a copy, for the passes of what shines");
         let twin = cpu::path_flux::path_flux(lights, &factors, count, area_m2);
         for (device, twin) in flux.iter().zip(twin) {
             assert_near(*device, twin, FLOAT, 0.0, "path flux");
@@ -85,7 +87,7 @@ fn form_factors_and_flux_equal_their_twins() {
 fn form_factors_of_lights_at_rest_stay() {
     let world = World::room();
     let points = entry_points(&world, &mut Random::new(22), 100);
-    let pass = FormFactors::new(&world.context, &points, 0.01, 3).unwrap();
+    let pass = FormFactors::new(&world.context, &points, 0.01, 3, false).unwrap();
     pass.factors.write(&[-1.0_f32; 300]).unwrap();
     world.context.run(|rec| pass.record(rec, &world.buffers, &[(1, Vec3::ZERO)])).unwrap();
     let factors: Vec<f32> = pass.factors.read().unwrap();
@@ -134,13 +136,18 @@ fn cluster_energies_equal_the_twin_and_parents_their_children() {
         let least_area_m2 = 0.01;
 
         let pyramid = Pyramid::new(&context, &hvds, &first_deposits, least_area_m2).unwrap();
+        // Behind the entry point paths may carry another flux.
+        let reflected_flux: Vec<Vec3> = path_flux.iter().map(|&flux| flux * random.unit()).collect();
+        let reflected_flux_buffer = Buffer::from_slice(&context, "reflected flux", &reflected_flux).unwrap();
         let path_flux_buffer = Buffer::from_slice(&context, "path flux", &path_flux).unwrap();
         let deposit_buffer = Buffer::from_slice(&context, "deposits", &deposits).unwrap();
         context.take_redundant_barriers();
-        context.run(|rec| pyramid.record(rec, &path_flux_buffer, &deposit_buffer)).unwrap();
+        context
+            .run(|rec| pyramid.record(rec, &path_flux_buffer, &reflected_flux_buffer, &deposit_buffer))
+            .unwrap();
         assert_eq!(context.take_redundant_barriers(), [""; 0]);
 
-        let twin = cpu::hvds::cluster_flux(&hvds, &path_flux, &first_deposits, &deposits);
+        let twin = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &first_deposits, &deposits);
         let sources = cpu::hvds::indirect_sources(&hvds, &first_deposits, LEAST_VERTICES);
         assert_eq!(indirect_sources(&hvds, &first_deposits, LEAST_VERTICES), sources);
         let borrowing = (0..base as u32).zip(&sources).filter(|(cluster, source)| cluster != *source).count();

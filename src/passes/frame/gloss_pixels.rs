@@ -98,7 +98,8 @@ pub struct GlossPixels {
     capacity: u32,
     offsets: Buffer,
     pixels: Buffer,
-    rays: Buffer,
+    /// `GlossRay`s, pixel by pixel.
+    pub rays: Buffer,
     /// What each pixel shines, W/m²/sr; three floats.
     pub radiance: Buffer,
 }

@@ -14,7 +14,11 @@
 layout(local_size_x = 256) in;
 layout(constant_id = 0) const uint SHINES = 0;  // 1: some steps are reflected by Phong lobes
 
-struct PathScanPush { uint step_count; };
+struct PathScanPush {
+    uint step_count;
+    uint first_block;  // of this dispatch
+    uint end_block;
+};
 
 layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[]; };
 layout(scalar, binding = 1) readonly buffer Steps { PathStep steps[]; };
@@ -27,7 +31,9 @@ shared Segment segments[BLOCK_THREADS];
 
 void main() {
     uint thread = gl_LocalInvocationIndex;
-    uint first = flat_workgroup() * BLOCK_STEPS + thread * BLOCK_ITEMS;
+    uint block = push.first_block + flat_workgroup();
+    if (block >= push.end_block) return;
+    uint first = block * BLOCK_STEPS + thread * BLOCK_ITEMS;
     Segment scanned[BLOCK_ITEMS];
     Segment running = Segment(vec3(1.0), 0u);
     for (uint i = 0u; i < BLOCK_ITEMS; ++i) {
@@ -56,5 +62,5 @@ void main() {
     for (uint i = 0u; i < BLOCK_ITEMS && first + i < push.step_count; ++i) {
         deposits[steps[first + i].slot].throughput = join(before, scanned[i]).product;
     }
-    if (thread == BLOCK_THREADS - 1u) blocks[flat_workgroup()] = segments[thread];
+    if (thread == BLOCK_THREADS - 1u) blocks[block] = segments[thread];
 }

@@ -178,7 +178,7 @@ impl Renderer {
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.scan {
-            self.path_scan.record(rec, &self.buffers.materials);
+            self.path_scan.record(rec, &self.buffers.materials, None);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.energy {

@@ -114,7 +114,7 @@ pub(super) fn precompute(
     let strata = Strata::new(&hvds, &densities, quality.entry_points);
     let clusters = ClusterBuffers::new(context, &hvds, &strata.in_clusters)?;
     let area_m2 = (strata.area_m2 / f64::from(quality.entry_points)) as f32;
-    let entry_points = entry_points::place(context, &buffers, &clusters, &strata, seed)?;
+    let mut entry_points = entry_points::place(context, &buffers, &clusters, &strata, seed)?;
     watch.lap("entry points");
 
     let base = hvds.levels[0].len() as u32;
@@ -125,7 +125,7 @@ pub(super) fn precompute(
         &surfaces,
         &scene.materials,
         base,
-        &entry_points,
+        &mut entry_points,
         seed,
         progress,
     )?;

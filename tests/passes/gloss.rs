@@ -68,7 +68,7 @@ impl Shining {
             &world.surfaces,
             &world.materials,
             base,
-            &entry_points,
+            &mut entry_points,
             SEED,
             &mut Silent,
         )

@@ -8,7 +8,7 @@ use lightpaths::cpu::sampling::{owen_scramble, sample_3d, sobol};
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::path_scan::{FROM_ENTRY, HEAD};
 use lightpaths::passes::precompute::Silent;
-use lightpaths::passes::precompute::light_paths::{self, LightPathsPush, PathState};
+use lightpaths::passes::precompute::light_paths::{self, LightPathsPush, PathGroup, PathState};
 use lightpaths::scene::Material;
 use lightpaths::types::{NO_CLUSTER, PathVertex};
 
@@ -160,7 +160,8 @@ fn paths_are_stored_whole_in_both_orders() {
 fn store(world: &World) {
     let shines = world.materials.iter().any(Material::may_shine);
     for count in [0, 1, 64, 65, 9_001] {
-        let entries = entry_points(world, count);
+        let mut entries = entry_points(world, count);
+        let traced = entries.clone();
         let base = world.hvds.levels[0].len();
         let paths = light_paths::trace(
             &world.context,
@@ -169,7 +170,7 @@ fn store(world: &World) {
             &world.surfaces,
             &world.materials,
             base as u32,
-            &entries,
+            &mut entries,
             SEED,
             &mut Silent,
         )
@@ -180,9 +181,9 @@ fn store(world: &World) {
         assert_eq!(paths.steps.len() as u64, u64::from(paths.first_deposits[2 * base]) + paths.lost);
 
         // The same walk in rounds of our own.
-        let mut expected: Vec<Vec<PathVertex>> = entries.iter().map(|&entry| vec![entry]).collect();
+        let mut expected: Vec<Vec<PathVertex>> = traced.iter().map(|&entry| vec![entry]).collect();
         let mut states: Vec<_> = (0..)
-            .zip(&entries)
+            .zip(&traced)
             .map(|(path, e)| PathState {
                 position: e.position,
                 side: e.side,
@@ -199,6 +200,24 @@ fn store(world: &World) {
             }
             states.retain(|state| state.is_alive == 1);
         }
+        // Material 1 is the editable one: the paths that it reflects behind their entry points come last.
+        let is_edited = |vertices: &Vec<PathVertex>| {
+            let reflectors = vertices.get(1..vertices.len() - 1).unwrap_or(&[]);
+            let material = |vertex: &PathVertex| world.surfaces[vertex.side as usize / 2].material;
+            shines && reflectors.iter().any(|vertex| material(vertex) == 1)
+        };
+        expected.sort_by_key(is_edited);
+        assert!(expected.iter().zip(&entries).all(|(path, entry)| path[0].position == entry.position));
+        let first_edited: usize =
+            expected.iter().filter(|path| !is_edited(path)).map(|path| path.len()).sum();
+        let groups = [
+            PathGroup { materials: 0, steps: 0..first_edited as u32 },
+            PathGroup { materials: 1, steps: first_edited as u32..paths.steps.len() as u32 },
+        ];
+        let groups: Vec<_> = groups.into_iter().filter(|group| shines && !group.steps.is_empty()).collect();
+        assert_eq!(paths.groups, groups);
+        assert!(count < 1_000 || !shines || groups.len() == 2);
+
         let mut steps = paths.steps.iter();
         let mut taken = vec![false; paths.deposits.len()];
         for (path, vertices) in expected.iter().enumerate() {

@@ -40,7 +40,7 @@ fn scan_among(materials: &[Reflectance], steps: &[PathStep], lobes: &[f32]) -> V
     let deposits: Vec<_> = (0..=steps.len()).map(deposit).collect();
     let scan = PathScan::new(&context, steps, lobes, &deposits).unwrap();
     for _ in 0..2 {
-        context.run(|rec| scan.record(rec, &materials)).unwrap();
+        context.run(|rec| scan.record(rec, &materials, None)).unwrap();
     }
     let found: Vec<Deposit> = scan.deposits.read().unwrap();
     assert!((0..).zip(&found).all(|(path, deposit)| deposit.path == path), "paths stay as they are");
@@ -174,4 +174,45 @@ fn a_path_of_many_blocks_carries_its_throughput_through_all() {
     assert!(found[..2].iter().all(|&throughput| throughput == Vec3::ONE));
     assert!(found[2..].iter().all(|&throughput| throughput == albedos[1]));
     assert_silent(&context());
+}
+
+/// Scanning the edited part only leaves the same bits as scanning all.
+#[test]
+fn a_part_scanned_again_equals_a_whole_scan() {
+    let context = context();
+    let mut random = Random::new(4);
+    let lengths = lengths(&mut random, 30_011, 12);
+    // Material 2 reflects the paths of two parts of the array only.
+    let ends: Vec<u32> = lengths
+        .iter()
+        .scan(0, |end, &length| {
+            *end += length as u32;
+            Some(*end)
+        })
+        .collect();
+    let bounds = [ends[900], ends[1_000], ends[2_500], ends[2_600]];
+    let parts = [bounds[0]..bounds[1], bounds[2]..bounds[3]];
+    let mut place = 0;
+    let steps = steps(&lengths, || {
+        let is_inside = parts.iter().any(|part| part.contains(&place));
+        place += 1;
+        (random.below(if is_inside { 3 } else { 2 }), 1.0 + random.unit())
+    });
+    let material = |diffuse| Reflectance { diffuse, exponent: 1.0, specular: Vec3::ZERO, flags: 0 };
+    let mut table = [Vec3::splat(0.7), Vec3::new(0.3, 0.5, 0.9), Vec3::splat(0.1)].map(material);
+    let deposits: Vec<_> =
+        (0..=steps.len()).map(|path| Deposit { throughput: Vec3::ZERO, path: path as u32 }).collect();
+    let whole = PathScan::new(&context, &steps, &[], &deposits).unwrap();
+    let part = PathScan::new(&context, &steps, &[], &deposits).unwrap();
+    let materials = Buffer::from_slice(&context, "materials", &table).unwrap();
+    context.run(|rec| part.record(rec, &materials, None)).unwrap();
+    let before: Vec<Deposit> = part.deposits.read().unwrap();
+    table[2].diffuse = Vec3::new(0.8, 0.6, 0.4);
+    materials.write(&table).unwrap();
+    context.run(|rec| part.record(rec, &materials, Some(&parts))).unwrap();
+    context.run(|rec| whole.record(rec, &materials, None)).unwrap();
+    let [part, whole] = [part, whole].map(|scan| scan.deposits.read::<Deposit>().unwrap());
+    let same = |a: &[Deposit], b: &[Deposit]| a.iter().zip(b).all(|(a, b)| a.throughput == b.throughput);
+    assert!(same(&part, &whole) && !same(&part, &before));
+    assert_silent(&context);
 }

@@ -10,6 +10,7 @@ use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::Material;
 use crate::types::{Deposit, Grid, NO_CLUSTER, PathVertex, Surface};
 use glam::Vec3;
+use std::ops::Range;
 use std::sync::Arc;
 
 gpu_struct! {
@@ -92,6 +93,28 @@ pub struct Arrivals {
     pub departures: Vec<Vec3>,
 }
 
+/// Paths that stand together because the same editable materials reflect them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PathGroup {
+    /// A bit for each editable material, by [`editable_bits`].
+    pub materials: u32,
+    /// Their steps.
+    pub steps: Range<u32>,
+}
+
+/// The bit of each material that is editable, in order; the last bit stands for all that find no other. Zero for the others.
+pub fn editable_bits(materials: &[Material]) -> Vec<u32> {
+    let mut editable = 0;
+    let bit = |material: &Material| {
+        if !material.editable {
+            return 0;
+        }
+        editable += 1;
+        1 << (editable - 1).min(31)
+    };
+    materials.iter().map(bit).collect()
+}
+
 /// All light paths, in the two orders that a frame needs.
 pub struct LightPaths {
     /// Every vertex in path order: how its energy follows from the vertex before.
@@ -101,13 +124,16 @@ pub struct LightPaths {
     pub deposits: Vec<Deposit>,
     /// First deposit of each base cluster by an entry point, then its first by another vertex, and the end.
     pub first_deposits: Vec<u32>,
+    /// Where some materials are editable: the paths by which of them reflect them, entry points aside.
+    pub groups: Vec<PathGroup>,
     /// Empty where nothing shines.
     pub arrivals: Arrivals,
     /// Vertices that no cluster holds: zero unless the binning is broken.
     pub lost: u64,
 }
 
-/// Traces all paths. `surfaces` in BVH order, `materials` as on the device; `base_clusters` counts the clusters of the base level.
+/// Traces all paths. Where some materials are editable, entry points and their paths are put in an order in which those that the same
+/// of them reflect stand together. `surfaces` in BVH order, `materials` as on the device; `base_clusters` counts the clusters of the base level.
 ///
 /// # Errors
 /// [`Error::OutOfMemory`] if the device cannot bind so many vertices, as where nothing is absorbed and no path ends; the device
@@ -120,7 +146,7 @@ pub fn trace(
     surfaces: &[Surface],
     materials: &[Material],
     base_clusters: u32,
-    entry_points: &[PathVertex],
+    entry_points: &mut [PathVertex],
     seed: u32,
     progress: &mut dyn Progress,
 ) -> Result<LightPaths> {
@@ -163,8 +189,15 @@ pub fn trace(
         })?;
         live = survivors;
     }
+    let bits = editable_bits(materials);
+    let mut masks = Vec::new();
+    if bits.iter().any(|&bit| bit != 0) {
+        masks =
+            group(&mut vertices, entry_points, |side| bits[surfaces[side as usize / 2].material as usize]);
+    }
     let mut paths =
         LightPaths::from_vertices(vertices, surfaces, &may_shine, entry_points.len(), base_clusters);
+    paths.group_steps(&masks);
     if !shines {
         paths.arrivals = Arrivals::default();
     }
@@ -249,7 +282,48 @@ impl Walk {
     }
 }
 
+/// Reorders entry points and numbers the paths anew, so that those that the same editable materials reflect stand together;
+/// returns for each path which these are. Entry points do not count: their reflection is part of the path's flux.
+fn group(vertices: &mut [Vertex], entry_points: &mut [PathVertex], bit: impl Fn(u32) -> u32) -> Vec<u32> {
+    let mut masks = vec![0; entry_points.len()];
+    let mut pending: Vec<Option<u32>> = vec![None; entry_points.len()];
+    for vertex in &*vertices {
+        // A vertex reflects what reaches the next one, if there is one.
+        let path = vertex.path as usize;
+        if let Some(reflector) = pending[path] {
+            masks[path] |= reflector;
+        }
+        let is_entry = vertex.incoming == Vec3::ZERO;
+        pending[path] = Some(if is_entry { 0 } else { bit(vertex.side) });
+    }
+    let mut order: Vec<u32> = (0..entry_points.len() as u32).collect();
+    order.sort_by_key(|&path| masks[path as usize]);
+    let mut places = vec![0; order.len()];
+    for (place, &path) in (0..).zip(&order) {
+        places[path as usize] = place;
+    }
+    vertices.iter_mut().for_each(|vertex| vertex.path = places[vertex.path as usize]);
+    let sorted: Vec<PathVertex> = order.iter().map(|&path| entry_points[path as usize]).collect();
+    entry_points.copy_from_slice(&sorted);
+    order.iter().map(|&path| masks[path as usize]).collect()
+}
+
 impl LightPaths {
+    /// Notes where the paths of each mask stand; `masks` in path order, or none.
+    fn group_steps(&mut self, masks: &[u32]) {
+        let mut path = 0;
+        for (index, step) in (0..).zip(&self.steps) {
+            if step.material == HEAD {
+                path += 1;
+            }
+            let Some(&materials) = masks.get(path - 1) else { return };
+            match self.groups.last_mut() {
+                Some(group) if group.materials == materials => group.steps.end = index + 1,
+                _ => self.groups.push(PathGroup { materials, steps: index..index + 1 }),
+            }
+        }
+    }
+
     /// Orders vertices by path, and by cluster. Vertices of one path come in the order of the walk.
     fn from_vertices(
         mut vertices: Vec<Vertex>,
@@ -308,7 +382,7 @@ impl LightPaths {
             steps.push(PathStep { material, weight: vertex.weight, slot });
             before = Some((vertex, is_head));
         }
-        Self { steps, deposits, first_deposits, arrivals, lost }
+        Self { steps, deposits, first_deposits, groups: Vec::new(), arrivals, lost }
     }
 }
 

@@ -16,6 +16,7 @@ layout(local_size_x = 64) in;
 struct GlossBasePush {
     uint slot_count;  // of the base level
     uint beam_count;  // of an entry point
+    uvec2 window;     // vertices of this dispatch, of each cluster: first, and how many
 };
 
 layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[]; };
@@ -26,7 +27,7 @@ layout(scalar, binding = 4) readonly buffer GlossVertices { GlossVertex gloss_ve
 layout(scalar, binding = 5) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
 layout(scalar, binding = 6) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
 layout(scalar, binding = 7) readonly buffer Directions { vec3 directions[]; };
-layout(scalar, binding = 8) writeonly buffer GlossFluxes { vec3 gloss_fluxes[]; };
+layout(scalar, binding = 8) buffer GlossFluxes { vec3 gloss_fluxes[]; };
 layout(scalar, push_constant) uniform Push { GlossBasePush push; };
 
 #include "include/gloss_flux.glsl"
@@ -35,5 +36,7 @@ void main() {
     uint index = flat_invocation();
     if (index >= push.slot_count) return;
     GlossSlot slot = gloss_slots[index];
-    gloss_fluxes[index] = gloss_flux(slot.cluster, slot.shift, directions[slot.direction], push.beam_count);
+    vec3 before = push.window.x == 0u ? vec3(0.0) : gloss_fluxes[index];
+    vec3 toward = directions[slot.direction];
+    gloss_fluxes[index] = before + gloss_flux(slot.cluster, slot.shift, toward, push.beam_count, push.window);
 }

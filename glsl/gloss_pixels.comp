@@ -1,6 +1,6 @@
-// Shining pixels, step 4: radiance that their Phong lobes send to the camera of what surfaces around them send there: all that a
+// Shining pixels, step 5: radiance that their Phong lobes send to the camera of what surfaces around them send there: all that a
 // light edit under a still camera has to do. Deterministic. One invocation = one shining pixel.
-// In: rays, irradiance of clusters (W/m²), light on the shining ones (W). Out: radiance, W/m²/sr.
+// In: rays, irradiance of clusters and what the shining ones send back (W/m²). Out: radiance, W/m²/sr.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -9,7 +9,6 @@
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
-#include "include/gloss.glsl"
 #include "include/gloss_rays.glsl"
 
 layout(local_size_x = 64) in;
@@ -19,7 +18,6 @@ struct GlossPixelsPush {
     uint most_rays;     // of a pixel
     uint capacity;      // rays that there is room for
     uint cluster_bits;  // width of the cluster field in GlossRay.target
-    uint beam_count;    // of an entry point
 };
 
 layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
@@ -29,18 +27,9 @@ layout(scalar, binding = 3) readonly buffer GlossOffsets { uint gloss_offsets[];
 layout(scalar, binding = 4) readonly buffer GlossPixels { uint gloss_pixels[]; };
 layout(scalar, binding = 5) readonly buffer GlossRays { GlossRay gloss_rays[]; };
 layout(scalar, binding = 6) readonly buffer Irradiance { vec3 irradiance[]; };
-layout(scalar, binding = 7) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
-layout(scalar, binding = 8) readonly buffer BaseRanges { uvec2 base_ranges[]; };      // base clusters below each cluster
-layout(scalar, binding = 9) readonly buffer GlossShifts { uint gloss_shifts[]; };     // of each base cluster; NO_ENTRY: does not shine
-layout(scalar, binding = 10) readonly buffer ReflectedFlux { vec3 reflected_flux[]; };
-layout(scalar, binding = 11) readonly buffer FirstDeposits { uint first_deposits[]; };
-layout(scalar, binding = 12) readonly buffer Deposits { Deposit deposits[]; };
-layout(scalar, binding = 13) readonly buffer GlossVertices { GlossVertex gloss_vertices[]; };
-layout(scalar, binding = 14) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
-layout(scalar, binding = 15) writeonly buffer GlossRadiance { vec3 gloss_radiance[]; };
+layout(scalar, binding = 7) readonly buffer GlossHits { vec3 gloss_hits[]; };  // of each ray that meets what shines
+layout(scalar, binding = 8) writeonly buffer GlossRadiance { vec3 gloss_radiance[]; };
 layout(scalar, push_constant) uniform Push { GlossPixelsPush push; };
-
-#include "include/gloss_flux.glsl"
 
 void main() {
     uint index = flat_invocation();
@@ -55,16 +44,7 @@ void main() {
         uint cluster = ray.target & ((1u << push.cluster_bits) - 1u);
         Reflectance material = materials[ray.target >> push.cluster_bits];
         vec3 radiosity = material.diffuse * irradiance[cluster];
-        if (any(greaterThan(material.specular, vec3(0.0)))) {
-            // What shines there towards this pixel: too few rays meet such surfaces to prepare for it.
-            vec3 flux = vec3(0.0);
-            vec3 toward = unpack_direction(ray.direction);
-            for (uint base = base_ranges[cluster].x; base < base_ranges[cluster].y; ++base) {
-                uint shift = gloss_shifts[base];
-                if (shift != NO_ENTRY) flux += gloss_flux(base, shift, toward, push.beam_count);
-            }
-            radiosity += flux * inverse_areas[cluster];
-        }
+        if (has_lobe(material)) radiosity += gloss_hits[i];
         sum += ray.weight * radiosity;
     }
     vec3 specular = materials[surfaces[pixels[pixel].side >> 1].material].specular;

@@ -19,6 +19,8 @@ float phong_lobe(vec3 mirror, vec3 direction, float exponent) {
     return phong_lobe(off_mirror(mirror, direction), exponent);
 }
 
+bool has_lobe(Reflectance material) { return any(greaterThan(material.specular, vec3(0.0))); }
+
 // π times the BRDF, for a direction whose 1 - cosα off the mirror direction is x: the albedo, where there is no lobe.
 vec3 reflected_share(Reflectance material, float x) {
     return material.diffuse + material.specular * (0.5 * (material.exponent + 2.0) * phong_lobe(x, material.exponent));

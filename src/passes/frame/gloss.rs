@@ -9,7 +9,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::form_factors::FormFactors;
 use crate::passes::precompute::gloss::GlossTables;
 use crate::scene::directions::Directions;
-use glam::Vec3;
+use glam::{UVec2, Vec3};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -86,6 +86,8 @@ gpu_struct! {
         pub slot_count: u32,
         /// Beams of an entry point.
         pub beam_count: u32,
+        /// Vertices of this dispatch, of each cluster: first, and how many.
+        pub window: UVec2,
     }
 }
 
@@ -112,6 +114,9 @@ pub const LAYOUTS: &[Layout] = &[
     GlossLevelPush::LAYOUT,
 ];
 
+/// Turns of the loop over a cluster's vertices and their beams in one dispatch.
+const MOST_TURNS: u32 = 1 << 14;
+
 /// Marks a vertex that is no entry point that may shine, and a base cluster without vertices that may.
 pub const NO_ENTRY: u32 = u32::MAX;
 
@@ -129,6 +134,8 @@ pub struct Gloss {
     /// First base cluster below each cluster, and the end.
     pub base_ranges: Buffer,
     directions: Buffer,
+    /// Vertices of a base cluster at most.
+    most_vertices: u32,
     levels: Vec<Range<u32>>,
     first_children: Buffer,
     children: Buffer,
@@ -175,6 +182,7 @@ impl Gloss {
             shifts: Buffer::from_slice(context, "gloss shifts", &tables.shifts)?,
             base_ranges: Buffer::from_slice(context, "base ranges", &tables.base_ranges)?,
             directions: Buffer::from_slice(context, "directions", &middles)?,
+            most_vertices: tables.most_vertices,
             levels: tables.levels.clone(),
             first_children: Buffer::from_slice(context, "gloss first children", &tables.first_children)?,
             children: Buffer::from_slice(context, "gloss children", &tables.children)?,
@@ -184,6 +192,13 @@ impl Gloss {
             reflected_flux: Buffer::storage(context, "reflected flux", u64::from(path_count) * 12)?,
             fluxes: Buffer::storage(context, "gloss fluxes", tables.slots.len() as u64 * 12)?,
         })
+    }
+
+    /// Vertices to take of each cluster, one dispatch after the other: first, and how many. Bounds the work of an invocation, for
+    /// lavapipe ends all loops of a shader, silently, once they have turned 65 535 times in all.
+    pub fn windows(&self) -> impl Iterator<Item = UVec2> {
+        let length = (MOST_TURNS / self.beam_count.max(1)).max(1);
+        (0..self.most_vertices.max(1)).step_by(length as usize).map(move |first| UVec2::new(first, length))
     }
 
     /// The first reflection at entry points that may shine. Other paths' reflected flux is their path flux.
@@ -218,22 +233,27 @@ impl Gloss {
     pub fn record(&self, rec: &mut Recorder, materials: &Buffer, first_deposits: &Buffer, deposits: &Buffer) {
         let mut pass = rec.pass(Self::STEM);
         let base_count = self.levels[0].len() as u32;
-        pass.dispatch(
-            &self.base,
-            [base_count, 1, 1],
-            &GlossBasePush { slot_count: base_count, beam_count: self.beam_count },
-            &[
-                ("Materials", materials),
-                ("ReflectedFlux", &self.reflected_flux),
-                ("FirstDeposits", first_deposits),
-                ("Deposits", deposits),
-                ("GlossVertices", &self.vertices),
-                ("GlossBeams", &self.beams),
-                ("GlossSlots", &self.slots),
-                ("Directions", &self.directions),
-                ("GlossFluxes", &self.fluxes),
-            ],
-        );
+        for window in self.windows() {
+            if window.x > 0 {
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
+            pass.dispatch(
+                &self.base,
+                [base_count, 1, 1],
+                &GlossBasePush { slot_count: base_count, beam_count: self.beam_count, window },
+                &[
+                    ("Materials", materials),
+                    ("ReflectedFlux", &self.reflected_flux),
+                    ("FirstDeposits", first_deposits),
+                    ("Deposits", deposits),
+                    ("GlossVertices", &self.vertices),
+                    ("GlossBeams", &self.beams),
+                    ("GlossSlots", &self.slots),
+                    ("Directions", &self.directions),
+                    ("GlossFluxes", &self.fluxes),
+                ],
+            );
+        }
         for level in self.levels[1..].iter().filter(|level| !level.is_empty()) {
             pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch(

@@ -12,7 +12,7 @@ use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::precompute::gather_rays::LEAST_ENTRY_POINTS;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::types::Grid;
-use glam::Vec3;
+use glam::{UVec2, Vec3};
 use std::sync::Arc;
 
 gpu_struct! {
@@ -60,8 +60,8 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `gloss_pixels`.
-    pub struct GlossPixelsPush {
+    /// Push constants of `gloss_hits`.
+    pub struct GlossHitsPush {
         /// Of the image.
         pub pixel_count: u32,
         /// Rays of a pixel.
@@ -72,12 +72,33 @@ gpu_struct! {
         pub cluster_bits: u32,
         /// Beams of an entry point.
         pub beam_count: u32,
+        /// Vertices of this dispatch, of each base cluster: first, and how many.
+        pub window: UVec2,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `gloss_pixels`.
+    pub struct GlossPixelsPush {
+        /// Of the image.
+        pub pixel_count: u32,
+        /// Rays of a pixel.
+        pub most_rays: u32,
+        /// Rays that there is room for.
+        pub capacity: u32,
+        /// Width of the cluster field in `GlossRay::target`.
+        pub cluster_bits: u32,
     }
 }
 
 /// What these passes share with their shaders.
-pub const LAYOUTS: &[Layout] =
-    &[GlossRay::LAYOUT, GlossMarkPush::LAYOUT, GlossRaysPush::LAYOUT, GlossPixelsPush::LAYOUT];
+pub const LAYOUTS: &[Layout] = &[
+    GlossRay::LAYOUT,
+    GlossMarkPush::LAYOUT,
+    GlossRaysPush::LAYOUT,
+    GlossHitsPush::LAYOUT,
+    GlossPixelsPush::LAYOUT,
+];
 
 /// There is room for all the rays of so large a share of the pixels: where more shine, each gets fewer.
 const SHARE: u64 = 8;
@@ -91,6 +112,7 @@ pub struct GlossPixels {
     mark: Pipeline,
     list: Pipeline,
     trace: Pipeline,
+    meet: Pipeline,
     shine: Pipeline,
     prefix_sum: PrefixSum,
     pixel_count: u32,
@@ -100,6 +122,8 @@ pub struct GlossPixels {
     pixels: Buffer,
     /// `GlossRay`s, pixel by pixel.
     pub rays: Buffer,
+    /// What each ray that meets what shines finds there, W/m²; three floats.
+    hits: Buffer,
     /// What each pixel shines, W/m²/sr; three floats.
     pub radiance: Buffer,
 }
@@ -124,6 +148,7 @@ impl GlossPixels {
             mark: Pipeline::new(context, "gloss_mark", &[])?,
             list: Pipeline::new(context, "edge_list", &[])?,
             trace: Pipeline::new(context, Self::RAYS_STEM, &[])?,
+            meet: Pipeline::new(context, "gloss_hits", &[])?,
             shine: Pipeline::new(context, Self::STEM, &[])?,
             prefix_sum: PrefixSum::new(context, pixel_count)?,
             pixel_count,
@@ -132,6 +157,7 @@ impl GlossPixels {
             offsets: Buffer::storage(context, "gloss offsets", 4 * (u64::from(pixel_count) + 1))?,
             pixels: Buffer::storage(context, "gloss pixels", 4 * u64::from(pixel_count))?,
             rays: Buffer::storage(context, "gloss rays", ray_bytes)?,
+            hits: Buffer::storage(context, "gloss hits", 12 * u64::from(capacity.max(1)))?,
             radiance: Buffer::storage(context, "gloss radiance", 12 * u64::from(pixel_count))?,
         })
     }
@@ -216,7 +242,37 @@ impl GlossPixels {
         pixels: &Buffer,
         cluster_bits: u32,
     ) {
-        rec.pass(Self::STEM).dispatch(
+        let mut pass = rec.pass(Self::STEM);
+        for window in gloss.windows() {
+            pass.dispatch(
+                &self.meet,
+                [self.capacity, 1, 1],
+                &GlossHitsPush {
+                    pixel_count: self.pixel_count,
+                    most_rays: self.most_rays,
+                    capacity: self.capacity,
+                    cluster_bits,
+                    beam_count: gloss.beam_count,
+                    window,
+                },
+                &[
+                    ("Materials", &scene.materials),
+                    ("GlossOffsets", &self.offsets),
+                    ("GlossRays", &self.rays),
+                    ("InverseAreas", sources.inverse_areas),
+                    ("BaseRanges", &gloss.base_ranges),
+                    ("GlossShifts", &gloss.shifts),
+                    ("ReflectedFlux", &gloss.reflected_flux),
+                    ("FirstDeposits", first_deposits),
+                    ("Deposits", deposits),
+                    ("GlossVertices", &gloss.vertices),
+                    ("GlossBeams", &gloss.beams),
+                    ("GlossHits", &self.hits),
+                ],
+            );
+            pass.barrier(COMPUTE_TO_COMPUTE);
+        }
+        pass.dispatch(
             &self.shine,
             [self.pixel_count, 1, 1],
             &GlossPixelsPush {
@@ -224,7 +280,6 @@ impl GlossPixels {
                 most_rays: self.most_rays,
                 capacity: self.capacity,
                 cluster_bits,
-                beam_count: gloss.beam_count,
             },
             &[
                 ("Surfaces", &scene.surfaces),
@@ -234,14 +289,7 @@ impl GlossPixels {
                 ("GlossPixels", &self.pixels),
                 ("GlossRays", &self.rays),
                 ("Irradiance", sources.irradiance),
-                ("InverseAreas", sources.inverse_areas),
-                ("BaseRanges", &gloss.base_ranges),
-                ("GlossShifts", &gloss.shifts),
-                ("ReflectedFlux", &gloss.reflected_flux),
-                ("FirstDeposits", first_deposits),
-                ("Deposits", deposits),
-                ("GlossVertices", &gloss.vertices),
-                ("GlossBeams", &gloss.beams),
+                ("GlossHits", &self.hits),
                 ("GlossRadiance", &self.radiance),
             ],
         );

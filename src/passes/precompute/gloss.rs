@@ -20,6 +20,8 @@ pub struct GlossTables {
     pub entries: Vec<GlossEntry>,
     /// Vertices of the base clusters that hold a surface that may shine, in the order of their deposits.
     pub vertices: Vec<GlossVertex>,
+    /// Vertices of a base cluster at most.
+    pub most_vertices: u32,
     /// Added to the index of a deposit of each base cluster, wrapping, it gives that of its vertex; [`NO_ENTRY`] where nothing shines.
     pub shifts: Vec<u32>,
     /// First base cluster below each cluster, and the end.
@@ -167,6 +169,7 @@ impl GlossTables {
             }
             let lists = &sources.paths.first_deposits[2 * cluster..2 * cluster + 3];
             self.shifts.push((self.vertices.len() as u32).wrapping_sub(lists[0]));
+            self.most_vertices = self.most_vertices.max(lists[2] - lists[0]);
             for deposit in lists[0]..lists[2] {
                 let side = arrivals.sides[deposit as usize];
                 let surface = &sources.surfaces[side as usize / 2];

@@ -93,7 +93,11 @@ impl Columns {
         let mut columns = Self::default();
         for pass in passes {
             *match pass.name {
-                Primary::STEM | Direct::STEM | Antialias::STEM => &mut columns.Tdi,
+                Primary::STEM
+                | Direct::STEM
+                | Direct::SUM_STEM
+                | Antialias::STEM
+                | Antialias::SHADOW_STEM => &mut columns.Tdi,
                 FormFactors::STEM | FormFactors::FLUX_STEM | PathScan::STEM => &mut columns.Tlpe,
                 Pyramid::STEM => &mut columns.Thvds,
                 Gather::STEM | NearField::STEM | Blend::STEM => &mut columns.Tfg,

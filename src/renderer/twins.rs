@@ -5,7 +5,7 @@ use crate::cpu::sampling::hash_pair;
 use crate::error::Result;
 use crate::gpu::Buffer;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::passes::frame::{antialias::Antialias, gather::Gather};
+use crate::passes::frame::{antialias::Antialias, direct::Direct, gather::Gather};
 use crate::passes::precompute::Silent;
 use crate::passes::precompute::gather_rays::{self, Hemisphere};
 use crate::passes::reference::irradiance_probe;
@@ -74,7 +74,7 @@ impl Renderer {
             &self.context,
             irradiance_probe::Job {
                 scene: &self.buffers,
-                lights: &self.lights,
+                lights: &self.lights.table,
                 light_count: self.scene.lights.len() as u32,
                 cache_points: &self.gather.cache_points,
                 point_count: self.gather.point_count(),
@@ -93,6 +93,8 @@ impl Renderer {
     pub fn set_edge_samples(&mut self, samples: u32) -> Result<()> {
         self.scene.quality.edge_samples = samples;
         self.antialias = Antialias::new(&self.context, self.size(), samples)?;
+        self.direct = Direct::new(&self.context, self.size(), self.antialias.capacity)?;
+        self.lights.resize_layers(self.direct.point_count())?;
         Ok(())
     }
 

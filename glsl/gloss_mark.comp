@@ -5,6 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
 #include "include/dispatch.glsl"
+#include "include/gloss_rays.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -14,7 +15,7 @@ layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 1) readonly buffer Materials { Reflectance materials[]; };
 layout(scalar, binding = 2) readonly buffer Pixels { PixelSurface pixels[]; };
 layout(scalar, binding = 3) writeonly buffer GlossOffsets { uint gloss_offsets[]; };
-layout(scalar, binding = 4) writeonly buffer GlossRadiance { vec3 gloss_radiance[]; };
+layout(scalar, binding = 4) writeonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
 layout(scalar, push_constant) uniform Push { GlossMarkPush push; };
 
 void main() {
@@ -23,5 +24,5 @@ void main() {
     uint side = pixels[index].side;
     bool shines = side != NO_SIDE && any(greaterThan(materials[surfaces[side >> 1].material].specular, vec3(0.0)));
     gloss_offsets[index] = uint(shines);
-    gloss_radiance[index] = vec3(0.0);
+    gloss_radiance[index] = GlossShine(vec3(0.0), vec3(0.0));
 }

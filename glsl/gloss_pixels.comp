@@ -15,8 +15,8 @@ layout(local_size_x = 64) in;
 
 struct GlossPixelsPush {
     uint pixel_count;   // of the image
-    uint most_rays;     // of a pixel
-    uint capacity;      // rays that there is room for
+    uint most_samples;  // of a pixel
+    uint capacity;      // samples that there is room for
     uint cluster_bits;  // width of the cluster field in GlossRay.target
 };
 
@@ -28,14 +28,16 @@ layout(scalar, binding = 4) readonly buffer GlossPixels { uint gloss_pixels[]; }
 layout(scalar, binding = 5) readonly buffer GlossRays { GlossRay gloss_rays[]; };
 layout(scalar, binding = 6) readonly buffer Irradiance { vec3 irradiance[]; };
 layout(scalar, binding = 7) readonly buffer GlossHits { vec3 gloss_hits[]; };  // of each ray that meets what shines
-layout(scalar, binding = 8) writeonly buffer GlossRadiance { vec3 gloss_radiance[]; };
+layout(scalar, binding = 8) readonly buffer Highlights { vec3 highlights[]; };  // of each sample, per unit of specular albedo, W/m²/sr
+layout(scalar, binding = 9) writeonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
 layout(scalar, push_constant) uniform Push { GlossPixelsPush push; };
 
 void main() {
     uint index = flat_invocation();
     uint count = gloss_offsets[push.pixel_count];
     if (index >= count) return;
-    uint rays = rays_per_pixel(count, push.most_rays, push.capacity);
+    uint samples = gloss_samples_per_pixel(count, push.most_samples, push.capacity);
+    uint rays = LOBE_RAYS * samples;
     uint pixel = gloss_pixels[index];
     vec3 sum = vec3(0.0);
     for (uint i = index * rays; i < (index + 1u) * rays; ++i) {
@@ -47,6 +49,9 @@ void main() {
         if (has_lobe(material)) radiosity += gloss_hits[i];
         sum += ray.weight * radiosity;
     }
+    vec3 direct = vec3(0.0);
+    for (uint i = index * samples; i < (index + 1u) * samples; ++i) direct += highlights[i];
     vec3 specular = materials[surfaces[pixels[pixel].side >> 1].material].specular;
-    gloss_radiance[pixel] = rays == 0u ? vec3(0.0) : specular * sum / (PI * float(rays));
+    float share = 1.0 / float(max(samples, 1u));
+    gloss_radiance[pixel] = GlossShine(share * specular * direct, share / (PI * float(LOBE_RAYS)) * specular * sum);
 }

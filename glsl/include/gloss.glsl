@@ -10,10 +10,10 @@ struct GlossEntry {
     uint material;
 };
 
-// Light that arrives at such an entry point from one sample of one light.
+// Light that arrives at such an entry point from one point sample of a light.
 struct GlossBeam {
-    vec3 mirror;  // unit direction in which a mirror would send it on
-    vec3 flux;    // W
+    vec3 mirror;   // unit direction in which a mirror would send it on
+    float factor;  // irradiance per unit of the light's emission, see light_factor for units
 };
 
 // A path vertex in a cluster that may shine.

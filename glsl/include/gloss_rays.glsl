@@ -7,8 +7,19 @@ struct GlossRay {
     uint direction;  // unit direction back towards the pixel, octahedral, two 16-bit integers
 };
 
-// Rays of each shining pixel: as many as there is room for.
-uint rays_per_pixel(uint pixel_count, uint most, uint capacity) { return min(most, capacity / max(pixel_count, 1u)); }
+// What a pixel shines, W/m²/sr.
+struct GlossShine {
+    vec3 direct;    // of light straight from the lights
+    vec3 indirect;  // of light from surfaces
+};
+
+// Rays from each sample of a shining pixel.
+const uint LOBE_RAYS = 4u;
+
+// Samples of each shining pixel: as many as there is room for.
+uint gloss_samples_per_pixel(uint pixel_count, uint most, uint capacity) {
+    return min(most, capacity / max(pixel_count, 1u));
+}
 
 uint pack_direction(vec3 direction) {
     vec3 d = direction / (abs(direction.x) + abs(direction.y) + abs(direction.z));

@@ -37,6 +37,12 @@ bool sample_light(LightSource light, vec3 position, vec2 u, out LightSample foun
     return factor > 0.0;
 }
 
+// Point sample number `i` of a light, for sample_light: a lattice, every row and column of which holds one.
+vec2 lattice_point(LightSource light, uint i) {
+    uint skipped = light.modulus - light.samples;
+    return (vec2(i, (i + skipped) * light.stride % light.modulus - skipped) + 0.5) / float(light.samples);
+}
+
 // Whether nothing stands between a surface point (on the side that `normal` faces) and the light.
 bool is_lit(vec3 position, vec3 normal, LightSample light) {
     vec3 origin = offset_origin(position, normal);

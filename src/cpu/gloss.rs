@@ -4,19 +4,13 @@ use crate::cpu::brdf::{lobe_share, reflected_share};
 use crate::types::Reflectance;
 use glam::{DVec3, Vec3};
 
-/// Light from a point light at an entry point.
+/// Light that arrives at a path vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Beam {
     /// Unit direction in which a mirror would send it on.
     pub mirror: DVec3,
     /// W.
     pub flux: DVec3,
-}
-
-/// What arrives at an entry point, with that unit normal, from a light; `flux` in W.
-pub fn beam(position: Vec3, normal: Vec3, light: Vec3, flux: DVec3) -> Beam {
-    let travel = (position - light).as_dvec3().normalize();
-    Beam { mirror: travel.reflect(normal.as_dvec3()), flux }
 }
 
 /// Flux that a path carries on from its entry point in the direction `departure`, W.

@@ -1,6 +1,8 @@
 //! The renderer: owns the passes; the precomputation and the frame are recipes in the paper's order.
 
 mod accounts;
+mod edits;
+mod lights;
 mod precompute;
 mod report;
 mod twins;
@@ -9,7 +11,7 @@ pub use crate::passes::precompute::{Progress, Silent};
 pub use report::{Columns, Edit, FrameReport, Layer, Statistics};
 pub use twins::{Exact, Stage};
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Recorder};
 use crate::passes::frame::{
@@ -20,7 +22,7 @@ use crate::passes::frame::{
     form_factors::FormFactors,
     gather::{Gather, GatherSources},
     gloss::Gloss,
-    gloss_pixels::GlossPixels,
+    gloss_pixels::{GlossPixels, Surroundings},
     hvds::Pyramid,
     near_field::NearField,
     path_scan::PathScan,
@@ -29,11 +31,12 @@ use crate::passes::frame::{
     tonemap::Tonemap,
 };
 use crate::passes::precompute::gather_rays::RayTable;
-use crate::passes::{ClusterBuffers, SceneBuffers, light_sources};
+use crate::passes::{ClusterBuffers, SceneBuffers};
+use crate::scene::Scene;
 use crate::scene::directions::Directions;
-use crate::scene::{Light, LightKind, Scene};
 use crate::types::{NO_SIDE, PixelSurface, Surface, View};
 use glam::Vec3;
+use lights::{GlossRoom, Lights};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -44,7 +47,7 @@ pub struct Renderer {
     surfaces: Vec<Surface>,
     view: View,
     buffers: SceneBuffers,
-    lights: Buffer,
+    lights: Lights,
     primary: Primary,
     direct: Direct,
     antialias: Antialias,
@@ -74,26 +77,33 @@ impl Renderer {
     /// Precomputes a scene for its first camera.
     ///
     /// # Errors
-    /// A light of a kind that is not rendered yet; the device lacks memory or failed.
+    /// The device lacks memory or failed.
     pub fn new(context: &Arc<Context>, mut scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
-        check_lights(&scene.lights)?;
-        let lights = light_sources(&scene.lights);
         let made = precompute::precompute(context, &mut scene, progress)?;
         let size = scene.cameras[0].size;
         let pixels = size[0] * size[1];
-        let light_count = lights.len() as u32;
+        let antialias = Antialias::new(context, size, scene.quality.edge_samples)?;
+        let direct = Direct::new(context, size, antialias.capacity)?;
+        let form_factors = FormFactors::new(context, &made.entry_points, made.area_m2)?;
+        let (factor_count, point_count) = (form_factors.point_count(), direct.point_count());
         let shines = made.gloss.is_some();
         let directions = Directions::new(scene.quality.directions);
-        let path_count = made.entry_points.len() as u32;
-        let gloss = |tables| Gloss::new(context, &tables, directions, path_count, light_count);
+        let gloss = |tables| Gloss::new(context, &tables, directions, factor_count, made.area_m2);
+        let gloss = made.gloss.map(gloss).transpose()?;
+        let (rays, bits) = (scene.quality.gloss_rays, made.code.cluster_bits);
+        let gloss_pixels = shines.then(|| GlossPixels::new(context, pixels, rays, bits)).transpose()?;
+        let gloss_room = gloss.as_ref().zip(gloss_pixels.as_ref()).map(|(gloss, pixels)| GlossRoom {
+            beam_bytes: gloss.beam_bytes(1),
+            sample_count: pixels.capacity,
+        });
         Ok(Self {
             context: context.clone(),
             view: View::from(&scene.cameras[0]),
-            lights: Buffer::from_slice(context, "lights", &lights)?,
+            lights: Lights::new(context, &scene.lights, factor_count, point_count, gloss_room)?,
             primary: Primary::new(context, pixels)?,
-            direct: Direct::new(context, pixels)?,
-            antialias: Antialias::new(context, size, scene.quality.edge_samples)?,
-            form_factors: FormFactors::new(context, &made.entry_points, made.area_m2, light_count, shines)?,
+            direct,
+            antialias,
+            form_factors,
             path_scan: PathScan::new(
                 context,
                 &made.paths.steps,
@@ -112,12 +122,10 @@ impl Renderer {
                 made.code,
                 shines,
             )?,
-            gloss: made.gloss.map(gloss).transpose()?,
+            gloss,
             blend: Blend::new(context, &made.neighbourhoods)?,
             splat: Splat::new(context, made.point_count, size)?,
-            gloss_pixels: shines
-                .then(|| GlossPixels::new(context, pixels, scene.quality.gloss_rays))
-                .transpose()?,
+            gloss_pixels,
             compose: Compose::new(context, pixels, shines)?,
             tonemap: Tonemap::new(context, pixels)?,
             exposure_stops: 0.0,
@@ -136,6 +144,15 @@ impl Renderer {
     /// The device lacks memory or failed.
     pub fn frame(&mut self, edit: Edit) -> Result<FrameReport> {
         let edit = if std::mem::take(&mut self.is_fresh) { Edit::Everything } else { edit };
+        match edit {
+            Edit::Everything => (0..self.scene.lights.len()).for_each(|light| self.lights.moved(light)),
+            Edit::View => self.lights.view_changed(),
+            // Where none was moved, as if the first one were.
+            Edit::Light if self.lights.count() > 0 && self.lights.without_layer().is_empty() => {
+                self.lights.moved(0);
+            }
+            _ => {}
+        }
         let start = Instant::now();
         let passes = loop {
             let ((), passes) = self.context.run(|rec| self.record(rec, edit))?;
@@ -146,35 +163,48 @@ impl Renderer {
         let frame_ms = start.elapsed().as_secs_f64() * 1e3;
         let columns = Columns::of(&passes);
         let (bytes, rays) = self.accounts(&passes);
+        if edit.stages().direct {
+            self.lights.settle(edit.stages().light);
+        }
         Ok(FrameReport { passes, frame_ms, columns, bytes, rays })
     }
 
     /// The frame. [Yue §3] Every pass waits for the one before, so that the timings tell them apart.
     fn record(&self, rec: &mut Recorder, edit: Edit) {
         let stages = edit.stages();
-        let light_count = self.scene.lights.len() as u32;
-        let size = self.size();
+        let pixels = &self.primary.pixels;
         if stages.view {
             self.primary.record(rec, &self.buffers, &self.view);
             rec.barrier(COMPUTE_TO_COMPUTE);
+            self.antialias.record(rec, &self.buffers, &self.view, pixels);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            if let Some(gloss_pixels) = &self.gloss_pixels {
+                let (scene, seed) = (&self.buffers, self.scene.quality.seed);
+                gloss_pixels.record_rays(rec, scene, &self.clusters, pixels, &self.view, seed);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+            }
         }
         if stages.direct {
-            let pixels = &self.primary.pixels;
-            self.direct.record(rec, &self.buffers, &self.lights, light_count, pixels, size);
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            let direct = &self.direct.irradiance;
-            self.antialias.record(rec, &self.buffers, &self.view, &self.lights, light_count, pixels, direct);
+            self.record_layers(rec);
+            self.direct.record_sum(rec, &self.lights.layers());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.light {
-            self.form_factors.record(rec, &self.buffers, &self.light_positions());
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            self.form_factors.record_flux(
-                rec,
-                &self.lights,
-                light_count,
-                self.gloss.as_ref().map(|gloss| &gloss.reflected_flux),
-            );
+            let mut pass = rec.pass(FormFactors::STEM);
+            for (light, factors) in self.lights.without_factors() {
+                self.form_factors.record(&mut pass, &self.buffers, light, factors);
+            }
+            pass.barrier(COMPUTE_TO_COMPUTE);
+            drop(pass);
+            if let Some(gloss) = &self.gloss {
+                let mut pass = rec.pass(Gloss::BEAMS_STEM);
+                for (light, beams) in self.lights.without_beams() {
+                    gloss.record_beams(&mut pass, &self.buffers, light, beams);
+                }
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
+            let reflected_flux = self.gloss.as_ref().map(|gloss| &gloss.reflected_flux);
+            self.form_factors.record_flux(rec, &self.lights.factors(), reflected_flux);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.scan {
@@ -185,14 +215,15 @@ impl Renderer {
             let materials = &self.buffers.materials;
             let (flux, deposits) = (&self.form_factors.flux, &self.path_scan.deposits);
             if let Some(gloss) = &self.gloss {
-                gloss.record_entries(rec, &self.form_factors, materials, &self.lights);
+                gloss.record_entries(rec, materials, &self.lights.beams());
                 rec.barrier(COMPUTE_TO_COMPUTE);
             }
             let reflected_flux = self.gloss.as_ref().map_or(flux, |gloss| &gloss.reflected_flux);
             self.pyramid.record(rec, flux, reflected_flux, deposits);
             if let Some(gloss) = &self.gloss {
                 rec.barrier(COMPUTE_TO_COMPUTE);
-                gloss.record(rec, materials, &self.pyramid.first_deposits, deposits);
+                let beams = self.lights.beams();
+                gloss.record(rec, materials, &self.pyramid.first_deposits, deposits, &beams);
             }
             rec.barrier(COMPUTE_TO_COMPUTE);
             let sources = self.gather_sources();
@@ -209,28 +240,21 @@ impl Renderer {
             let (surfaces, points) = (&self.buffers.surfaces, &self.gather.cache_points);
             self.splat.record(rec, surfaces, points, &self.primary.pixels, &self.view);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            if let Some(gloss_pixels) = &self.gloss_pixels {
-                let (pixels, bits, seed) =
-                    (&self.primary.pixels, self.gather.code.cluster_bits, self.scene.quality.seed);
-                let eye = self.view.position;
-                gloss_pixels.record_rays(rec, &self.buffers, &self.clusters, pixels, eye, bits, seed);
-                rec.barrier(COMPUTE_TO_COMPUTE);
-            }
         }
         if stages.picture {
             self.splat.record_apply(rec, &self.primary.pixels, &self.blend.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
             if let (Some(gloss), Some(gloss_pixels)) = (&self.gloss, &self.gloss_pixels) {
-                gloss_pixels.record(
-                    rec,
-                    &self.buffers,
-                    self.gather_sources(),
+                let around = Surroundings {
+                    scene: &self.buffers,
+                    pixels,
+                    irradiance: &self.pyramid.irradiance,
+                    inverse_areas: &self.pyramid.inverse_areas,
                     gloss,
-                    &self.pyramid.first_deposits,
-                    &self.path_scan.deposits,
-                    &self.primary.pixels,
-                    self.gather.code.cluster_bits,
-                );
+                    first_deposits: &self.pyramid.first_deposits,
+                    deposits: &self.path_scan.deposits,
+                };
+                gloss_pixels.record(rec, around, &self.lights.beams(), &self.lights.highlights());
                 rec.barrier(COMPUTE_TO_COMPUTE);
             }
             self.compose.record(rec, &self.buffers, self.irradiances(), [1.0, 1.0]);
@@ -248,6 +272,31 @@ impl Renderer {
         }
     }
 
+    /// The layers of the lights that have none.
+    fn record_layers(&self, rec: &mut Recorder) {
+        let (lights, pixels) = (self.lights.without_layer(), &self.primary.pixels);
+        let mut pass = rec.pass(Direct::STEM);
+        for &(light, layer) in &lights {
+            self.direct.record(&mut pass, &self.buffers, light, pixels, layer);
+        }
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        drop(pass);
+        if let Some(gloss_pixels) = &self.gloss_pixels {
+            let mut pass = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
+            for (light, layer) in self.lights.without_highlights() {
+                gloss_pixels.record_highlights(&mut pass, &self.buffers, light, self.view.position, layer);
+            }
+            pass.barrier(COMPUTE_TO_COMPUTE);
+        }
+        let mut pass = rec.pass(Antialias::SHADOW_STEM);
+        for (light, layer) in lights {
+            self.direct.record_samples(&mut pass, &self.buffers, light, &self.antialias.edge_surfaces, layer);
+            pass.barrier(COMPUTE_TO_COMPUTE);
+            self.antialias.record_shadows(&mut pass, &self.buffers, &self.view, light, pixels, layer);
+            pass.barrier(COMPUTE_TO_COMPUTE);
+        }
+    }
+
     fn irradiances(&self) -> Irradiances<'_> {
         Irradiances {
             pixels: &self.primary.pixels,
@@ -256,44 +305,6 @@ impl Renderer {
             gloss: self.gloss_pixels.as_ref().map(|gloss| &gloss.radiance),
             antialias: &self.antialias,
         }
-    }
-
-    fn light_positions(&self) -> Vec<(u32, Vec3)> {
-        let positions = self.scene.lights.iter().filter_map(|light| light.kind.position());
-        (0..).zip(positions).collect()
-    }
-
-    /// Moves the light of that index; the next frame wants [`Edit::Light`].
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn move_light(&mut self, light: usize, to: Vec3) -> Result<()> {
-        if let LightKind::Point { position, .. } = &mut self.scene.lights[light].kind {
-            *position = to;
-        }
-        self.lights.write(&light_sources(&self.scene.lights))
-    }
-
-    /// Changes a material's diffuse albedo; the next frame wants [`Edit::Material`]. Exact downwards; far above the albedo at
-    /// load, paths that would matter were ended early, and indirect light comes out low.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn set_diffuse(&mut self, material: usize, diffuse: Vec3) -> Result<()> {
-        self.scene.materials[material].diffuse = diffuse;
-        self.buffers.materials.write(&crate::passes::reflectances(&self.scene.materials))
-    }
-
-    /// Looks from elsewhere; the image keeps its size; the next frame wants [`Edit::View`].
-    pub fn move_camera(&mut self, position: Vec3, target: Vec3) {
-        let camera = &mut self.scene.cameras[0];
-        (camera.position, camera.target) = (position, target);
-        self.view = View::from(&*camera);
-    }
-
-    /// Brightens the displayed picture by so many stops, from the next frame on.
-    pub fn set_exposure(&mut self, stops: f32) {
-        self.exposure_stops = stops;
     }
 
     /// The last frame for eyes: sRGB codes R, G, B, 255, row by row from the top.
@@ -361,9 +372,11 @@ impl Renderer {
         statistics.peak_memory_bytes = memory.peak_bytes;
         statistics.largest_binding_bytes = memory.largest_binding_bytes;
         let (pairs, weights) = self.splat.list_lengths()?;
+        let [edges, shadow_edges] = self.antialias.edge_counts()?;
         let counts = [
             ("pixels", self.size()[0] * self.size()[1]),
-            ("edge pixels", self.antialias.edge_count()?),
+            ("edge pixels", edges),
+            ("shadow edge pixels of the light traced last", shadow_edges),
             ("pixels without a covering record", self.splat.bare_pixel_count()?),
             ("splat tile pairs", pairs),
             ("splat weights", weights),
@@ -405,16 +418,4 @@ pub struct StageBuffers<'a> {
     pub gathered: &'a Buffer,
     /// `Record`s of the cache points, blended.
     pub records: &'a Buffer,
-}
-
-/// Light kinds whose light the paths carry.
-fn check_lights(lights: &[Light]) -> Result<()> {
-    match lights.iter().find(|light| !matches!(light.kind, LightKind::Point { .. })) {
-        None => Ok(()),
-        Some(light) => Err(Error::Usage(format!(
-            "light `{}`: the method lightpaths takes point lights in this version, not kind `{}`; --method path takes all",
-            light.name,
-            light.kind.word()
-        ))),
-    }
 }

@@ -93,14 +93,20 @@ impl Columns {
         let mut columns = Self::default();
         for pass in passes {
             *match pass.name {
-                Primary::STEM | Direct::STEM | Antialias::STEM => &mut columns.Tdi,
-                FormFactors::STEM | FormFactors::FLUX_STEM | PathScan::STEM | Gloss::ENTRIES_STEM => {
-                    &mut columns.Tlpe
-                }
+                Primary::STEM
+                | Direct::STEM
+                | Direct::SUM_STEM
+                | Antialias::STEM
+                | Antialias::SHADOW_STEM
+                | GlossPixels::RAYS_STEM
+                | GlossPixels::HIGHLIGHTS_STEM => &mut columns.Tdi,
+                FormFactors::STEM
+                | FormFactors::FLUX_STEM
+                | PathScan::STEM
+                | Gloss::BEAMS_STEM
+                | Gloss::ENTRIES_STEM => &mut columns.Tlpe,
                 Pyramid::STEM | Gloss::STEM => &mut columns.Thvds,
-                Gather::STEM | NearField::STEM | Blend::STEM | GlossPixels::RAYS_STEM | GlossPixels::STEM => {
-                    &mut columns.Tfg
-                }
+                Gather::STEM | NearField::STEM | Blend::STEM | GlossPixels::STEM => &mut columns.Tfg,
                 Splat::STEM | Splat::APPLY_STEM | Compose::STEM | Tonemap::STEM => &mut columns.Tsplat,
                 other => unreachable!("pass `{other}` has no column"),
             } += pass.ms;

@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::gpu::Buffer;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::passes::LitScene;
-use crate::passes::frame::{antialias::Antialias, gather::Gather};
+use crate::passes::frame::{antialias::Antialias, direct::Direct, gather::Gather};
 use crate::passes::precompute::Silent;
 use crate::passes::precompute::gather_rays::{self, Hemisphere};
 use crate::passes::reference::irradiance_probe;
@@ -76,7 +76,7 @@ impl Renderer {
             irradiance_probe::Job {
                 scene: LitScene {
                     buffers: &self.buffers,
-                    lights: &self.lights,
+                    lights: &self.lights.table,
                     light_count: self.scene.lights.len() as u32,
                 },
                 cache_points: &self.gather.cache_points,
@@ -96,6 +96,8 @@ impl Renderer {
     pub fn set_edge_samples(&mut self, samples: u32) -> Result<()> {
         self.scene.quality.edge_samples = samples;
         self.antialias = Antialias::new(&self.context, self.size(), samples)?;
+        self.direct = Direct::new(&self.context, self.size(), self.antialias.capacity)?;
+        self.lights.resize_layers(self.direct.point_count())?;
         Ok(())
     }
 

@@ -19,6 +19,7 @@ mod gather_rays;
 mod gloss;
 mod irradiance_probe;
 mod light_paths;
+mod lights;
 mod near_field;
 mod path_scan;
 mod path_trace;

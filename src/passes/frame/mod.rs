@@ -9,6 +9,7 @@ pub mod gather;
 pub mod gloss;
 pub mod gloss_pixels;
 pub mod hvds;
+pub mod light_sum;
 pub mod near_field;
 pub mod path_scan;
 pub mod prefix_sum;

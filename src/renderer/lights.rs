@@ -1,0 +1,216 @@
+//! The lights as the renderer keeps them: the device's table, and for each light what was traced of it, free of its colour.
+
+use crate::error::Result;
+use crate::gpu::{Buffer, Context};
+use crate::passes::frame::gloss::GlossLight;
+use crate::passes::{OneLight, light_sources};
+use crate::scene::Light;
+use crate::types::LightSource;
+use glam::Vec3;
+use std::sync::Arc;
+
+/// What was traced of a light.
+struct Rows {
+    /// Its form factor at each entry point.
+    factors: Buffer,
+    /// Its light at each pixel and each edge sample.
+    layer: Buffer,
+    /// Its beams at entry points that may shine, if any may.
+    beams: Option<Buffer>,
+    /// Its highlight at each sample of shining pixels, if any may shine.
+    highlights: Option<Buffer>,
+    /// `factors` and `beams` are those of the light as it is.
+    has_factors: bool,
+    /// `layer` and `highlights` are those of the light and the camera as they are.
+    has_layer: bool,
+    is_on: bool,
+}
+
+/// All lights, in the scene's order.
+pub(super) struct Lights {
+    context: Arc<Context>,
+    /// `LightSource`s; those of lights that are off emit nothing.
+    pub(super) table: Buffer,
+    sources: Vec<LightSource>,
+    rows: Vec<Rows>,
+    factor_count: u32,
+    point_count: u32,
+    gloss: Option<GlossRoom>,
+}
+
+/// What a light needs where surfaces may shine.
+#[derive(Clone, Copy)]
+pub(super) struct GlossRoom {
+    /// Bytes of its beams for each of its point samples.
+    pub(super) beam_bytes: u64,
+    /// Samples of shining pixels.
+    pub(super) sample_count: u32,
+}
+
+impl Lights {
+    /// Room for so many form factors and so many points that the camera sees, of each light.
+    pub(super) fn new(
+        context: &Arc<Context>,
+        lights: &[Light],
+        factor_count: u32,
+        point_count: u32,
+        gloss: Option<GlossRoom>,
+    ) -> Result<Self> {
+        let mut made = Self {
+            context: context.clone(),
+            table: Buffer::from_slice::<LightSource>(context, "lights", &[])?,
+            sources: Vec::new(),
+            rows: Vec::new(),
+            factor_count,
+            point_count,
+            gloss,
+        };
+        for _ in lights {
+            made.add()?;
+        }
+        made.upload(lights)?;
+        Ok(made)
+    }
+
+    /// Makes room for one more light, the last; it is on.
+    pub(super) fn add(&mut self) -> Result<()> {
+        let row = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
+        let rows = Rows {
+            factors: row("form factors", self.factor_count)?,
+            layer: row("light layer", self.point_count)?,
+            beams: None,
+            highlights: self.gloss.map(|gloss| row("light highlights", gloss.sample_count)).transpose()?,
+            has_factors: false,
+            has_layer: false,
+            is_on: true,
+        };
+        self.rows.push(rows);
+        Ok(())
+    }
+
+    /// Forgets a light.
+    pub(super) fn remove(&mut self, light: usize) {
+        self.rows.remove(light);
+    }
+
+    pub(super) fn switch(&mut self, light: usize, is_on: bool) {
+        self.rows[light].is_on = is_on;
+    }
+
+    pub(super) fn is_on(&self, light: usize) -> bool {
+        self.rows[light].is_on
+    }
+
+    /// Of this light nothing that was traced holds any more.
+    pub(super) fn moved(&mut self, light: usize) {
+        (self.rows[light].has_factors, self.rows[light].has_layer) = (false, false);
+    }
+
+    /// The camera sees other points.
+    pub(super) fn view_changed(&mut self) {
+        self.rows.iter_mut().for_each(|rows| rows.has_layer = false);
+    }
+
+    /// The camera sees so many other points.
+    pub(super) fn resize_layers(&mut self, point_count: u32) -> Result<()> {
+        self.point_count = point_count;
+        for rows in &mut self.rows {
+            rows.layer = Buffer::storage(&self.context, "light layer", 4 * u64::from(point_count))?;
+            rows.has_layer = false;
+        }
+        Ok(())
+    }
+
+    /// All layers that were due have been traced, and perhaps all form factors.
+    pub(super) fn settle(&mut self, with_factors: bool) {
+        for rows in self.rows.iter_mut().filter(|rows| rows.is_on) {
+            rows.has_layer = true;
+            rows.has_factors |= with_factors;
+        }
+    }
+
+    /// Writes the device's table.
+    pub(super) fn upload(&mut self, lights: &[Light]) -> Result<()> {
+        self.sources = light_sources(lights);
+        for (source, rows) in self.sources.iter_mut().zip(&self.rows) {
+            source.emission = if rows.is_on { source.emission } else { Vec3::ZERO };
+        }
+        if let Some(gloss) = self.gloss {
+            for (source, rows) in self.sources.iter().zip(&mut self.rows) {
+                let bytes = u64::from(source.samples) * gloss.beam_bytes;
+                if rows.beams.as_ref().is_none_or(|beams| beams.bytes() < bytes) {
+                    rows.beams = Some(Buffer::storage(&self.context, "gloss beams", bytes)?);
+                    rows.has_factors = false;
+                }
+            }
+        }
+        if size_of_val(&*self.sources) as u64 > self.table.bytes() {
+            self.table = Buffer::from_slice(&self.context, "lights", &self.sources)?;
+        }
+        self.table.write(&self.sources)
+    }
+
+    /// How many there are, on or off.
+    pub(super) fn count(&self) -> u32 {
+        self.rows.len() as u32
+    }
+
+    /// Lights that are on and whose form factors are to be traced, with where they go.
+    pub(super) fn without_factors(&self) -> Vec<(OneLight<'_>, &Buffer)> {
+        self.on().filter(|(_, rows)| !rows.has_factors).map(|(light, rows)| (light, &rows.factors)).collect()
+    }
+
+    /// Lights that are on and whose layer is to be traced, with where it goes.
+    pub(super) fn without_layer(&self) -> Vec<(OneLight<'_>, &Buffer)> {
+        self.on().filter(|(_, rows)| !rows.has_layer).map(|(light, rows)| (light, &rows.layer)).collect()
+    }
+
+    /// Emission and form factors of each light that is on.
+    pub(super) fn factors(&self) -> Vec<(Vec3, &Buffer)> {
+        self.on().map(|(light, rows)| (self.emission(light), &rows.factors)).collect()
+    }
+
+    /// Emission and layer of each light that is on.
+    pub(super) fn layers(&self) -> Vec<(Vec3, &Buffer)> {
+        self.on().map(|(light, rows)| (self.emission(light), &rows.layer)).collect()
+    }
+
+    /// Lights that are on and whose beams are to be traced, with where they go; none where nothing may shine.
+    pub(super) fn without_beams(&self) -> Vec<(OneLight<'_>, &Buffer)> {
+        let due = self.on().filter(|(_, rows)| !rows.has_factors);
+        due.filter_map(|(light, rows)| Some((light, rows.beams.as_ref()?))).collect()
+    }
+
+    /// Lights that are on and whose highlights are to be traced, with where they go; none where nothing may shine.
+    pub(super) fn without_highlights(&self) -> Vec<(OneLight<'_>, &Buffer)> {
+        let due = self.on().filter(|(_, rows)| !rows.has_layer);
+        due.filter_map(|(light, rows)| Some((light, rows.highlights.as_ref()?))).collect()
+    }
+
+    /// Emission and beams of each light that is on; none where nothing may shine.
+    pub(super) fn beams(&self) -> Vec<GlossLight<'_>> {
+        let beams = self.on().filter_map(|(light, rows)| {
+            let beams = rows.beams.as_ref()?;
+            Some(GlossLight { emission: self.emission(light), samples: light.samples, beams })
+        });
+        beams.collect()
+    }
+
+    /// Emission and highlights of each light that is on; none where nothing may shine.
+    pub(super) fn highlights(&self) -> Vec<(Vec3, &Buffer)> {
+        self.on()
+            .filter_map(|(light, rows)| Some((self.emission(light), rows.highlights.as_ref()?)))
+            .collect()
+    }
+
+    fn emission(&self, light: OneLight<'_>) -> Vec3 {
+        self.sources[light.index as usize].emission
+    }
+
+    fn on(&self) -> impl Iterator<Item = (OneLight<'_>, &Rows)> {
+        let lights = self.sources.iter().zip(&self.rows);
+        (0..).zip(lights).filter(|(_, (_, rows))| rows.is_on).map(|(index, (source, rows))| {
+            (OneLight { table: &self.table, index, samples: source.samples }, rows)
+        })
+    }
+}

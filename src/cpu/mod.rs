@@ -19,6 +19,7 @@ pub mod irradiance_probe;
 pub mod light_paths;
 pub mod light_sum;
 pub mod lights;
+pub mod lit_scene;
 pub mod math;
 pub mod near_field;
 pub mod path_scan;

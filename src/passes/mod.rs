@@ -9,7 +9,7 @@ mod scene_buffers;
 
 pub use cluster_buffers::ClusterBuffers;
 pub use one_light::OneLight;
-pub use scene_buffers::{SceneBuffers, light_sources, reflectances};
+pub use scene_buffers::{LitScene, SceneBuffers, light_sources, reflectances};
 
 use crate::layout::Layout;
 

@@ -44,6 +44,34 @@ impl SceneBuffers {
     }
 }
 
+/// A scene and its lights: what passes bind that follow paths.
+#[derive(Clone, Copy)]
+pub struct LitScene<'a> {
+    /// Geometry and materials.
+    pub buffers: &'a SceneBuffers,
+    /// `LightSource`s.
+    pub lights: &'a Buffer,
+    /// How many.
+    pub light_count: u32,
+}
+
+impl<'a> LitScene<'a> {
+    /// The first bindings of such a pass, and then its own.
+    pub fn bindings_and<const N: usize>(
+        &self,
+        own: [(&'static str, &'a Buffer); N],
+    ) -> Vec<(&'static str, &'a Buffer)> {
+        let scene = [
+            ("Nodes", &self.buffers.nodes),
+            ("Triangles", &self.buffers.triangles),
+            ("Surfaces", &self.buffers.surfaces),
+            ("Materials", &self.buffers.materials),
+            ("Lights", self.lights),
+        ];
+        scene.into_iter().chain(own).collect()
+    }
+}
+
 /// The device's material table.
 pub fn reflectances(materials: &[Material]) -> Vec<types::Reflectance> {
     let reflectance = |m: &Material| types::Reflectance {

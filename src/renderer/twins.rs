@@ -5,6 +5,7 @@ use crate::cpu::sampling::hash_pair;
 use crate::error::Result;
 use crate::gpu::Buffer;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::passes::LitScene;
 use crate::passes::frame::{antialias::Antialias, direct::Direct, gather::Gather};
 use crate::passes::precompute::Silent;
 use crate::passes::precompute::gather_rays::{self, Hemisphere};
@@ -73,9 +74,11 @@ impl Renderer {
         irradiance_probe::trace(
             &self.context,
             irradiance_probe::Job {
-                scene: &self.buffers,
-                lights: &self.lights.table,
-                light_count: self.scene.lights.len() as u32,
+                scene: LitScene {
+                    buffers: &self.buffers,
+                    lights: &self.lights.table,
+                    light_count: self.scene.lights.len() as u32,
+                },
                 cache_points: &self.gather.cache_points,
                 point_count: self.gather.point_count(),
                 hemisphere: Hemisphere::new(if is_along_gather_rays { rays } else { rays.min(STRATA) }),

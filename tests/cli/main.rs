@@ -1,16 +1,17 @@
 //! The command line as scripts see it: exit codes, one line a failure, files whole or absent.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+#[path = "../common/mod.rs"]
+mod common;
 mod compare;
 mod exact;
 mod sweep;
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::io::BufReader;
-use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use common::channels;
 use tempfile::TempDir;
 
 /// Quality at which precomputation and frame of a small scene take no time worth speaking of.
@@ -381,13 +382,4 @@ fn a_reader_that_goes_away_is_no_panic() {
 
 fn json(folder: &TempDir, name: &str) -> serde_json::Value {
     serde_json::from_slice(&fs::read(folder.path().join(name)).unwrap()).unwrap()
-}
-
-/// All channels of an EXR file, by name.
-fn channels(path: &Path) -> BTreeMap<String, Vec<f32>> {
-    use exr::prelude::{ReadChannels, ReadLayers};
-    let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
-    let image = reader.first_valid_layer().all_attributes().from_file(path).unwrap();
-    let channels = image.layer_data.channel_data.list;
-    channels.iter().map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect())).collect()
 }

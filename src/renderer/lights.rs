@@ -30,6 +30,13 @@ pub(super) struct Lights {
     rows: Vec<Rows>,
     factor_count: u32,
     point_count: u32,
+    /// Lights that are off and points that face away are traced, too, to no effect.
+    pub(super) traces_all: bool,
+}
+
+/// A light that is off or emits nothing is left out of every sum.
+fn shines(rows: &Rows, source: &LightSource) -> bool {
+    rows.is_on && source.emission != Vec3::ZERO
 }
 
 impl Lights {
@@ -47,6 +54,7 @@ impl Lights {
             rows: Vec::new(),
             factor_count,
             point_count,
+            traces_all: false,
         };
         for _ in lights {
             made.add()?;
@@ -74,8 +82,9 @@ impl Lights {
         self.rows.remove(light);
     }
 
-    pub(super) fn switch(&mut self, light: usize, is_on: bool) {
-        self.rows[light].is_on = is_on;
+    /// Switches a light; whether that is a change.
+    pub(super) fn switch(&mut self, light: usize, is_on: bool) -> bool {
+        std::mem::replace(&mut self.rows[light].is_on, is_on) != is_on
     }
 
     pub(super) fn is_on(&self, light: usize) -> bool {
@@ -102,11 +111,12 @@ impl Lights {
         Ok(())
     }
 
-    /// All layers that were due have been traced, and perhaps all form factors.
-    pub(super) fn settle(&mut self, with_factors: bool) {
-        for rows in self.rows.iter_mut().filter(|rows| rows.is_on) {
-            rows.has_layer = true;
-            rows.has_factors |= with_factors;
+    /// All that was due has been traced.
+    pub(super) fn settle(&mut self) {
+        for (rows, source) in self.rows.iter_mut().zip(&self.sources) {
+            if self.traces_all || shines(rows, source) {
+                (rows.has_factors, rows.has_layer) = (true, true);
+            }
         }
     }
 
@@ -127,34 +137,51 @@ impl Lights {
         self.rows.len() as u32
     }
 
-    /// Lights that are on and whose form factors are to be traced, with where they go.
+    /// Lights that shine and whose form factors are to be traced, with where they go.
     pub(super) fn without_factors(&self) -> Vec<(OneLight<'_>, &Buffer)> {
-        self.on().filter(|(_, rows)| !rows.has_factors).map(|(light, rows)| (light, &rows.factors)).collect()
+        self.shining()
+            .filter(|(_, rows)| !rows.has_factors)
+            .map(|(light, rows)| (light, &rows.factors))
+            .collect()
     }
 
-    /// Lights that are on and whose layer is to be traced, with where it goes.
+    /// Lights that shine and whose layer is to be traced, with where it goes.
     pub(super) fn without_layer(&self) -> Vec<(OneLight<'_>, &Buffer)> {
-        self.on().filter(|(_, rows)| !rows.has_layer).map(|(light, rows)| (light, &rows.layer)).collect()
+        self.shining().filter(|(_, rows)| !rows.has_layer).map(|(light, rows)| (light, &rows.layer)).collect()
     }
 
-    /// Emission and form factors of each light that is on.
+    /// Emission and form factors of each light that shines.
     pub(super) fn factors(&self) -> Vec<(Vec3, &Buffer)> {
-        self.on().map(|(light, rows)| (self.emission(light), &rows.factors)).collect()
+        self.shining().map(|(light, rows)| (self.emission(light), &rows.factors)).collect()
     }
 
-    /// Emission and layer of each light that is on.
+    /// Emission and layer of each light that shines.
     pub(super) fn layers(&self) -> Vec<(Vec3, &Buffer)> {
-        self.on().map(|(light, rows)| (self.emission(light), &rows.layer)).collect()
+        self.shining().map(|(light, rows)| (self.emission(light), &rows.layer)).collect()
+    }
+
+    /// Shares of the shining lights that have form factors, and a layer; 1 where none shines.
+    pub(super) fn unchanged(&self) -> [f64; 2] {
+        let shining = self.shining().count().max(1) as f64;
+        [self.without_factors().len(), self.without_layer().len()].map(|due| 1.0 - due as f64 / shining)
+    }
+
+    /// The lights that shine.
+    pub(super) fn shining_sources(&self) -> impl Iterator<Item = &LightSource> {
+        let lights = self.sources.iter().zip(&self.rows);
+        lights.filter(|(source, rows)| shines(rows, source)).map(|(source, _)| source)
     }
 
     fn emission(&self, light: OneLight<'_>) -> Vec3 {
         self.sources[light.index as usize].emission
     }
 
-    fn on(&self) -> impl Iterator<Item = (OneLight<'_>, &Rows)> {
+    fn shining(&self) -> impl Iterator<Item = (OneLight<'_>, &Rows)> {
         let lights = self.sources.iter().zip(&self.rows);
-        (0..).zip(lights).filter(|(_, (_, rows))| rows.is_on).map(|(index, (source, rows))| {
-            (OneLight { table: &self.table, index, samples: source.samples }, rows)
+        let shining = (0..).zip(lights).filter(|(_, (source, rows))| self.traces_all || shines(rows, source));
+        shining.map(|(index, (source, rows))| {
+            let (table, samples, traces_all) = (&self.table, source.samples, self.traces_all);
+            (OneLight { table, index, samples, traces_all }, rows)
         })
     }
 }

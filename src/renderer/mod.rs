@@ -1,14 +1,17 @@
 //! The renderer: owns the passes; the precomputation and the frame are recipes in the paper's order.
 
 mod accounts;
+mod changes;
 mod edits;
 mod lights;
 mod precompute;
 mod report;
+mod skips;
 mod twins;
 
 pub use crate::passes::precompute::{Progress, Silent};
-pub use report::{Columns, Edit, FrameReport, Layer, Statistics};
+pub use changes::Work;
+pub use report::{Columns, FrameReport, Layer, Statistics};
 pub use twins::{Exact, Stage};
 
 use crate::error::Result;
@@ -32,6 +35,7 @@ use crate::passes::precompute::gather_rays::RayTable;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::Scene;
 use crate::types::{NO_SIDE, PixelSurface, Surface, View};
+use changes::{Changes, Stages};
 use glam::Vec3;
 use lights::Lights;
 use std::sync::Arc;
@@ -62,8 +66,9 @@ pub struct Renderer {
     exposure_stops: f32,
     clusters: ClusterBuffers,
     statistics: Statistics,
-    /// No frame has run yet.
-    is_fresh: bool,
+    changes: Changes,
+    /// Frames leave out what has not changed.
+    skips: bool,
 }
 
 impl Renderer {
@@ -109,44 +114,38 @@ impl Renderer {
             surfaces: made.surfaces,
             scene,
             statistics: made.statistics,
-            is_fresh: true,
+            changes: Changes::ALL,
+            skips: true,
         })
     }
 
-    /// Renders one frame, redoing what the edit has changed. The first frame does everything.
+    /// Renders one frame: redoes what has changed since the last, and what depends on it. Does nothing where nothing has.
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub fn frame(&mut self, edit: Edit) -> Result<FrameReport> {
-        let edit = if std::mem::take(&mut self.is_fresh) { Edit::Everything } else { edit };
-        match edit {
-            Edit::Everything => (0..self.scene.lights.len()).for_each(|light| self.lights.moved(light)),
-            Edit::View => self.lights.view_changed(),
-            // Where none was moved, as if the first one were.
-            Edit::Light if self.lights.count() > 0 && self.lights.without_layer().is_empty() => {
-                self.lights.moved(0);
-            }
-            _ => {}
+    pub fn frame(&mut self) -> Result<FrameReport> {
+        if !self.skips {
+            self.force(Work::Everything);
         }
+        let stages = Stages::new(self.changes, &self.lights);
         let start = Instant::now();
         let passes = loop {
-            let ((), passes) = self.context.run(|rec| self.record(rec, edit))?;
-            if !edit.stages().view || !self.splat.grow()? {
+            let ((), passes) = self.context.run(|rec| self.record(rec, stages))?;
+            if !stages.view || !self.splat.grow()? {
                 break passes;
             }
         };
         let frame_ms = start.elapsed().as_secs_f64() * 1e3;
         let columns = Columns::of(&passes);
         let (bytes, rays) = self.accounts(&passes);
-        if edit.stages().direct {
-            self.lights.settle(edit.stages().light);
-        }
-        Ok(FrameReport { passes, frame_ms, columns, bytes, rays })
+        let lights_unchanged = self.lights.unchanged();
+        self.lights.settle();
+        self.changes = Changes::default();
+        Ok(FrameReport { passes, frame_ms, columns, bytes, rays, lights_unchanged })
     }
 
     /// The frame. [Yue §3] Every pass waits for the one before, so that the timings tell them apart.
-    fn record(&self, rec: &mut Recorder, edit: Edit) {
-        let stages = edit.stages();
+    fn record(&self, rec: &mut Recorder, stages: Stages) {
         let pixels = &self.primary.pixels;
         if stages.view {
             self.primary.record(rec, &self.buffers, &self.view);
@@ -154,18 +153,22 @@ impl Renderer {
             self.antialias.record(rec, &self.buffers, &self.view, pixels);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
-        if stages.direct {
+        if !self.lights.without_layer().is_empty() {
             self.record_layers(rec);
+        }
+        if stages.direct {
             self.direct.record_sum(rec, &self.lights.layers());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
-        if stages.light {
+        let without_factors = self.lights.without_factors();
+        if !without_factors.is_empty() {
             let mut pass = rec.pass(FormFactors::STEM);
-            for (light, factors) in self.lights.without_factors() {
+            for (light, factors) in without_factors {
                 self.form_factors.record(&mut pass, &self.buffers, light, factors);
             }
             pass.barrier(COMPUTE_TO_COMPUTE);
-            drop(pass);
+        }
+        if stages.flux {
             self.form_factors.record_flux(rec, &self.lights.factors());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
@@ -191,11 +194,15 @@ impl Renderer {
             self.splat.record(rec, surfaces, points, &self.primary.pixels, &self.view);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
-        if stages.picture {
+        if stages.splat {
             self.splat.record_apply(rec, &self.primary.pixels, &self.blend.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+        if stages.compose {
             self.compose.record(rec, &self.buffers, self.irradiances(), [1.0, 1.0]);
             rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+        if stages.display {
             self.tonemap.record(rec, &self.compose.radiance, self.exposure_stops);
         }
     }
@@ -302,6 +309,9 @@ impl Renderer {
             ("splat weights", weights),
         ];
         statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), u64::from(value))));
+        let (skipped, unreached) = self.skipped_light()?;
+        statistics.skipped.extend(skipped);
+        statistics.counts.insert("entry points that no light reaches".into(), unreached);
         Ok(statistics)
     }
 

@@ -15,6 +15,7 @@ struct DirectPush {
     uint light;
     uint first_sample;  // of the light, in this dispatch; later ones add to what the first wrote
     uint end_sample;
+    uint traces_all;    // 1: rays are traced although they cannot bring light
 };
 
 layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
@@ -39,7 +40,7 @@ void main() {
     for (bool is_due = point.side != NO_SIDE; is_due; is_due = false) {
         vec3 normal = surfaces[point.side >> 1].normal;
         if ((point.side & 1u) != 0u) normal = -normal;
-        found = light_factor(lights[push.light], push.first_sample, push.end_sample, point.position, normal, point.normal,
+        found = light_factor(lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, point.normal,
                              point.footprint);
     }
     uint value = push.first_value + index;

@@ -18,6 +18,7 @@ struct FormFactorsPush {
     uint light;
     uint first_sample;  // of the light, in this dispatch; later ones add to what the first wrote
     uint end_sample;
+    uint traces_all;    // 1: rays are traced although they cannot bring light
     float area_m2;      // that each entry point stands for
 };
 
@@ -39,7 +40,7 @@ void main() {
     EntryPoint point = entry_points[index];
     vec3 normal = surfaces[point.side >> 1].normal;
     if ((point.side & 1u) != 0u) normal = -normal;
-    float found = light_factor(lights[push.light], push.first_sample, push.end_sample, point.position, normal, normal,
+    float found = light_factor(lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, normal,
                                push.area_m2);
     form_factors[index] = (push.first_sample == 0u ? 0.0 : form_factors[index]) + found;
 }

@@ -56,7 +56,7 @@ void main() {
         if (!sample_light(light, point.position, lattice_point(light, i), found)) continue;
         float lobe = phong_lobe(mirror, found.direction, exponent);
         if (lobe < DARK) continue;
-        sum += lobe * light_factor(light, i, i + 1u, point.position, normal, point.normal, point.footprint);
+        sum += lobe * light_factor(light, i, i + 1u, false, point.position, normal, point.normal, point.footprint);
     }
     float before = push.first_sample == 0u ? 0.0 : highlight_layer[index];
     highlight_layer[index] = before + sum * (exponent + 2.0) / (2.0 * PI);

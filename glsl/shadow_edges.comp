@@ -22,6 +22,7 @@ struct ShadowEdgesPush {
     uint light;
     uint first_sample;  // of the light, in this dispatch; later ones add to what the first wrote
     uint end_sample;
+    uint traces_all;    // 1: rays are traced although they cannot bring light
 };
 
 layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
@@ -81,7 +82,7 @@ void main() {
             if (found.side != NO_SIDE) normal = facing_normal(found.side);
         }
         if (found.side == NO_SIDE) continue;
-        sum += light_factor(lights[push.light], push.first_sample, push.end_sample, found.position, normal, found.normal,
+        sum += light_factor(lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, found.position, normal, found.normal,
                             found.footprint);
     }
     sums[gl_LocalInvocationIndex] = sum;

@@ -2,16 +2,19 @@
 
 // Irradiance per unit of the light's emission, from its point samples `first` to `end`, a shadow ray each: 1/m² of point and
 // spot lights, sr of area lights, 1 of directional ones. `shading` is the surface's shading normal, `area` (m²) its extent.
-float light_factor(LightSource light, uint first, uint end, vec3 position, vec3 normal, vec3 shading, float area) {
+// Rays that cannot bring light, from surfaces that face away or stand outside a cone, are left out unless `traces_all`.
+float light_factor(LightSource light, uint first, uint end, bool traces_all, vec3 position, vec3 normal, vec3 shading, float area) {
     light.emission = vec3(1.0);
     float sum = 0.0;
     for (uint i = first; i < end; ++i) {
         LightSample found;
-        if (!sample_light(light, position, lattice_point(light, i), found)) continue;
+        bool shines = sample_light(light, position, lattice_point(light, i), found);
+        if (found.distance == 0.0) continue;
         float cosine = dot(shading, found.direction);
         // A light behind the real surface does not shine through, wherever the shading normal points.
-        if (cosine <= 0.0 || dot(normal, found.direction) <= 0.0) continue;
-        if (!is_lit(position, normal, found)) continue;
+        bool is_facing = shines && cosine > 0.0 && dot(normal, found.direction) > 0.0;
+        if (!is_facing && !traces_all) continue;
+        if (!is_lit(position, normal, found) || !is_facing) continue;
         // Point to disc of the surface's area instead of 1/d²: finite at any distance. [Wallace]
         float inverse = 1.0 / found.distance;
         sum += cosine * found.irradiance.x / (1.0 + area / PI * inverse * inverse);

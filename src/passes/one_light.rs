@@ -15,6 +15,8 @@ pub struct OneLight<'a> {
     pub index: u32,
     /// Point samples that stand for it.
     pub samples: u32,
+    /// Traces rays although they cannot bring light: from points that face away or stand outside the light's cone.
+    pub traces_all: bool,
 }
 
 impl OneLight<'_> {

@@ -1,15 +1,16 @@
-//! What can be edited between frames.
+//! What can be edited between frames. Each edit marks what it puts out of date; the next frame redoes that.
 
-#[cfg(doc)]
-use super::Edit;
 use super::Renderer;
-use crate::error::Result;
-use crate::scene::{Light, LightKind};
+use super::changes::{Changes, Edited, Work};
+use crate::error::{Error, Result};
+use crate::passes::precompute::light_paths::editable_bits;
+use crate::scene::{Light, LightKind, Material};
 use crate::types::View;
 use glam::Vec3;
+use std::ops::Range;
 
 impl Renderer {
-    /// Moves the light of that index, of any kind but the directional one; the next frame wants [`Edit::Light`].
+    /// Moves the light of that index, of any kind but the directional one.
     ///
     /// # Errors
     /// The device failed.
@@ -17,25 +18,29 @@ impl Renderer {
         self.set_light(light, self.scene.lights[light].kind.moved_to(to))
     }
 
-    /// Replaces a light: its kind, place, direction or colour; the next frame wants [`Edit::Light`]. A change of emission
+    /// Replaces a light: its kind, place, direction or colour. A change of emission
     /// alone traces nothing.
     ///
     /// # Errors
     /// The device failed.
     pub fn set_light(&mut self, light: usize, kind: LightKind) -> Result<()> {
         let old = std::mem::replace(&mut self.scene.lights[light].kind, kind);
+        if old == kind {
+            return Ok(());
+        }
         if old.with_emission(Vec3::ONE) != kind.with_emission(Vec3::ONE) {
             self.lights.moved(light);
         }
+        self.changes.emission |= old.emission() != kind.emission();
         self.lights.upload(&self.scene.lights)
     }
 
-    /// Switches a light; the next frame wants [`Edit::Light`]. It keeps what was traced of it.
+    /// Switches a light. It keeps what was traced of it.
     ///
     /// # Errors
     /// The device failed.
     pub fn switch_light(&mut self, light: usize, is_on: bool) -> Result<()> {
-        self.lights.switch(light, is_on);
+        self.changes.emission |= self.lights.switch(light, is_on);
         self.lights.upload(&self.scene.lights)
     }
 
@@ -44,46 +49,137 @@ impl Renderer {
         self.lights.is_on(light)
     }
 
-    /// Adds a light behind the others; the next frame wants [`Edit::Light`].
+    /// Adds a light behind the others.
     ///
     /// # Errors
     /// The device lacks memory or failed.
     pub fn add_light(&mut self, light: Light) -> Result<()> {
         self.lights.add()?;
+        self.changes.emission = true;
         self.scene.lights.push(light);
         self.lights.upload(&self.scene.lights)
     }
 
-    /// Removes a light; those behind it move up by one. The next frame wants [`Edit::Light`].
+    /// Removes a light; those behind it move up by one.
     ///
     /// # Errors
     /// The device failed.
     pub fn remove_light(&mut self, light: usize) -> Result<Light> {
         self.lights.remove(light);
+        self.changes.emission = true;
         let removed = self.scene.lights.remove(light);
         self.lights.upload(&self.scene.lights)?;
         Ok(removed)
     }
 
-    /// Changes a material's diffuse albedo; the next frame wants [`Edit::Material`]. Exact downwards; far above the albedo at
-    /// load, paths that would matter were ended early, and indirect light comes out low.
+    /// Changes a material's diffuse albedo, as [`Self::set_material`] does.
     ///
     /// # Errors
     /// The device failed.
     pub fn set_diffuse(&mut self, material: usize, diffuse: Vec3) -> Result<()> {
-        self.scene.materials[material].diffuse = diffuse;
+        let Material { specular, exponent, .. } = self.scene.materials[material];
+        self.set_material(material, diffuse, specular, exponent)
+    }
+
+    /// Changes what a material reflects: diffuse and specular albedo, scaled down where they reflect more than they receive,
+    /// and Phong exponent. Of an editable material, the picture is to the bit that of a cold start. Of others the paths were
+    /// traced for what it was: far above that, indirect light is noisier and tends to come out low.
+    ///
+    /// # Errors
+    /// A lobe is given to a material that had none and is not editable; the device failed.
+    pub fn set_material(
+        &mut self,
+        material: usize,
+        diffuse: Vec3,
+        specular: Vec3,
+        exponent: f32,
+    ) -> Result<()> {
+        let old = &self.scene.materials[material];
+        let mut new = Material { diffuse, specular, exponent, ..old.clone() };
+        new.conserve_energy();
+        if new == *old {
+            return Ok(());
+        }
+        let may_shine = self.shine.as_ref().is_some_and(|shine| shine.may_shine(material));
+        if new.specular != Vec3::ZERO && !may_shine {
+            return Err(Error::Usage(format!(
+                "material `{}` cannot start to shine: its light paths were traced for a matt surface; declare `editable = true` in the scene file",
+                new.name
+            )));
+        }
+        let has_lobe = |material: &Material| material.specular != Vec3::ZERO;
+        let lobes = has_lobe(old) != has_lobe(&new) || (has_lobe(&new) && old.exponent != new.exponent);
+        self.scene.materials[material] = new;
+        let bit = editable_bits(&self.scene.materials)[material];
+        self.changes.edited = match self.changes.edited {
+            Edited::Some(bits) if bit != 0 => Edited::Some(bits | bit),
+            _ => Edited::All,
+        };
+        self.changes.materials = true;
+        if lobes {
+            self.lobes_changed();
+        }
+        if let Some(shine) = &mut self.shine {
+            shine.edited(&self.scene.materials);
+        }
         self.buffers.materials.write(&crate::passes::reflectances(&self.scene.materials))
     }
 
-    /// Looks from elsewhere; the image keeps its size; the next frame wants [`Edit::View`].
+    /// Parts of the vertex array whose paths edited materials reflect; none where that may be all.
+    pub(super) fn edited_paths(&self) -> Option<Vec<Range<u32>>> {
+        let Edited::Some(bits) = self.changes.edited else { return None };
+        let groups = self.path_groups.iter().filter(|group| group.materials & bits != 0);
+        Some(groups.map(|group| group.steps.clone()).collect())
+    }
+
+    /// Looks from elsewhere; the image keeps its size.
     pub fn move_camera(&mut self, position: Vec3, target: Vec3) {
         let camera = &mut self.scene.cameras[0];
+        if (camera.position, camera.target) == (position, target) {
+            return;
+        }
         (camera.position, camera.target) = (position, target);
         self.view = View::from(&*camera);
+        self.view_changed();
     }
 
     /// Brightens the displayed picture by so many stops, from the next frame on.
     pub fn set_exposure(&mut self, stops: f32) {
+        self.changes.exposure |= self.exposure_stops != stops;
         self.exposure_stops = stops;
+    }
+
+    /// Makes the next frame do that work although nothing has changed.
+    pub fn force(&mut self, work: Work) {
+        match work {
+            Work::Everything => {
+                self.changes = Changes::ALL;
+                (0..self.scene.lights.len()).for_each(|light| self.lights.moved(light));
+            }
+            Work::Light(light) => self.lights.moved(light),
+            Work::Colour => self.changes.emission = true,
+            Work::View => self.view_changed(),
+            Work::Material => {
+                self.changes.materials = true;
+                self.changes.edited = Edited::All;
+            }
+        }
+    }
+
+    /// Whether frames leave out what cannot change the picture, which they do unless told otherwise: stages that depend on
+    /// nothing that was edited, lights that are off, rays that cannot bring light.
+    pub fn set_skipping(&mut self, skips: bool) {
+        self.skips = skips;
+        self.lights.traces_all = !skips;
+    }
+
+    fn lobes_changed(&mut self) {
+        self.changes.lobes = true;
+        self.lights.lobes_changed();
+    }
+
+    pub(super) fn view_changed(&mut self) {
+        self.changes.view = true;
+        self.lights.view_changed();
     }
 }

@@ -21,8 +21,10 @@ struct Rows {
     highlights: Option<Buffer>,
     /// `factors` and `beams` are those of the light as it is.
     has_factors: bool,
-    /// `layer` and `highlights` are those of the light and the camera as they are.
+    /// `layer` is that of the light and the camera as they are.
     has_layer: bool,
+    /// `highlights` are those of the light, the camera and the materials as they are.
+    has_highlights: bool,
     is_on: bool,
 }
 
@@ -36,6 +38,8 @@ pub(super) struct Lights {
     factor_count: u32,
     point_count: u32,
     gloss: Option<GlossRoom>,
+    /// Lights that are off and points that face away are traced, too, to no effect.
+    pub(super) traces_all: bool,
 }
 
 /// What a light needs where surfaces may shine.
@@ -45,6 +49,11 @@ pub(super) struct GlossRoom {
     pub(super) beam_bytes: u64,
     /// Samples of shining pixels.
     pub(super) sample_count: u32,
+}
+
+/// A light that is off or emits nothing is left out of every sum.
+fn shines(rows: &Rows, source: &LightSource) -> bool {
+    rows.is_on && source.emission != Vec3::ZERO
 }
 
 impl Lights {
@@ -64,6 +73,7 @@ impl Lights {
             factor_count,
             point_count,
             gloss,
+            traces_all: false,
         };
         for _ in lights {
             made.add()?;
@@ -82,6 +92,7 @@ impl Lights {
             highlights: self.gloss.map(|gloss| row("light highlights", gloss.sample_count)).transpose()?,
             has_factors: false,
             has_layer: false,
+            has_highlights: false,
             is_on: true,
         };
         self.rows.push(rows);
@@ -93,8 +104,9 @@ impl Lights {
         self.rows.remove(light);
     }
 
-    pub(super) fn switch(&mut self, light: usize, is_on: bool) {
-        self.rows[light].is_on = is_on;
+    /// Switches a light; whether that is a change.
+    pub(super) fn switch(&mut self, light: usize, is_on: bool) -> bool {
+        std::mem::replace(&mut self.rows[light].is_on, is_on) != is_on
     }
 
     pub(super) fn is_on(&self, light: usize) -> bool {
@@ -103,12 +115,19 @@ impl Lights {
 
     /// Of this light nothing that was traced holds any more.
     pub(super) fn moved(&mut self, light: usize) {
-        (self.rows[light].has_factors, self.rows[light].has_layer) = (false, false);
+        let rows = &mut self.rows[light];
+        (rows.has_factors, rows.has_layer, rows.has_highlights) = (false, false, false);
     }
 
     /// The camera sees other points.
     pub(super) fn view_changed(&mut self) {
         self.rows.iter_mut().for_each(|rows| rows.has_layer = false);
+        self.lobes_changed();
+    }
+
+    /// The camera sees other lobes.
+    pub(super) fn lobes_changed(&mut self) {
+        self.rows.iter_mut().for_each(|rows| rows.has_highlights = false);
     }
 
     /// The camera sees so many other points.
@@ -121,11 +140,12 @@ impl Lights {
         Ok(())
     }
 
-    /// All layers that were due have been traced, and perhaps all form factors.
-    pub(super) fn settle(&mut self, with_factors: bool) {
-        for rows in self.rows.iter_mut().filter(|rows| rows.is_on) {
-            rows.has_layer = true;
-            rows.has_factors |= with_factors;
+    /// All that was due has been traced.
+    pub(super) fn settle(&mut self) {
+        for (rows, source) in self.rows.iter_mut().zip(&self.sources) {
+            if self.traces_all || shines(rows, source) {
+                (rows.has_factors, rows.has_layer, rows.has_highlights) = (true, true, true);
+            }
         }
     }
 
@@ -155,50 +175,65 @@ impl Lights {
         self.rows.len() as u32
     }
 
-    /// Lights that are on and whose form factors are to be traced, with where they go.
+    /// Lights that shine and whose form factors are to be traced, with where they go.
     pub(super) fn without_factors(&self) -> Vec<(OneLight<'_>, &Buffer)> {
-        self.on().filter(|(_, rows)| !rows.has_factors).map(|(light, rows)| (light, &rows.factors)).collect()
+        self.shining()
+            .filter(|(_, rows)| !rows.has_factors)
+            .map(|(light, rows)| (light, &rows.factors))
+            .collect()
     }
 
-    /// Lights that are on and whose layer is to be traced, with where it goes.
+    /// Lights that shine and whose layer is to be traced, with where it goes.
     pub(super) fn without_layer(&self) -> Vec<(OneLight<'_>, &Buffer)> {
-        self.on().filter(|(_, rows)| !rows.has_layer).map(|(light, rows)| (light, &rows.layer)).collect()
+        self.shining().filter(|(_, rows)| !rows.has_layer).map(|(light, rows)| (light, &rows.layer)).collect()
     }
 
-    /// Emission and form factors of each light that is on.
+    /// Emission and form factors of each light that shines.
     pub(super) fn factors(&self) -> Vec<(Vec3, &Buffer)> {
-        self.on().map(|(light, rows)| (self.emission(light), &rows.factors)).collect()
+        self.shining().map(|(light, rows)| (self.emission(light), &rows.factors)).collect()
     }
 
-    /// Emission and layer of each light that is on.
+    /// Emission and layer of each light that shines.
     pub(super) fn layers(&self) -> Vec<(Vec3, &Buffer)> {
-        self.on().map(|(light, rows)| (self.emission(light), &rows.layer)).collect()
+        self.shining().map(|(light, rows)| (self.emission(light), &rows.layer)).collect()
     }
 
-    /// Lights that are on and whose beams are to be traced, with where they go; none where nothing may shine.
+    /// Shares of the shining lights that have form factors, and a layer; 1 where none shines.
+    pub(super) fn unchanged(&self) -> [f64; 2] {
+        let shining = self.shining().count().max(1) as f64;
+        [self.without_factors().len(), self.without_layer().len()].map(|due| 1.0 - due as f64 / shining)
+    }
+
+    /// The lights that shine.
+    pub(super) fn shining_sources(&self) -> impl Iterator<Item = &LightSource> {
+        let lights = self.sources.iter().zip(&self.rows);
+        lights.filter(|(source, rows)| shines(rows, source)).map(|(source, _)| source)
+    }
+
+    /// Lights that shine and whose beams are to be traced, with where they go; none where nothing may shine.
     pub(super) fn without_beams(&self) -> Vec<(OneLight<'_>, &Buffer)> {
-        let due = self.on().filter(|(_, rows)| !rows.has_factors);
+        let due = self.shining().filter(|(_, rows)| !rows.has_factors);
         due.filter_map(|(light, rows)| Some((light, rows.beams.as_ref()?))).collect()
     }
 
-    /// Lights that are on and whose highlights are to be traced, with where they go; none where nothing may shine.
+    /// Lights that shine and whose highlights are to be traced, with where they go; none where nothing may shine.
     pub(super) fn without_highlights(&self) -> Vec<(OneLight<'_>, &Buffer)> {
-        let due = self.on().filter(|(_, rows)| !rows.has_layer);
+        let due = self.shining().filter(|(_, rows)| !rows.has_highlights);
         due.filter_map(|(light, rows)| Some((light, rows.highlights.as_ref()?))).collect()
     }
 
-    /// Emission and beams of each light that is on; none where nothing may shine.
+    /// Emission and beams of each light that shines; none where nothing may shine.
     pub(super) fn beams(&self) -> Vec<GlossLight<'_>> {
-        let beams = self.on().filter_map(|(light, rows)| {
+        let beams = self.shining().filter_map(|(light, rows)| {
             let beams = rows.beams.as_ref()?;
             Some(GlossLight { emission: self.emission(light), samples: light.samples, beams })
         });
         beams.collect()
     }
 
-    /// Emission and highlights of each light that is on; none where nothing may shine.
+    /// Emission and highlights of each light that shines; none where nothing may shine.
     pub(super) fn highlights(&self) -> Vec<(Vec3, &Buffer)> {
-        self.on()
+        self.shining()
             .filter_map(|(light, rows)| Some((self.emission(light), rows.highlights.as_ref()?)))
             .collect()
     }
@@ -207,10 +242,12 @@ impl Lights {
         self.sources[light.index as usize].emission
     }
 
-    fn on(&self) -> impl Iterator<Item = (OneLight<'_>, &Rows)> {
+    fn shining(&self) -> impl Iterator<Item = (OneLight<'_>, &Rows)> {
         let lights = self.sources.iter().zip(&self.rows);
-        (0..).zip(lights).filter(|(_, (_, rows))| rows.is_on).map(|(index, (source, rows))| {
-            (OneLight { table: &self.table, index, samples: source.samples }, rows)
+        let shining = (0..).zip(lights).filter(|(_, (source, rows))| self.traces_all || shines(rows, source));
+        shining.map(|(index, (source, rows))| {
+            let (table, samples, traces_all) = (&self.table, source.samples, self.traces_all);
+            (OneLight { table, index, samples, traces_all }, rows)
         })
     }
 }

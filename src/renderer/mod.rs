@@ -1,14 +1,18 @@
 //! The renderer: owns the passes; the precomputation and the frame are recipes in the paper's order.
 
 mod accounts;
+mod changes;
 mod edits;
 mod lights;
 mod precompute;
 mod report;
+mod shine;
+mod skips;
 mod twins;
 
 pub use crate::passes::precompute::{Progress, Silent};
-pub use report::{Columns, Edit, FrameReport, Layer, Statistics};
+pub use changes::Work;
+pub use report::{Columns, FrameReport, Layer, Statistics};
 pub use twins::{Exact, Stage};
 
 use crate::error::Result;
@@ -21,8 +25,6 @@ use crate::passes::frame::{
     direct::Direct,
     form_factors::FormFactors,
     gather::{Gather, GatherSources},
-    gloss::Gloss,
-    gloss_pixels::{GlossPixels, Surroundings},
     hvds::Pyramid,
     near_field::NearField,
     path_scan::PathScan,
@@ -31,12 +33,14 @@ use crate::passes::frame::{
     tonemap::Tonemap,
 };
 use crate::passes::precompute::gather_rays::RayTable;
+use crate::passes::precompute::light_paths::PathGroup;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::Scene;
-use crate::scene::directions::Directions;
 use crate::types::{NO_SIDE, PixelSurface, Surface, View};
+use changes::{Changes, Stages};
 use glam::Vec3;
-use lights::{GlossRoom, Lights};
+use lights::Lights;
+use shine::Shine;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -53,15 +57,15 @@ pub struct Renderer {
     antialias: Antialias,
     form_factors: FormFactors,
     path_scan: PathScan,
+    /// Paths by which editable materials reflect them.
+    path_groups: Vec<PathGroup>,
     pyramid: Pyramid,
     near_field: NearField,
     /// Cache points that see the near field: the first so many.
     near_count: u32,
     gather: Gather,
     /// None where no material may shine.
-    gloss: Option<Gloss>,
-    /// Likewise.
-    gloss_pixels: Option<GlossPixels>,
+    shine: Option<Shine>,
     blend: Blend,
     splat: Splat,
     compose: Compose,
@@ -69,8 +73,9 @@ pub struct Renderer {
     exposure_stops: f32,
     clusters: ClusterBuffers,
     statistics: Statistics,
-    /// No frame has run yet.
-    is_fresh: bool,
+    changes: Changes,
+    /// Frames leave out what has not changed.
+    skips: bool,
 }
 
 impl Renderer {
@@ -87,15 +92,10 @@ impl Renderer {
         let form_factors = FormFactors::new(context, &made.entry_points, made.area_m2)?;
         let (factor_count, point_count) = (form_factors.point_count(), direct.point_count());
         let shines = made.gloss.is_some();
-        let directions = Directions::new(scene.quality.directions);
-        let gloss = |tables| Gloss::new(context, &tables, directions, factor_count, made.area_m2);
-        let gloss = made.gloss.map(gloss).transpose()?;
-        let (rays, bits) = (scene.quality.gloss_rays, made.code.cluster_bits);
-        let gloss_pixels = shines.then(|| GlossPixels::new(context, pixels, rays, bits)).transpose()?;
-        let gloss_room = gloss.as_ref().zip(gloss_pixels.as_ref()).map(|(gloss, pixels)| GlossRoom {
-            beam_bytes: gloss.beam_bytes(1),
-            sample_count: pixels.capacity,
-        });
+        let (paths, bits) = ((factor_count, made.area_m2), made.code.cluster_bits);
+        let shine = |tables| Shine::new(context, &scene, &tables, paths, bits);
+        let shine = made.gloss.map(shine).transpose()?;
+        let gloss_room = shine.as_ref().map(Shine::room);
         Ok(Self {
             context: context.clone(),
             view: View::from(&scene.cameras[0]),
@@ -110,6 +110,7 @@ impl Renderer {
                 &made.paths.arrivals.lobes,
                 &made.paths.deposits,
             )?,
+            path_groups: made.paths.groups,
             pyramid: Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2)?,
             near_count: made.near_count,
             near_field: NearField::new(context, &made.near_clusters)?,
@@ -122,10 +123,9 @@ impl Renderer {
                 made.code,
                 shines,
             )?,
-            gloss,
             blend: Blend::new(context, &made.neighbourhoods)?,
             splat: Splat::new(context, made.point_count, size)?,
-            gloss_pixels,
+            shine,
             compose: Compose::new(context, pixels, shines)?,
             tonemap: Tonemap::new(context, pixels)?,
             exposure_stops: 0.0,
@@ -134,98 +134,91 @@ impl Renderer {
             surfaces: made.surfaces,
             scene,
             statistics: made.statistics,
-            is_fresh: true,
+            changes: Changes::ALL,
+            skips: true,
         })
     }
 
-    /// Renders one frame, redoing what the edit has changed. The first frame does everything.
+    /// Renders one frame: redoes what has changed since the last, and what depends on it. Does nothing where nothing has.
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub fn frame(&mut self, edit: Edit) -> Result<FrameReport> {
-        let edit = if std::mem::take(&mut self.is_fresh) { Edit::Everything } else { edit };
-        match edit {
-            Edit::Everything => (0..self.scene.lights.len()).for_each(|light| self.lights.moved(light)),
-            Edit::View => self.lights.view_changed(),
-            // Where none was moved, as if the first one were.
-            Edit::Light if self.lights.count() > 0 && self.lights.without_layer().is_empty() => {
-                self.lights.moved(0);
-            }
-            _ => {}
+    pub fn frame(&mut self) -> Result<FrameReport> {
+        if !self.skips {
+            self.force(Work::Everything);
         }
+        let stages = Stages::new(self.changes, &self.lights);
         let start = Instant::now();
         let passes = loop {
-            let ((), passes) = self.context.run(|rec| self.record(rec, edit))?;
-            if !edit.stages().view || !self.splat.grow()? {
+            let ((), passes) = self.context.run(|rec| self.record(rec, stages))?;
+            if !stages.view || !self.splat.grow()? {
                 break passes;
             }
         };
         let frame_ms = start.elapsed().as_secs_f64() * 1e3;
         let columns = Columns::of(&passes);
         let (bytes, rays) = self.accounts(&passes);
-        if edit.stages().direct {
-            self.lights.settle(edit.stages().light);
-        }
-        Ok(FrameReport { passes, frame_ms, columns, bytes, rays })
+        let lights_unchanged = self.lights.unchanged();
+        self.lights.settle();
+        self.changes = Changes::default();
+        Ok(FrameReport { passes, frame_ms, columns, bytes, rays, lights_unchanged })
     }
 
     /// The frame. [Yue §3] Every pass waits for the one before, so that the timings tell them apart.
-    fn record(&self, rec: &mut Recorder, edit: Edit) {
-        let stages = edit.stages();
+    fn record(&self, rec: &mut Recorder, stages: Stages) {
         let pixels = &self.primary.pixels;
         if stages.view {
             self.primary.record(rec, &self.buffers, &self.view);
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.antialias.record(rec, &self.buffers, &self.view, pixels);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            if let Some(gloss_pixels) = &self.gloss_pixels {
-                let (scene, seed) = (&self.buffers, self.scene.quality.seed);
-                gloss_pixels.record_rays(rec, scene, &self.clusters, pixels, &self.view, seed);
-                rec.barrier(COMPUTE_TO_COMPUTE);
-            }
+        }
+        if let Some(shine) = self.shine.as_ref().filter(|_| stages.lobes) {
+            shine.record_rays(rec, &self.buffers, &self.clusters, pixels, &self.view);
+        }
+        if let Some(shine) = &self.shine {
+            shine.record_highlights(rec, &self.buffers, &self.lights, self.view.position);
+        }
+        if !self.lights.without_layer().is_empty() {
+            self.record_layers(rec);
         }
         if stages.direct {
-            self.record_layers(rec);
             self.direct.record_sum(rec, &self.lights.layers());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
-        if stages.light {
+        let without_factors = self.lights.without_factors();
+        if !without_factors.is_empty() {
             let mut pass = rec.pass(FormFactors::STEM);
-            for (light, factors) in self.lights.without_factors() {
+            for (light, factors) in without_factors {
                 self.form_factors.record(&mut pass, &self.buffers, light, factors);
             }
             pass.barrier(COMPUTE_TO_COMPUTE);
             drop(pass);
-            if let Some(gloss) = &self.gloss {
-                let mut pass = rec.pass(Gloss::BEAMS_STEM);
-                for (light, beams) in self.lights.without_beams() {
-                    gloss.record_beams(&mut pass, &self.buffers, light, beams);
-                }
-                pass.barrier(COMPUTE_TO_COMPUTE);
+            if let Some(shine) = &self.shine {
+                shine.record_beams(rec, &self.buffers, &self.lights);
             }
-            let reflected_flux = self.gloss.as_ref().map(|gloss| &gloss.reflected_flux);
+        }
+        if stages.flux {
+            let reflected_flux = self.shine.as_ref().map(|shine| &shine.clusters.reflected_flux);
             self.form_factors.record_flux(rec, &self.lights.factors(), reflected_flux);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.scan {
-            self.path_scan.record(rec, &self.buffers.materials, None);
+            self.path_scan.record(rec, &self.buffers.materials, self.edited_paths().as_deref());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.energy {
             let materials = &self.buffers.materials;
             let (flux, deposits) = (&self.form_factors.flux, &self.path_scan.deposits);
-            if let Some(gloss) = &self.gloss {
-                gloss.record_entries(rec, materials, &self.lights.beams());
-                rec.barrier(COMPUTE_TO_COMPUTE);
+            if let Some(shine) = &self.shine {
+                shine.record_entries(rec, materials, &self.lights);
             }
-            let reflected_flux = self.gloss.as_ref().map_or(flux, |gloss| &gloss.reflected_flux);
+            let reflected_flux = self.shine.as_ref().map_or(flux, |shine| &shine.clusters.reflected_flux);
             self.pyramid.record(rec, flux, reflected_flux, deposits);
-            if let Some(gloss) = &self.gloss {
-                rec.barrier(COMPUTE_TO_COMPUTE);
-                let beams = self.lights.beams();
-                gloss.record(rec, materials, &self.pyramid.first_deposits, deposits, &beams);
-            }
             rec.barrier(COMPUTE_TO_COMPUTE);
+            if let Some(shine) = &self.shine {
+                shine.record_clusters(rec, stages, materials, &self.pyramid, deposits, &self.lights);
+            }
             let sources = self.gather_sources();
             self.gather.record(rec, sources, self.gather.point_count());
             rec.barrier(COMPUTE_TO_COMPUTE);
@@ -241,24 +234,19 @@ impl Renderer {
             self.splat.record(rec, surfaces, points, &self.primary.pixels, &self.view);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
-        if stages.picture {
+        if stages.splat {
             self.splat.record_apply(rec, &self.primary.pixels, &self.blend.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            if let (Some(gloss), Some(gloss_pixels)) = (&self.gloss, &self.gloss_pixels) {
-                let around = Surroundings {
-                    scene: &self.buffers,
-                    pixels,
-                    irradiance: &self.pyramid.irradiance,
-                    inverse_areas: &self.pyramid.inverse_areas,
-                    gloss,
-                    first_deposits: &self.pyramid.first_deposits,
-                    deposits: &self.path_scan.deposits,
-                };
-                gloss_pixels.record(rec, around, &self.lights.beams(), &self.lights.highlights());
-                rec.barrier(COMPUTE_TO_COMPUTE);
-            }
+        }
+        if let Some(shine) = self.shine.as_ref().filter(|_| stages.shine) {
+            let deposits = &self.path_scan.deposits;
+            shine.record_pixels(rec, &self.buffers, pixels, &self.pyramid, deposits, &self.lights);
+        }
+        if stages.compose {
             self.compose.record(rec, &self.buffers, self.irradiances(), [1.0, 1.0]);
             rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+        if stages.display {
             self.tonemap.record(rec, &self.compose.radiance, self.exposure_stops);
         }
     }
@@ -268,7 +256,7 @@ impl Renderer {
             materials: &self.buffers.materials,
             irradiance: &self.pyramid.irradiance,
             inverse_areas: &self.pyramid.inverse_areas,
-            gloss: self.gloss.as_ref(),
+            gloss: self.shine.as_ref().map(|shine| &shine.clusters),
         }
     }
 
@@ -281,13 +269,6 @@ impl Renderer {
         }
         pass.barrier(COMPUTE_TO_COMPUTE);
         drop(pass);
-        if let Some(gloss_pixels) = &self.gloss_pixels {
-            let mut pass = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
-            for (light, layer) in self.lights.without_highlights() {
-                gloss_pixels.record_highlights(&mut pass, &self.buffers, light, self.view.position, layer);
-            }
-            pass.barrier(COMPUTE_TO_COMPUTE);
-        }
         let mut pass = rec.pass(Antialias::SHADOW_STEM);
         for (light, layer) in lights {
             self.direct.record_samples(&mut pass, &self.buffers, light, &self.antialias.edge_surfaces, layer);
@@ -302,7 +283,7 @@ impl Renderer {
             pixels: &self.primary.pixels,
             direct: &self.direct.irradiance,
             indirect: &self.splat.irradiance,
-            gloss: self.gloss_pixels.as_ref().map(|gloss| &gloss.radiance),
+            gloss: self.shine.as_ref().map(|shine| &shine.pixels.radiance),
             antialias: &self.antialias,
         }
     }
@@ -382,6 +363,9 @@ impl Renderer {
             ("splat weights", weights),
         ];
         statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), u64::from(value))));
+        let (skipped, unreached) = self.skipped_light()?;
+        statistics.skipped.extend(skipped);
+        statistics.counts.insert("entry points that no light reaches".into(), unreached);
         Ok(statistics)
     }
 

@@ -89,7 +89,7 @@ impl Renderer {
         )
     }
 
-    /// Takes so many samples of pixels that show an edge, from the next frame on, which wants [`super::Edit::View`].
+    /// Takes so many samples of pixels that show an edge, from the next frame on.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -98,6 +98,7 @@ impl Renderer {
         self.antialias = Antialias::new(&self.context, self.size(), samples)?;
         self.direct = Direct::new(&self.context, self.size(), self.antialias.capacity)?;
         self.lights.resize_layers(self.direct.point_count())?;
+        self.view_changed();
         Ok(())
     }
 

@@ -35,7 +35,7 @@ impl Material {
     }
 
     /// Scales a material that would reflect more than it receives. True where that was needed.
-    pub(super) fn conserve_energy(&mut self) -> bool {
+    pub fn conserve_energy(&mut self) -> bool {
         let albedo = (self.diffuse + self.specular).max_element();
         if albedo <= 1.0 {
             return false;

@@ -179,7 +179,7 @@ fn bad_arguments_are_refused_and_named() {
         ("render box -o a.exr --exposure 1", &["--exposure"]),
         ("render box -o a.png --exposure nan", &["--exposure"]),
         ("time box --frames 0", &["--frames"]),
-        ("time box --lights 1,2", &["--lights"]),
+        ("time box --lights 1,0", &["--lights"]),
         ("time box --json missing/t.json", &["missing/t.json"]),
     ] {
         let arguments: Vec<&str> = arguments.split(' ').collect();
@@ -322,8 +322,10 @@ fn time_prints_the_tables_and_writes_the_promised_keys() {
         assert!(scene["ms"][column].as_f64().unwrap() >= 0.0, "{column}");
     }
     assert!(scene["ms"]["Ttot"].as_f64().unwrap() > 0.0);
-    assert!(scene["fps_by_lights"]["1"].as_f64().unwrap() > 0.0);
-    assert!(["2", "4", "8"].iter().all(|count| scene["fps_by_lights"].get(count).is_some()));
+    for (count, unchanged) in [("1", 0.0), ("2", 0.5), ("4", 0.75), ("8", 0.875)] {
+        assert!(scene["fps_by_lights"][count].as_f64().unwrap() > 0.0, "{count} lights");
+        assert_eq!(scene["by_lights"][count]["unchanged"], unchanged);
+    }
     assert!(scene["skipped"].is_object());
     let passes = scene["passes"].as_array().unwrap();
     assert!(!passes.is_empty());

@@ -61,7 +61,7 @@ impl Frame {
             .unwrap();
         let (mut layers, mut shadow_counts) = (Vec::new(), Vec::new());
         for ((index, light), layer) in (0..).zip(lights).zip(&buffers) {
-            let light = OneLight { table: &table, index, samples: light.samples };
+            let light = OneLight { table: &table, index, samples: light.samples, traces_all: false };
             context
                 .run(|rec| {
                     let mut pass = rec.pass("direct");

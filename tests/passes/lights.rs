@@ -42,7 +42,7 @@ fn overhead(light: &LightSource, position: Vec3) -> f64 {
 }
 
 fn one<'a>(table: &'a Buffer, lights: &[LightSource], index: usize) -> OneLight<'a> {
-    OneLight { table, index: index as u32, samples: lights[index].samples }
+    OneLight { table, index: index as u32, samples: lights[index].samples, traces_all: false }
 }
 
 #[test]
@@ -73,7 +73,14 @@ fn form_factors_equal_the_twin() {
                 .context
                 .run(|rec| pass.record(&mut rec.pass("form_factors"), &world.buffers, light_at, &factors))
                 .unwrap();
+            let needed: Vec<f32> = factors.read().unwrap();
+            let light_at = OneLight { traces_all: true, ..light_at };
+            world
+                .context
+                .run(|rec| pass.record(&mut rec.pass("form_factors"), &world.buffers, light_at, &factors))
+                .unwrap();
             let factors: Vec<f32> = factors.read().unwrap();
+            assert!(factors == needed, "rays that cannot bring light do not");
             let (mut disagree, mut lit) = (0, 0);
             for (point, &device) in points.iter().zip(&factors) {
                 let geometry = world.geometry();

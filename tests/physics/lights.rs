@@ -5,6 +5,7 @@ use crate::common::{assert_silent, context};
 use crate::path_tracer::{square, trace};
 use crate::{SMALL, assert_close, render};
 use glam::{DVec3, Vec3};
+use lightpaths::reference::Progressive;
 use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::{Light, LightKind, Quality, Scene, shapes};
 use std::f64::consts::PI;

@@ -56,6 +56,8 @@ gpu_struct! {
         pub first_sample: u32,
         /// Behind the last.
         pub end_sample: u32,
+        /// 1: rays are traced although they cannot bring light.
+        pub traces_all: u32,
     }
 }
 
@@ -209,6 +211,7 @@ impl Antialias {
                 light: light.index,
                 first_sample,
                 end_sample,
+                traces_all: u32::from(light.traces_all),
             };
             if first_sample > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);

@@ -25,6 +25,8 @@ gpu_struct! {
         pub first_sample: u32,
         /// Behind the last.
         pub end_sample: u32,
+        /// 1: rays are traced although they cannot bring light.
+        pub traces_all: u32,
     }
 }
 
@@ -115,7 +117,15 @@ impl Direct {
             pass.dispatch(
                 &self.pipeline,
                 [width, point_count.div_ceil(width), 1],
-                &DirectPush { width, point_count, first_value, light: light.index, first_sample, end_sample },
+                &DirectPush {
+                    width,
+                    point_count,
+                    first_value,
+                    light: light.index,
+                    first_sample,
+                    end_sample,
+                    traces_all: u32::from(light.traces_all),
+                },
                 &[
                     ("Nodes", &scene.nodes),
                     ("Triangles", &scene.triangles),

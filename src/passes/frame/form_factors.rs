@@ -35,6 +35,8 @@ gpu_struct! {
         pub first_sample: u32,
         /// Behind the last.
         pub end_sample: u32,
+        /// 1: rays are traced although they cannot bring light.
+        pub traces_all: u32,
         /// That each entry point stands for.
         pub area_m2: f32,
     }
@@ -83,6 +85,14 @@ impl FormFactors {
         self.point_count
     }
 
+    /// The entry points themselves.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn entry_points(&self) -> Result<Vec<EntryPoint>> {
+        self.entry_points.read()
+    }
+
     /// Fills a light's row: a shadow ray from each entry point to each of its point samples in front of it. Records into an
     /// open pass, with barriers between its own dispatches only.
     pub fn record(
@@ -98,6 +108,7 @@ impl FormFactors {
                 light: light.index,
                 first_sample,
                 end_sample,
+                traces_all: u32::from(light.traces_all),
                 area_m2: self.area_m2,
             };
             if first_sample > 0 {

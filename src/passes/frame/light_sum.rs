@@ -1,7 +1,7 @@
 //! Sums of rows that each light has, weighted by the lights' emissions: a change of colour traces no ray.
 
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, TRANSFER_TO_COMPUTE};
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, PassScope, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use glam::Vec3;
@@ -14,6 +14,8 @@ gpu_struct! {
         pub count: u32,
         /// 1: adds to the sums so far; 0: starts from zero.
         pub adds: u32,
+        /// From one value of a row to the next; 0 where no light shines.
+        pub step: u32,
         /// Of the whole.
         pub scale: f32,
         /// Of the first row's light.
@@ -34,7 +36,11 @@ pub const LAYOUTS: &[Layout] = &[LightSumPush::LAYOUT];
 const ROWS: usize = 4;
 
 /// The pipeline.
-pub struct LightSum(Pipeline);
+pub struct LightSum {
+    pipeline: Pipeline,
+    /// The row of no light: one value.
+    no_row: Buffer,
+}
 
 impl LightSum {
     /// The name that shader and twin share.
@@ -45,7 +51,10 @@ impl LightSum {
     /// # Errors
     /// A Vulkan call failed.
     pub fn new(context: &Arc<Context>) -> Result<Self> {
-        Ok(Self(Pipeline::new(context, Self::STEM, &[])?))
+        Ok(Self {
+            pipeline: Pipeline::new(context, Self::STEM, &[])?,
+            no_row: Buffer::from_slice(context, "no row", &[0.0_f32])?,
+        })
     }
 
     /// Sums the first `count` values of every row, in order, each times its light's emission, and scales the whole; without
@@ -58,9 +67,8 @@ impl LightSum {
         scale: f32,
         sums: &Buffer,
     ) {
-        if rows.is_empty() {
-            pass.fill_zero(sums).barrier(TRANSFER_TO_COMPUTE);
-        }
+        let no_rows = [(Vec3::ZERO, &self.no_row)];
+        let (rows, step) = if rows.is_empty() { (&no_rows[..], 0) } else { (rows, 1) };
         let groups = rows.len().div_ceil(ROWS);
         for (group, rows) in rows.chunks(ROWS).enumerate() {
             let emission = |place: usize| rows.get(place).map_or(Vec3::ZERO, |row| row.0);
@@ -68,6 +76,7 @@ impl LightSum {
             let push = LightSumPush {
                 count,
                 adds: u32::from(group > 0),
+                step,
                 scale: if group + 1 == groups { scale } else { 1.0 },
                 emission_0: emission(0),
                 emission_1: emission(1),
@@ -79,7 +88,7 @@ impl LightSum {
             }
             let bindings =
                 [("Row0", row(0)), ("Row1", row(1)), ("Row2", row(2)), ("Row3", row(3)), ("LightSums", sums)];
-            pass.dispatch(&self.0, [count, 1, 1], &push, &bindings);
+            pass.dispatch(&self.pipeline, [count, 1, 1], &push, &bindings);
         }
     }
 }

@@ -204,7 +204,7 @@ fn light_on_what_shines_equals_the_twin() {
         .run(|rec| {
             let mut pass = rec.pass(Gloss::BEAMS_STEM);
             for (index, (light, beams)) in (0..).zip(lights.iter().zip(&beams)) {
-                let light = OneLight { table: &table, index, samples: light.samples };
+                let light = OneLight { table: &table, index, samples: light.samples, traces_all: false };
                 gloss.record_beams(&mut pass, &world.buffers, light, beams);
             }
             drop(pass);
@@ -361,7 +361,7 @@ fn shining_pixels_equal_the_twin() {
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 let mut open = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
                 for (index, (light, layer)) in (0..).zip(lights.iter().zip(&layers)) {
-                    let light = OneLight { table: &table, index, samples: light.samples };
+                    let light = OneLight { table: &table, index, samples: light.samples, traces_all: false };
                     pass.record_highlights(&mut open, scene, light, view.position, layer);
                 }
                 drop(open);

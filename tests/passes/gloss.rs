@@ -163,8 +163,9 @@ fn lights() -> Vec<LightSource> {
     let point = LightKind::Point { position: Vec3::new(0.1, 0.5, -0.2), intensity: Vec3::new(1.0, 2.0, 3.0) };
     let area = LightKind::Area {
         corner: Vec3::new(-0.9, 0.7, -0.3),
-        edge_u: Vec3::new(0.5, 0.0, 0.0),
-        edge_v: Vec3::new(0.0, 0.0, 0.4),
+        // Large to the sharper lobe, small to the broader one.
+        edge_u: Vec3::new(0.9, 0.0, 0.0),
+        edge_v: Vec3::new(0.0, 0.0, 0.6),
         radiance: Vec3::new(5.0, 0.5, 0.0),
         samples: 6,
     };
@@ -362,7 +363,7 @@ fn shining_pixels_equal_the_twin() {
                 let mut open = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
                 for (index, (light, layer)) in (0..).zip(lights.iter().zip(&layers)) {
                     let light = OneLight { table: &table, index, samples: light.samples, traces_all: false };
-                    pass.record_highlights(&mut open, scene, light, view.position, layer);
+                    pass.record_highlights(&mut open, scene, light, (view.position, SEED), layer);
                 }
                 drop(open);
                 rec.barrier(COMPUTE_TO_COMPUTE);
@@ -388,7 +389,14 @@ fn shining_pixels_equal_the_twin() {
                 let is_near = (twin.position - point.position).length() < 1e-4;
                 differ += usize::from(twin.side != point.side || !is_near);
                 for light in &lights {
-                    let factor = gloss_pixels::highlight(&tracing, point, view.position, material, light);
+                    let factor = gloss_pixels::highlight(
+                        &tracing,
+                        point,
+                        view.position,
+                        material,
+                        light,
+                        [index as u32, number],
+                    );
                     direct += factor * light.emission.as_dvec3();
                 }
                 for lobe in 0..LOBE_RAYS {

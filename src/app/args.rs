@@ -7,7 +7,7 @@ use clap::Args;
 use super::{note, progress};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, ContextOptions};
-use crate::renderer::Progress;
+use crate::renderer::{Progress, Renderer};
 use crate::scene::{LoadOptions, Quality, Scene};
 
 /// Largest image side in pixels; what a device can hold is asked of the device.
@@ -88,6 +88,14 @@ impl DeviceArgs {
         if !self.quiet {
             note(&format!("lightpaths: {message}\n"));
         }
+    }
+
+    /// Precomputes a scene, with progress, and passes on what is to be said of it then.
+    pub(super) fn renderer(&self, context: &Arc<Context>, scene: Scene) -> Result<Renderer> {
+        let said = scene.warnings.len();
+        let renderer = Renderer::new(context, scene, self.progress().as_mut())?;
+        renderer.scene().warnings.iter().skip(said).for_each(|warning| self.warn(warning));
+        Ok(renderer)
     }
 
     /// Says something on stderr that the result does not depend on.

@@ -172,7 +172,9 @@ pub(super) fn precompute(
     )?;
     watch.lap("gather rays");
     let directions = Directions::new(quality.directions);
-    scene.warnings.extend(blurred(&scene.materials, directions));
+    if point_count > 0 {
+        scene.warnings.extend(blurred(&scene.materials, directions));
+    }
     let (gloss, code) = gloss::build(
         gloss::Sources {
             hvds: &hvds,

@@ -36,7 +36,7 @@ pub(super) fn render(
         // Without paths and records there is nothing to precompute, and no indirect light.
         (scene.quality.entry_points, scene.quality.cache_points) = (0, 0);
     }
-    let mut renderer = Renderer::new(context, scene, device_args.progress().as_mut())?;
+    let mut renderer = device_args.renderer(context, scene)?;
     renderer.set_exposure(exposure_stops);
     renderer.set_skipping(!no_skip);
     let frame = renderer.frame()?;

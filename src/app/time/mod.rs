@@ -15,7 +15,7 @@ use clap::Args;
 use super::args::{DeviceArgs, SceneArgs, device_label};
 use super::output::OutputFile;
 use crate::error::Result;
-use crate::renderer::{Renderer, Statistics};
+use crate::renderer::Statistics;
 use crate::scene::{Scene, builtin};
 use lights::Relit;
 use measure::Measurement;
@@ -101,7 +101,7 @@ fn time_scene(
     let (triangles, lights) = (scene.triangles.len(), scene.lights.len());
     // A context for each scene, so that the peak of its memory is that scene's own.
     let context = device_args.open()?;
-    let mut renderer = Renderer::new(&context, scene, device_args.progress().as_mut())?;
+    let mut renderer = device_args.renderer(&context, scene)?;
     renderer.set_skipping(!no_skip);
     let measurement = measure::measure(&mut renderer, frames)?;
     if !measurement.settled {

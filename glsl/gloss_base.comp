@@ -1,5 +1,5 @@
-// Outgoing directions of shining base clusters: π times what the Phong lobes of their path vertices send there. [Yue §2]
-// Deterministic: the lists have a fixed order. One invocation = one direction of one base cluster.
+// Outgoing directions of shining clusters: π times what the Phong lobes of their path vertices send there. [Yue §2]
+// Deterministic: the lists have a fixed order. One invocation = one direction of one cluster.
 // In: beams of a light at entry points, or deposits and flux of paths (W).
 // Out: W, as much as a Lambertian surface of albedo 1 would have to receive.
 #version 460
@@ -23,13 +23,15 @@ layout(scalar, binding = 4) readonly buffer GlossVertices { GlossVertex gloss_ve
 layout(scalar, binding = 5) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
 layout(scalar, binding = 6) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
 layout(scalar, binding = 7) readonly buffer Directions { vec3 directions[]; };
-layout(scalar, binding = 8) buffer GlossFluxes { vec3 gloss_fluxes[]; };
+layout(scalar, binding = 8) readonly buffer BaseRanges { uvec2 base_ranges[]; };   // base clusters below each cluster
+layout(scalar, binding = 9) readonly buffer GlossShifts { uint gloss_shifts[]; };  // of each base cluster; NO_ENTRY: does not shine
+layout(scalar, binding = 10) buffer GlossFluxes { vec3 gloss_fluxes[]; };
 
 #include "include/gloss_flux.glsl"
 
 struct GlossBasePush {
     GlossPart part;
-    uint slot_count;  // of the base level
+    uint slot_count;  // that are not sums of others: the first so many
 };
 layout(scalar, push_constant) uniform Push { GlossBasePush push; };
 
@@ -38,5 +40,5 @@ void main() {
     if (index >= push.slot_count) return;
     GlossSlot slot = gloss_slots[index];
     vec3 before = push.part.adds != 0u ? gloss_fluxes[index] : vec3(0.0);
-    gloss_fluxes[index] = before + gloss_flux(slot.cluster, slot.shift, directions[slot.direction], push.part);
+    gloss_fluxes[index] = before + gloss_flux_below(slot.cluster, directions[slot.direction], push.part);
 }

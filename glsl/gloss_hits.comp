@@ -47,11 +47,7 @@ void main() {
     if (ray.target == NO_TARGET || !has_lobe(materials[ray.target >> push.cluster_bits])) return;
     uint cluster = ray.target & ((1u << push.cluster_bits) - 1u);
     vec3 toward = unpack_direction(ray.direction);
-    vec3 flux = vec3(0.0);
-    for (uint base = base_ranges[cluster].x; base < base_ranges[cluster].y; ++base) {
-        uint shift = gloss_shifts[base];
-        if (shift != NO_ENTRY) flux += gloss_flux(base, shift, toward, push.part);
-    }
+    vec3 flux = gloss_flux_below(cluster, toward, push.part);
     vec3 before = push.part.adds != 0u ? gloss_hits[index] : vec3(0.0);
     gloss_hits[index] = before + flux * inverse_areas[cluster];
 }

@@ -1,4 +1,4 @@
-// One coarser level of the outgoing directions: what a cluster sends there is the sum of what its children send. Deterministic.
+// Outgoing directions of large clusters: what a cluster sends there is the sum of what its children send. Deterministic.
 // One invocation = one direction of one cluster. In: flux one level down (W). Out: flux (W).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -10,7 +10,7 @@ layout(local_size_x = 64) in;
 struct GlossLevelPush {
     uint first_slot;  // of the level
     uint slot_count;
-    uint base_count;  // slots of the base level, which have no children
+    uint leaf_count;  // slots that are not sums
 };
 
 layout(scalar, binding = 0) readonly buffer FirstChildren { uint first_children[]; };
@@ -23,7 +23,7 @@ void main() {
     if (index >= push.slot_count) return;
     uint slot = push.first_slot + index;
     vec3 sum = vec3(0.0);
-    for (uint i = first_children[slot - push.base_count]; i < first_children[slot - push.base_count + 1u]; ++i) {
+    for (uint i = first_children[slot - push.leaf_count]; i < first_children[slot - push.leaf_count + 1u]; ++i) {
         sum += gloss_fluxes[children[i]];
     }
     gloss_fluxes[slot] = sum;

@@ -27,7 +27,6 @@ struct GlossVertex {
 struct GlossSlot {
     uint cluster;
     uint direction;
-    uint shift;  // base level: added to the index of a deposit it gives that of its vertex, modulo 2³²
 };
 
 const uint NO_ENTRY = 0xffffffffu;

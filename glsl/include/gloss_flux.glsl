@@ -1,5 +1,6 @@
 // What the vertices of a base cluster send towards a direction by their Phong lobes. The including shader declares the constant
-// ENTRY_POINTS and binds Materials, ReflectedFlux, FirstDeposits, Deposits, GlossVertices and GlossBeams.
+// ENTRY_POINTS and binds Materials, ReflectedFlux, FirstDeposits, Deposits, GlossVertices, GlossBeams, BaseRanges and
+// GlossShifts.
 
 // What an invocation takes of a cluster's vertices in one dispatch.
 struct GlossPart {
@@ -30,6 +31,16 @@ vec3 gloss_flux(uint cluster, uint shift, vec3 toward, GlossPart part) {
             }
             flux += throughput * part.emission * shine;
         }
+    }
+    return flux;
+}
+
+// The same of all base clusters below a cluster.
+vec3 gloss_flux_below(uint cluster, vec3 toward, GlossPart part) {
+    vec3 flux = vec3(0.0);
+    for (uint base = base_ranges[cluster].x; base < base_ranges[cluster].y; ++base) {
+        uint shift = gloss_shifts[base];
+        if (shift != NO_ENTRY) flux += gloss_flux(base, shift, toward, part);
     }
     return flux;
 }

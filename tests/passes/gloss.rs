@@ -294,6 +294,8 @@ fn light_on_what_shines_equals_the_twin() {
         assert_near(*device, twin, SUM, 1e-3 * f64::from(brightest), "slot");
     }
     assert!(coarse > 100 && lit > 500, "{coarse} coarse slots, {lit} with light");
+    let sums: usize = shining.tables.sums.iter().map(ExactSizeIterator::len).sum();
+    assert!(sums > 50, "{sums} slots are sums");
     assert_silent(&world.context);
 }
 

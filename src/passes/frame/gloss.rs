@@ -60,8 +60,6 @@ gpu_struct! {
         pub cluster: u32,
         /// Index of the direction.
         pub direction: u32,
-        /// Base level: added to the index of a deposit it gives that of its vertex, modulo 2³².
-        pub shift: u32,
     }
 }
 
@@ -112,7 +110,7 @@ gpu_struct! {
     pub struct GlossBasePush {
         /// What to take.
         pub part: GlossPart,
-        /// Slots of the base level.
+        /// Slots that are not sums of others: the first so many.
         pub slot_count: u32,
     }
 }
@@ -124,8 +122,8 @@ gpu_struct! {
         pub first_slot: u32,
         /// Its slots.
         pub slot_count: u32,
-        /// Slots of the base level.
-        pub base_count: u32,
+        /// Slots that are not sums.
+        pub leaf_count: u32,
     }
 }
 
@@ -186,7 +184,9 @@ pub struct Gloss {
     directions: Buffer,
     /// Vertices of a base cluster at most.
     most_vertices: u32,
-    levels: Vec<Range<u32>>,
+    leaf_count: u32,
+    /// Slots that are sums, by level.
+    sums: Vec<Range<u32>>,
     first_children: Buffer,
     children: Buffer,
     /// `GlossSlot`s.
@@ -232,7 +232,8 @@ impl Gloss {
             base_ranges: Buffer::from_slice(context, "base ranges", &tables.base_ranges)?,
             directions: Buffer::from_slice(context, "directions", &middles)?,
             most_vertices: tables.most_vertices,
-            levels: tables.levels.clone(),
+            leaf_count: tables.leaf_count,
+            sums: tables.sums.clone(),
             first_children: Buffer::from_slice(context, "gloss first children", &tables.first_children)?,
             children: Buffer::from_slice(context, "gloss children", &tables.children)?,
             slots: Buffer::from_slice(context, "gloss slots", &tables.slots)?,
@@ -318,7 +319,7 @@ impl Gloss {
         dispatches
     }
 
-    /// What clusters send towards the directions that are read: the base level, then each coarser one.
+    /// What clusters send towards the directions that are read: from their vertices, then the sums of large ones, level by level.
     pub fn record(
         &self,
         rec: &mut Recorder,
@@ -328,12 +329,12 @@ impl Gloss {
         lights: &[GlossLight<'_>],
     ) {
         let mut pass = rec.pass(Self::STEM);
-        let base_count = self.levels[0].len() as u32;
+        let leaf_count = self.leaf_count;
         for Dispatch { entry_points, part, beams } in self.dispatches(lights) {
             pass.dispatch(
                 &self.base[usize::from(entry_points)],
-                [base_count, 1, 1],
-                &GlossBasePush { part, slot_count: base_count },
+                [leaf_count, 1, 1],
+                &GlossBasePush { part, slot_count: leaf_count },
                 &[
                     ("Materials", materials),
                     ("ReflectedFlux", &self.reflected_flux),
@@ -343,16 +344,18 @@ impl Gloss {
                     ("GlossBeams", beams),
                     ("GlossSlots", &self.slots),
                     ("Directions", &self.directions),
+                    ("BaseRanges", &self.base_ranges),
+                    ("GlossShifts", &self.shifts),
                     ("GlossFluxes", &self.fluxes),
                 ],
             );
             pass.barrier(COMPUTE_TO_COMPUTE);
         }
-        for level in self.levels[1..].iter().filter(|level| !level.is_empty()) {
+        for level in &self.sums {
             pass.dispatch(
                 &self.level,
                 [level.len() as u32, 1, 1],
-                &GlossLevelPush { first_slot: level.start, slot_count: level.len() as u32, base_count },
+                &GlossLevelPush { first_slot: level.start, slot_count: level.len() as u32, leaf_count },
                 &[
                     ("FirstChildren", &self.first_children),
                     ("Children", &self.children),

@@ -11,6 +11,7 @@ use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
 use crate::types::{CachePoint, GatherRay, NO_CLUSTER, NO_TARGET, PathVertex, Surface};
 use glam::{UVec2, Vec3};
+use std::collections::HashMap;
 use std::ops::Range;
 
 /// The tables. A *slot* is one outgoing direction of one cluster.
@@ -26,13 +27,15 @@ pub struct GlossTables {
     pub shifts: Vec<u32>,
     /// First base cluster below each cluster, and the end.
     pub base_ranges: Vec<UVec2>,
-    /// Slots, level by level.
+    /// Slots: those that vertices are asked for, then those that are sums of others, level by level.
     pub slots: Vec<GlossSlot>,
-    /// Slots of each level of the hierarchy, base first.
-    pub levels: Vec<Range<u32>>,
-    /// First place in `children` of each slot above the base level, and the end.
+    /// The first so many are no sums.
+    pub leaf_count: u32,
+    /// The sums of each level that has any.
+    pub sums: Vec<Range<u32>>,
+    /// First place in `children` of each sum, and the end.
     pub first_children: Vec<u32>,
-    /// The slots one level down that a slot sums.
+    /// The slots one level down that a sum adds up.
     pub children: Vec<u32>,
 }
 
@@ -81,7 +84,7 @@ pub fn build(
     let wanted = wanted_directions(&sources, &rows, code);
     let mask = (1 << code.cluster_bits) - 1;
     let read = rows.iter().zip(&wanted).filter(|(_, bin)| **bin != NO_BIN);
-    tables.find_slots(sources.hvds, read.map(|(ray, &bin)| (ray.target & mask, bin)).collect());
+    let slots = tables.find_slots(&sources, read.map(|(ray, &bin)| (ray.target & mask, bin)).collect());
     let clusters = sources.hvds.cluster_count();
     let packed =
         GatherCode::new(clusters + tables.slots.len() as u32, sources.materials.len(), code.least_distance)?;
@@ -90,12 +93,15 @@ pub fn build(
             continue;
         }
         let (cluster, material) = (ray.target & mask, ray.target >> code.cluster_bits);
-        let read = if *bin == NO_BIN { cluster } else { clusters + tables.slot(cluster, *bin) };
+        let read = if *bin == NO_BIN { cluster } else { clusters + slots[&(cluster, *bin)] };
         ray.target = read | material << packed.cluster_bits;
     }
     rays.write(&rows)?;
     Ok(Some((tables, packed)))
 }
+
+/// Vertices up to which a cluster asks them itself instead of summing up its children.
+const LEAF_VERTICES: u32 = 512;
 
 /// A ray that reads no direction.
 const NO_BIN: u32 = u32::MAX;
@@ -185,53 +191,60 @@ impl GlossTables {
         }
     }
 
-    /// Numbers the slots, by cluster and then by direction: those that rays read, and below them all that they are sums of.
-    fn find_slots(&mut self, hvds: &Hvds, mut wanted: Vec<(u32, u32)>) {
-        let mut shines: Vec<bool> = self.shifts.iter().map(|&shift| shift != NO_ENTRY).collect();
-        shines.resize(hvds.cluster_count() as usize, false);
-        for cluster in 0..shines.len() {
-            if shines[cluster] && hvds.parents[cluster] != NO_CLUSTER {
-                shines[hvds.parents[cluster] as usize] = true;
+    /// Numbers the slots: those that rays read, and those that sums need. A cluster of many vertices is the sum of its children, so that
+    /// they are not all asked for each level and direction; a smaller one asks its vertices, so that nobody keeps directions for
+    /// its children. Returns where each is.
+    fn find_slots(&mut self, sources: &Sources<'_>, mut wanted: Vec<(u32, u32)>) -> HashMap<(u32, u32), u32> {
+        let hvds = sources.hvds;
+        let mut vertices = vec![0; hvds.cluster_count() as usize];
+        for (cluster, shift) in self.shifts.iter().enumerate() {
+            if *shift != NO_ENTRY {
+                let lists = &sources.paths.first_deposits[2 * cluster..2 * cluster + 3];
+                vertices[cluster] = lists[2] - lists[0];
             }
         }
+        for cluster in 0..vertices.len() {
+            if hvds.parents[cluster] != NO_CLUSTER {
+                vertices[hvds.parents[cluster] as usize] += vertices[cluster];
+            }
+        }
+        let is_sum =
+            |cluster: u32| cluster >= hvds.levels[0].end && vertices[cluster as usize] > LEAF_VERTICES;
         let children = |cluster: u32| {
             let range = hvds.first_children[cluster as usize]..hvds.first_children[cluster as usize + 1];
-            range.filter(|&child| shines[child as usize])
+            range.filter(|&child| vertices[child as usize] > 0)
         };
-        let base_end = hvds.levels[0].end;
-        // From the coarsest level down: what a slot sums is wanted, too.
-        wanted.sort_unstable_by(|a, b| b.cmp(a));
+        // From the coarsest level down: what a sum adds up is wanted, too.
+        wanted.sort_unstable();
         wanted.dedup();
         for level in hvds.levels[1..].iter().rev() {
-            let coarse = wanted.iter().filter(|(cluster, _)| level.contains(cluster));
-            let finer: Vec<_> =
-                coarse.flat_map(|&(cluster, bin)| children(cluster).map(move |child| (child, bin))).collect();
-            wanted.extend(finer);
-            wanted.sort_unstable_by(|a, b| b.cmp(a));
-            wanted.dedup();
+            let sums = wanted.iter().filter(|(cluster, _)| level.contains(cluster) && is_sum(*cluster));
+            let parts: Vec<_> =
+                sums.flat_map(|&(cluster, bin)| children(cluster).map(move |child| (child, bin))).collect();
+            if !parts.is_empty() {
+                wanted.extend(parts);
+                wanted.sort_unstable();
+                wanted.dedup();
+            }
         }
-        wanted.reverse();
-        let slot = |&(cluster, direction): &(u32, u32)| GlossSlot {
-            cluster,
-            direction,
-            shift: if cluster < base_end { self.shifts[cluster as usize] } else { 0 },
-        };
-        self.slots = wanted.iter().map(slot).collect();
-        let place = |cluster: u32| wanted.partition_point(|slot| slot.0 < cluster) as u32;
-        self.levels = hvds.levels.iter().map(|level| place(level.start)..place(level.end)).collect();
-        for &(cluster, bin) in &wanted[self.levels[0].len()..] {
+        // Clusters are numbered from the base up: so are their sums.
+        wanted.sort_by_key(|&(cluster, _)| is_sum(cluster));
+        self.leaf_count = wanted.partition_point(|&(cluster, _)| !is_sum(cluster)) as u32;
+        self.slots = wanted.iter().map(|&(cluster, direction)| GlossSlot { cluster, direction }).collect();
+        let places: HashMap<_, _> = wanted.iter().copied().zip(0..).collect();
+        let sums = &wanted[self.leaf_count as usize..];
+        for level in &hvds.levels {
+            let place = |cluster| self.leaf_count + sums.partition_point(|sum| sum.0 < cluster) as u32;
+            let range = place(level.start)..place(level.end);
+            if !range.is_empty() {
+                self.sums.push(range);
+            }
+        }
+        for &(cluster, bin) in sums {
             self.first_children.push(self.children.len() as u32);
-            let slots = children(cluster).map(|child| self.slot(child, bin));
-            let slots: Vec<u32> = slots.collect();
-            self.children.extend(slots);
+            self.children.extend(children(cluster).map(|child| places[&(child, bin)]));
         }
         self.first_children.push(self.children.len() as u32);
-    }
-
-    /// The slot of a direction of a cluster, which must exist.
-    fn slot(&self, cluster: u32, direction: u32) -> u32 {
-        let found =
-            self.slots.binary_search_by_key(&(cluster, direction), |slot| (slot.cluster, slot.direction));
-        found.expect("every direction that is read has a slot") as u32
+        places
     }
 }

@@ -98,3 +98,38 @@ fn random_clearance(point: &CachePoint) -> f32 {
     let Vec3 { x, y, z } = point.position;
     (x * 12.3 + y * 45.6 + z * 78.9).fract().abs()
 }
+
+/// Irradiance that bends: neighbours all around a point tell it exactly, those on one side as well as their mean place allows.
+#[test]
+fn a_quadratic_field_is_blended_without_flattening_it() {
+    let context = context();
+    let slope = DVec3::new(0.7, 0.0, -0.4);
+    let bend = DMat3::from_cols(DVec3::new(2.0, 0.0, 0.5), DVec3::ZERO, DVec3::new(0.5, 0.0, -3.0));
+    let record_at = |position: Vec3| {
+        let x = position.as_dvec3();
+        let irradiance = (3.0 + slope.dot(x) + 0.5 * x.dot(bend * x)) as f32;
+        let gradient = (slope + bend * x).as_vec3();
+        let translation = Mat3::from_cols(gradient, gradient, gradient);
+        Record { position, irradiance: Vec3::splat(irradiance), translation, rotation: Mat3::ZERO }
+    };
+    let side = 0.3;
+    let around = [Vec3::X, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Z].map(|to| side * to);
+    let aside = [Vec3::ZERO, side * Vec3::X, side * (Vec3::X + Vec3::Z), side * Vec3::Z];
+    for (positions, mean_offset) in [(around, 0.0), (aside, 0.5 * 2f64.sqrt() * f64::from(side))] {
+        let middle =
+            CachePoint { position: Vec3::ZERO, radius: 1.0, normal: Vec3::Y, side: 0, wall: Vec3::ZERO };
+        let records = positions.map(record_at);
+        let list = (0..4).map(|record| Neighbour { record, weight: 0.25 }).collect();
+        let lists = Neighbourhoods { first: vec![0, 4, 4, 4, 4], list };
+        let cache_points = Buffer::from_slice(&context, "cache points", &[middle; 4]).unwrap();
+        let given = Buffer::from_slice(&context, "records", &records).unwrap();
+        let pass = Blend::new(&context, &lists).unwrap();
+        context.run(|rec| pass.record(rec, &cache_points, &given)).unwrap();
+        let blended: Vec<Record> = pass.records.read().unwrap();
+        // Half the bend, which is 3.1 at most, times the square of the mean offset.
+        let bound = 0.5 * 3.1 * mean_offset * mean_offset + 1e-5;
+        let off = (f64::from(blended[0].irradiance.x) - 3.0).abs();
+        assert!(off <= bound, "{off} for {bound}");
+    }
+    assert_silent(&context);
+}

@@ -4,6 +4,7 @@ use crate::common::{assert_silent, context};
 use crate::world::{Random, World};
 use glam::{DMat3, DVec3, Mat3, Vec3};
 use lightpaths::cpu;
+use lightpaths::cpu::records::FACETS_ALIKE;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::blend::Blend;
 use lightpaths::passes::precompute::cache_points::Placed;
@@ -79,6 +80,7 @@ fn neighbours_lie_within_both_clearances_and_shares_sum_to_one() {
             let reach = |p: &Placed| p.clearance.min(2.0 * p.point.radius);
             assert!(distance <= reach(own).min(reach(other)));
             assert!(own.point.normal.dot(other.point.normal) > 0.98);
+            assert!(own.point.facet.dot(other.point.facet) >= FACETS_ALIKE);
             pairs += 1;
         }
         // The search by cells misses nobody that brute force finds well inside.
@@ -86,7 +88,8 @@ fn neighbours_lie_within_both_clearances_and_shares_sum_to_one() {
         for (j, other) in placed.iter().enumerate() {
             let is_near = own.point.position.distance(other.point.position)
                 < 0.99 * reach(own).min(reach(other))
-                && own.point.normal.dot(other.point.normal) > 0.99;
+                && own.point.normal.dot(other.point.normal) > 0.99
+                && own.point.facet.dot(other.point.facet) >= FACETS_ALIKE;
             assert!(!is_near || list.iter().any(|n| n.record as usize == j), "{i} misses {j}");
         }
     }
@@ -116,8 +119,14 @@ fn a_quadratic_field_is_blended_without_flattening_it() {
     let around = [Vec3::X, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Z].map(|to| side * to);
     let aside = [Vec3::ZERO, side * Vec3::X, side * (Vec3::X + Vec3::Z), side * Vec3::Z];
     for (positions, mean_offset) in [(around, 0.0), (aside, 0.5 * 2f64.sqrt() * f64::from(side))] {
-        let middle =
-            CachePoint { position: Vec3::ZERO, radius: 1.0, normal: Vec3::Y, side: 0, wall: Vec3::ZERO };
+        let middle = CachePoint {
+            position: Vec3::ZERO,
+            radius: 1.0,
+            normal: Vec3::Y,
+            side: 0,
+            wall: Vec3::ZERO,
+            facet: Vec3::Y,
+        };
         let records = positions.map(record_at);
         let list = (0..4).map(|record| Neighbour { record, weight: 0.25 }).collect();
         let lists = Neighbourhoods { first: vec![0, 4, 4, 4, 4], list };

@@ -1,5 +1,6 @@
 // Radiance towards the camera: albedo times direct and indirect irradiance, averaged over the samples where a pixel shows an
-// edge. Deterministic. One invocation = one pixel. In: irradiances (W/m²), reflectances, edge samples.
+// edge. Deterministic. One invocation = one pixel. In: irradiances (W/m²; direct ones of the pixels, then of the edge samples),
+// reflectances, edge samples.
 // Out: radiance, W/m²/sr; black where a ray left the scene.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -25,8 +26,9 @@ layout(scalar, binding = 2) readonly buffer Pixels { PixelSurface pixels[]; };
 layout(scalar, binding = 3) readonly buffer DirectIrradiance { vec3 direct_irradiance[]; };
 layout(scalar, binding = 4) readonly buffer IndirectIrradiance { vec3 indirect_irradiance[]; };
 layout(scalar, binding = 5) readonly buffer EdgeOffsets { uint edge_offsets[]; };
-layout(scalar, binding = 6) readonly buffer EdgeSamples { EdgeSample edge_samples[]; };
-layout(scalar, binding = 7) writeonly buffer Radiance { vec3 radiance[]; };
+layout(scalar, binding = 6) readonly buffer EdgeSurfaces { PixelSurface edge_surfaces[]; };
+layout(scalar, binding = 7) readonly buffer EdgeSources { uint edge_sources[]; };
+layout(scalar, binding = 8) writeonly buffer Radiance { vec3 radiance[]; };
 layout(scalar, push_constant) uniform Push { ComposePush push; };
 
 vec3 reflected(uint side, vec3 direct, uint source) {
@@ -43,7 +45,7 @@ void main() {
     if (edge_offsets[index + 1u] == edge) count = 0u;
     vec3 sum = vec3(0.0);
     for (uint i = edge * count; i < (edge + 1u) * count; ++i) {
-        sum += reflected(edge_samples[i].side, edge_samples[i].direct, edge_samples[i].source);
+        sum += reflected(edge_surfaces[i].side, direct_irradiance[push.pixel_count + i], edge_sources[i]);
     }
     radiance[index] = count == 0u ? reflected(pixels[index].side, direct_irradiance[index], index) : sum / float(count);
 }

@@ -1,5 +1,5 @@
-// Direct illumination: irradiance at every pixel from every light, one shadow ray each. [Yue §4, Tdi] Deterministic.
-// One invocation = one pixel. In: what the pixels see, lights (W/sr). Out: irradiance, W/m².
+// Direct illumination: irradiance at surface points per unit of a light's emission. [Yue §4, Tdi] Deterministic.
+// One invocation = one point. In: points that camera rays met, a light. Out: its layer, see light_factor for units.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -9,25 +9,40 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 struct DirectPush {
-    uint width;
-    uint height;
-    uint light_count;
+    uint width;         // points of a row
+    uint point_count;
+    uint first_value;   // of the layer
+    uint light;
+    uint first_sample;  // of the light, in this dispatch; later ones add to what the first wrote
+    uint end_sample;
+    uint traces_all;    // 1: rays are traced although they cannot bring light
 };
 
 layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
 layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) readonly buffer Lights { LightSource lights[]; };
-layout(scalar, binding = 4) readonly buffer Pixels { PixelSurface pixels[]; };
-layout(scalar, binding = 5) writeonly buffer DirectIrradiance { vec3 direct_irradiance[]; };
+layout(scalar, binding = 4) readonly buffer SeenPoints { PixelSurface seen_points[]; };
+layout(scalar, binding = 5) buffer LightLayer { float light_layer[]; };
 layout(scalar, push_constant) uniform Push { DirectPush push; };
 
 #include "include/bvh.glsl"
+#include "include/lights.glsl"
 #include "include/direct.glsl"
 
 void main() {
     uvec2 xy = gl_GlobalInvocationID.xy;
-    if (xy.x >= push.width || xy.y >= push.height) return;
     uint index = xy.y * push.width + xy.x;
-    direct_irradiance[index] = direct_light(pixels[index], push.light_count);
+    if (xy.x >= push.width || index >= push.point_count) return;
+    PixelSurface point = seen_points[index];
+    float found = 0.0;
+    // A loop that turns once or never: where no point of a group sees a surface, lavapipe skips it.
+    for (bool is_due = point.side != NO_SIDE; is_due; is_due = false) {
+        vec3 normal = surfaces[point.side >> 1].normal;
+        if ((point.side & 1u) != 0u) normal = -normal;
+        found = light_factor(lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, point.normal,
+                             point.footprint);
+    }
+    uint value = push.first_value + index;
+    light_layer[value] = (push.first_sample == 0u ? 0.0 : light_layer[value]) + found;
 }

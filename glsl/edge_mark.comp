@@ -1,5 +1,5 @@
-// Antialiasing, step 1: marks the pixels that show an edge: of geometry, of a material, of a shadow. Deterministic.
-// One invocation = one pixel. In: what the pixels see, direct irradiance (W/m²). Out: 1 for an edge pixel, else 0.
+// Antialiasing, step 1: marks the pixels that show an edge of geometry or of a material. Deterministic.
+// One invocation = one pixel. In: what the pixels see. Out: 1 for an edge pixel, else 0.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -8,7 +8,6 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 0) const uint CREASE = 0;    // float bits: cosine below which neighbouring normals make an edge
 layout(constant_id = 1) const uint STEP = 0;      // float bits: distance from the neighbour's plane that makes one, pixel widths
-layout(constant_id = 2) const uint CONTRAST = 0;  // float bits: relative difference of direct light that makes one
 
 struct EdgeMarkPush {
     uint width;
@@ -17,19 +16,16 @@ struct EdgeMarkPush {
 
 layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 1) readonly buffer Pixels { PixelSurface pixels[]; };
-layout(scalar, binding = 2) readonly buffer DirectIrradiance { vec3 direct_irradiance[]; };
-layout(scalar, binding = 3) writeonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 2) writeonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, push_constant) uniform Push { EdgeMarkPush push; };
 
-bool is_edge(PixelSurface a, PixelSurface b, vec3 direct_a, vec3 direct_b) {
+bool is_edge(PixelSurface a, PixelSurface b) {
     if (a.side == NO_SIDE || b.side == NO_SIDE) return a.side != b.side;
     if (surfaces[a.side >> 1].material != surfaces[b.side >> 1].material) return true;
     if (dot(a.normal, b.normal) < uintBitsToFloat(CREASE)) return true;
     vec3 apart = b.position - a.position;
     float off_plane = min(abs(dot(apart, a.normal)), abs(dot(apart, b.normal)));
-    if (off_plane > uintBitsToFloat(STEP) * sqrt(max(a.footprint, b.footprint))) return true;
-    vec3 difference = abs(direct_a - direct_b) - uintBitsToFloat(CONTRAST) * max(direct_a, direct_b);
-    return max(difference.x, max(difference.y, difference.z)) > 0.0;
+    return off_plane > uintBitsToFloat(STEP) * sqrt(max(a.footprint, b.footprint));
 }
 
 void main() {
@@ -38,13 +34,11 @@ void main() {
     if (any(greaterThanEqual(xy, size))) return;
     int index = xy.y * size.x + xy.x;
     PixelSurface pixel = pixels[index];
-    vec3 direct = direct_irradiance[index];
     bool found = false;
     for (int i = 1; i < 9 && !found; i += 2) {
         // Above, left, right, below.
         ivec2 other = clamp(xy + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1);
-        int neighbour = other.y * size.x + other.x;
-        found = is_edge(pixel, pixels[neighbour], direct, direct_irradiance[neighbour]);
+        found = is_edge(pixel, pixels[other.y * size.x + other.x]);
     }
     edge_offsets[index] = uint(found);
 }

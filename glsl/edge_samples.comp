@@ -1,6 +1,6 @@
-// Antialiasing, step 3: sees and lights samples spread over the edge pixels, and finds for each the pixel around it whose
+// Antialiasing, step 3: what samples spread over the edge pixels see, and for each the pixel around it whose
 // surface it most resembles: indirect light is smooth on a surface, so that pixel's will do. Deterministic.
-// One invocation = one sample. In: camera, scene, lights, pixels. Out: samples.
+// One invocation = one sample. In: camera, scene, pixels. Out: surfaces of the samples, NO_SIDE for those to spare; sources.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -14,7 +14,6 @@ layout(local_size_x = 64) in;
 
 struct EdgeSamplesPush {
     View view;
-    uint light_count;
     uint most_samples;  // of a pixel
     uint capacity;      // samples that there is room for
 };
@@ -22,16 +21,15 @@ struct EdgeSamplesPush {
 layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
 layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
-layout(scalar, binding = 3) readonly buffer Lights { LightSource lights[]; };
-layout(scalar, binding = 4) readonly buffer Pixels { PixelSurface pixels[]; };
-layout(scalar, binding = 5) readonly buffer EdgeOffsets { uint edge_offsets[]; };
-layout(scalar, binding = 6) readonly buffer EdgePixels { uint edge_pixels[]; };
-layout(scalar, binding = 7) writeonly buffer EdgeSamples { EdgeSample edge_samples[]; };
+layout(scalar, binding = 3) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(scalar, binding = 4) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 5) readonly buffer EdgePixels { uint edge_pixels[]; };
+layout(scalar, binding = 6) writeonly buffer EdgeSurfaces { PixelSurface edge_surfaces[]; };
+layout(scalar, binding = 7) writeonly buffer EdgeSources { uint edge_sources[]; };
 layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
 
 #include "include/bvh.glsl"
 #include "include/primary.glsl"
-#include "include/direct.glsl"
 
 // How far a pixel's surface is from being that of a sample: turned by so much, off its plane by so many pixel widths.
 float dissimilarity(PixelSurface found, PixelSurface pixel) {
@@ -45,22 +43,27 @@ void main() {
     uint edge_count = edge_offsets[view.width * view.height];
     uint count = samples_per_edge(edge_count, push.most_samples, push.capacity);
     uint index = flat_invocation();
-    if (index >= edge_count * count) return;
-    uint pixel = edge_pixels[index / count];
-    ivec2 size = ivec2(view.width, view.height);
-    ivec2 xy = ivec2(pixel % view.width, pixel / view.width);
-    PixelSurface found = seen_through(view, vec2(xy) + sample_3d(index % count, pixel).xy);
+    if (index >= push.capacity) return;
+    PixelSurface found = PixelSurface(vec3(0.0), NO_SIDE, vec3(0.0), 0.0);
+    uint source = 0u;
+    for (bool is_due = index < edge_count * count; is_due; is_due = false) {
+        uint pixel = edge_pixels[index / count];
+        ivec2 size = ivec2(view.width, view.height);
+        ivec2 xy = ivec2(pixel % view.width, pixel / view.width);
+        found = seen_through(view, vec2(xy) + sample_3d(index % count, pixel).xy);
 
-    uint source = pixel;
-    float least = 1e30;
-    // The pixel itself first: if it will do, the others need not be asked.
-    for (int i = 4; i < 13 && found.side != NO_SIDE && least > 0.01; ++i) {
-        ivec2 other = clamp(xy + ivec2(i % 9 % 3, i % 9 / 3) - 1, ivec2(0), size - 1);
-        uint neighbour = uint(other.y * size.x + other.x);
-        PixelSurface candidate = pixels[neighbour];
-        float cost = candidate.side == NO_SIDE ? 1e30 : dissimilarity(found, candidate);
-        source = cost < least ? neighbour : source;
-        least = min(cost, least);
+        source = pixel;
+        float least = 1e30;
+        // The pixel itself first: if it will do, the others need not be asked.
+        for (int i = 4; i < 13 && found.side != NO_SIDE && least > 0.01; ++i) {
+            ivec2 other = clamp(xy + ivec2(i % 9 % 3, i % 9 / 3) - 1, ivec2(0), size - 1);
+            uint neighbour = uint(other.y * size.x + other.x);
+            PixelSurface candidate = pixels[neighbour];
+            float cost = candidate.side == NO_SIDE ? 1e30 : dissimilarity(found, candidate);
+            source = cost < least ? neighbour : source;
+            least = min(cost, least);
+        }
     }
-    edge_samples[index] = EdgeSample(direct_light(found, push.light_count), found.side, source);
+    edge_surfaces[index] = found;
+    edge_sources[index] = source;
 }

@@ -220,6 +220,12 @@ gpu_struct! {
         pub inner_angle: f32,
         /// Spot: half-angle from which on it is zero, radians.
         pub outer_angle: f32,
+        /// Area: point samples that stand for it in the light paths' method; 1 for other kinds.
+        pub samples: u32,
+        /// Area: step of the lattice that they form.
+        pub stride: u32,
+        /// Area: what the lattice's steps are taken modulo: `samples`, or one more.
+        pub modulus: u32,
     }
 }
 
@@ -235,7 +241,14 @@ pub const LIGHT_DIRECTIONAL: u32 = 3;
 impl LightSource {
     /// An isotropic point light of that intensity, W/sr.
     pub fn point(position: Vec3, intensity: Vec3) -> Self {
-        Self { position, emission: intensity, kind: LIGHT_POINT, ..Zeroable::zeroed() }
+        Self {
+            position,
+            emission: intensity,
+            kind: LIGHT_POINT,
+            samples: 1,
+            modulus: 1,
+            ..Zeroable::zeroed()
+        }
     }
 }
 

@@ -1,11 +1,12 @@
 //! `render --method path` as scripts see it.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use std::collections::BTreeMap;
+mod common;
+
 use std::fs;
-use std::path::Path;
 use std::process::{Command, Output};
 
+use common::channels;
 use tempfile::TempDir;
 
 fn render(folder: &TempDir, arguments: &str) -> Output {
@@ -18,15 +19,6 @@ fn render(folder: &TempDir, arguments: &str) -> Output {
 
 fn statistics(folder: &TempDir, name: &str) -> serde_json::Value {
     serde_json::from_slice(&fs::read(folder.path().join(name)).unwrap()).unwrap()
-}
-
-/// All channels of an EXR file, by name.
-fn channels(path: &Path) -> BTreeMap<String, Vec<f32>> {
-    use exr::prelude::{ReadChannels, ReadLayers};
-    let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
-    let image = reader.first_valid_layer().all_attributes().from_file(path).unwrap();
-    let channels = image.layer_data.channel_data.list;
-    channels.iter().map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect())).collect()
 }
 
 #[test]

@@ -148,11 +148,3 @@ vec3 hit_position(Hit hit) {
     vec3 weights = max(hit.barycentric, min(least, 0.25));
     return (weights.x * t.p0 + weights.y * t.p1 + weights.z * t.p2) / (weights.x + weights.y + weights.z);
 }
-
-// Whether nothing stands between a surface point (on the side that `normal` faces) and `target`. Both ends are kept
-// clear of the surfaces they lie on.
-bool is_visible(vec3 position, vec3 normal, vec3 target) {
-    vec3 origin = offset_origin(position, normal);
-    Hit hit;
-    return !trace(Ray(origin, target - origin, 0.99999), true, hit);
-}

@@ -1,20 +1,23 @@
-// Direct light of point lights, one shadow ray each. The including shader binds the scene and `lights`, and includes bvh.glsl.
+// Light straight from a light to a surface, free of its colour. Include after types.glsl, math.glsl, bvh.glsl and lights.glsl.
 
-// Irradiance at what a camera ray sees, W/m².
-vec3 direct_light(PixelSurface pixel, uint light_count) {
-    vec3 irradiance = vec3(0.0);
-    if (pixel.side == NO_SIDE) return irradiance;
-    vec3 normal = surfaces[pixel.side >> 1].normal;
-    if ((pixel.side & 1u) != 0u) normal = -normal;
-    for (uint i = 0u; i < light_count; ++i) {
-        vec3 to_light = lights[i].position - pixel.position;
-        float cosine = dot(pixel.normal, to_light);
+// Irradiance per unit of the light's emission, from its point samples `first` to `end`, a shadow ray each: 1/m² of point and
+// spot lights, sr of area lights, 1 of directional ones. `shading` is the surface's shading normal, `area` (m²) its extent.
+// Rays that cannot bring light, from surfaces that face away or stand outside a cone, are left out unless `traces_all`.
+float light_factor(LightSource light, uint first, uint end, bool traces_all, vec3 position, vec3 normal, vec3 shading, float area) {
+    light.emission = vec3(1.0);
+    float sum = 0.0;
+    for (uint i = first; i < end; ++i) {
+        LightSample found;
+        bool shines = sample_light(light, position, lattice_point(light, i), found);
+        if (found.distance == 0.0) continue;
+        float cosine = dot(shading, found.direction);
         // A light behind the real surface does not shine through, wherever the shading normal points.
-        if (cosine <= 0.0 || dot(normal, to_light) <= 0.0) continue;
-        if (!is_visible(pixel.position, normal, lights[i].position)) continue;
-        // Bounded by the pixel's own extent: a disc of that area cannot see more than half the light's sphere. [Wallace]
-        float distance2 = dot(to_light, to_light);
-        irradiance += lights[i].emission * (cosine * inversesqrt(distance2) / (distance2 + pixel.footprint / PI));
+        bool is_facing = shines && cosine > 0.0 && dot(normal, found.direction) > 0.0;
+        if (!is_facing && !traces_all) continue;
+        if (!is_lit(position, normal, found) || !is_facing) continue;
+        // Point to disc of the surface's area instead of 1/d²: finite at any distance. [Wallace]
+        float inverse = 1.0 / found.distance;
+        sum += cosine * found.irradiance.x / (1.0 + area / PI * inverse * inverse);
     }
-    return irradiance;
+    return sum / float(light.samples);
 }

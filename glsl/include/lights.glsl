@@ -3,7 +3,7 @@
 // A direction in which a light may be seen.
 struct LightSample {
     vec3 direction;   // unit, towards the light
-    float distance;   // metres; LIGHT_FAR where the light is at infinity
+    float distance;   // metres; LIGHT_FAR where the light is at infinity, 0 where it has no direction
     vec3 irradiance;  // of a surface that faces the direction, before visibility, over the sample's pdf, W/m²
 };
 
@@ -24,6 +24,7 @@ bool sample_light(LightSource light, vec3 position, vec2 u, out LightSample foun
         found = LightSample(-light.axis, LIGHT_FAR, light.emission);
         return true;
     }
+    found = LightSample(vec3(0.0), 0.0, vec3(0.0));
     vec3 to_light = light.position + u.x * light.edge_u + u.y * light.edge_v - position;
     float distance2 = dot(to_light, to_light);
     // A light on the receiver itself has no direction.
@@ -35,6 +36,12 @@ bool sample_light(LightSource light, vec3 position, vec2 u, out LightSample foun
     if (light.kind == LIGHT_AREA) factor = light.area * max(0.0, -dot(light.axis, direction));
     found = LightSample(direction, distance2 * inverse, light.emission * (factor * inverse * inverse));
     return factor > 0.0;
+}
+
+// Point sample number `i` of a light, for sample_light: a lattice, every row and column of which holds one.
+vec2 lattice_point(LightSource light, uint i) {
+    uint skipped = light.modulus - light.samples;
+    return (vec2(i, (i + skipped) * light.stride % light.modulus - skipped) + 0.5) / float(light.samples);
 }
 
 // Whether nothing stands between a surface point (on the side that `normal` faces) and the light.

@@ -118,6 +118,9 @@ struct LightSource {
     vec3 edge_v;
     float inner_angle;  // spot: half-angles up to which the intensity is full, and from which on it is zero
     float outer_angle;
+    uint samples;       // area: point samples that stand for it in the light paths' method; 1 for other kinds
+    uint stride;        // area: step and modulus of the lattice that they form
+    uint modulus;
 };
 
 const uint LIGHT_POINT = 0u;

@@ -13,17 +13,10 @@ pub struct Thresholds {
     pub crease: f64,
     /// Distance off the other's plane that does, in pixel widths.
     pub step: f64,
-    /// Relative difference of direct irradiance that does.
-    pub contrast: f64,
 }
 
-/// Whether two neighbouring pixels with that direct irradiance (W/m²) show an edge between them.
-pub fn is_edge(
-    thresholds: Thresholds,
-    surfaces: &[Surface],
-    [a, b]: [&PixelSurface; 2],
-    direct: [Vec3; 2],
-) -> bool {
+/// Whether two neighbouring pixels show an edge of geometry or of a material between them.
+pub fn is_edge(thresholds: Thresholds, surfaces: &[Surface], [a, b]: [&PixelSurface; 2]) -> bool {
     if a.side == NO_SIDE || b.side == NO_SIDE {
         return a.side != b.side;
     }
@@ -32,35 +25,43 @@ pub fn is_edge(
     let apart = b.position.as_dvec3() - a.position.as_dvec3();
     let off_plane = apart.dot(normal_a).abs().min(apart.dot(normal_b).abs());
     let width = f64::from(a.footprint.max(b.footprint)).sqrt();
-    let [one, other] = direct.map(Vec3::as_dvec3);
     material(a) != material(b)
         || normal_a.dot(normal_b) < thresholds.crease
         || off_plane > thresholds.step * width
-        || (one - other).abs().cmpgt(thresholds.contrast * one.max(other)).any()
 }
 
-/// Which pixels of an image, row by row, show an edge towards the pixel above, left, right or below.
+/// Which pixels of an image, row by row, show an edge of geometry or of a material towards a pixel beside them.
 pub fn edges(
     thresholds: Thresholds,
     surfaces: &[Surface],
     [width, height]: [u32; 2],
     pixels: &[PixelSurface],
-    direct: &[Vec3],
 ) -> Vec<bool> {
-    let shows_edge = |index: usize| {
-        let (x, y) = (index as u32 % width, index as u32 / width);
-        let beside = [
-            (y > 0).then(|| index - width as usize),
-            (x > 0).then(|| index - 1),
-            (x + 1 < width).then_some(index + 1),
-            (y + 1 < height).then_some(index + width as usize),
-        ];
-        beside.into_iter().flatten().any(|other| {
-            let pair = [&pixels[index], &pixels[other]];
-            is_edge(thresholds, surfaces, pair, [direct[index], direct[other]])
-        })
+    let is_edge = |index: usize, other| is_edge(thresholds, surfaces, [&pixels[index], &pixels[other]]);
+    (0..pixels.len()).map(|index| beside(index, [width, height]).any(|other| is_edge(index, other))).collect()
+}
+
+/// Which pixels, none of them an edge already, show one of a light's shadow: its layer differs by more than the share
+/// `contrast` from that of a pixel beside them.
+pub fn shadow_edges(contrast: f64, size: [u32; 2], edges: &[bool], layer: &[f32]) -> Vec<bool> {
+    let differ = |index: usize, other: usize| {
+        let [here, there] = [layer[index], layer[other]].map(f64::from);
+        (here - there).abs() > contrast * here.max(there)
     };
-    (0..pixels.len()).map(shows_edge).collect()
+    let is_edge = |index: usize| !edges[index] && beside(index, size).any(|other| differ(index, other));
+    (0..layer.len()).map(is_edge).collect()
+}
+
+/// The pixels above, left, right and below.
+fn beside(index: usize, [width, height]: [u32; 2]) -> impl Iterator<Item = usize> {
+    let (x, y) = (index as u32 % width, index as u32 / width);
+    let beside = [
+        (y > 0).then(|| index - width as usize),
+        (x > 0).then(|| index - 1),
+        (x + 1 < width).then_some(index + 1),
+        (y + 1 < height).then_some(index + width as usize),
+    ];
+    beside.into_iter().flatten()
 }
 
 /// Samples that each of so many edge pixels gets: `most`, or what there is room for; none where that is fewer than four.
@@ -105,4 +106,41 @@ pub fn source(view: &View, pixels: &[PixelSurface], pixel: u32, found: &Seen) ->
         }
     }
     best
+}
+
+/// Cosine between shading and geometric normal below which a surface is curved.
+const FLAT: f64 = 0.99999;
+
+/// What sample number `sample` of a pixel at a shadow's edge lights: where its ray meets the plane that the pixel's centre sees
+/// (the centre where it grazes that plane), or what the ray sees where the surface is curved.
+pub fn shadow_sample(
+    geometry: Geometry<'_>,
+    view: &View,
+    pixel: u32,
+    centre: &PixelSurface,
+    number: u32,
+) -> Option<PixelSurface> {
+    let normal = geometry.normal(centre.side).as_dvec3();
+    if centre.normal.as_dvec3().dot(normal) < FLAT {
+        let surface = |seen: Seen| PixelSurface {
+            position: seen.hit.position.as_vec3(),
+            side: seen.side,
+            normal: seen.normal.as_vec3(),
+            footprint: seen.footprint as f32,
+        };
+        return sample(geometry, view, pixel, number).map(surface);
+    }
+    let corner = Vec3::new((pixel % view.width) as f32, (pixel / view.width) as f32, 0.0);
+    let point = (corner + sample_3d(number, pixel)).as_dvec3();
+    let across = point.x / f64::from(view.width) * 2.0 - 1.0;
+    let down = point.y / f64::from(view.height) * 2.0 - 1.0;
+    let [right, up, forward] = [view.right, view.up, view.forward].map(Vec3::as_dvec3);
+    let direction = forward + across * right - down * up;
+    let eye = view.position.as_dvec3();
+    let to_centre = centre.position.as_dvec3() - eye;
+    let depth = to_centre.dot(forward);
+    let t = to_centre.dot(normal) / direction.dot(normal);
+    let position =
+        if (t - depth).abs() < 0.25 * depth { (eye + t * direction).as_vec3() } else { centre.position };
+    Some(PixelSurface { position, ..*centre })
 }

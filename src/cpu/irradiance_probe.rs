@@ -28,7 +28,7 @@ impl Probe<'_> {
 
     /// What path number `sample` of a stratum brings, W/m²/sr.
     fn radiance(&self, point: &CachePoint, index: u32, ray: u32, sample: u32) -> DVec3 {
-        let geometry = self.paths.geometry;
+        let geometry = self.paths.scene.geometry;
         let normal = geometry.normal(point.side);
         let point_seed = hash_pair(self.paths.seed, index);
         let local = match self.gather_seed {
@@ -43,7 +43,7 @@ impl Probe<'_> {
         }
         for depth in 1.. {
             let Some(hit) = geometry.closest(origin, direction) else { break };
-            let vertex = self.paths.vertex(&hit, direction, false);
+            let vertex = self.paths.scene.vertex(&hit, direction, false);
             let seed = hash_pair(hash_pair(point_seed, ray), depth);
             radiance += throughput * self.paths.reflected_light(&vertex, sample, seed, &mut 0);
             let u = sample_3d(sample, seed).as_dvec3();

@@ -53,6 +53,14 @@ pub fn sample_light(light: &LightSource, position: DVec3, u: DVec2) -> Option<Li
     (factor > 0.0).then_some(LightSample { direction, distance, irradiance })
 }
 
+/// Point sample number `number` of a light, for [`sample_light`]: a lattice, every row and column of which holds one.
+pub fn lattice_point(light: &LightSource, number: u32) -> DVec2 {
+    let skipped = light.modulus - light.samples;
+    let row = (number + skipped) * light.stride % light.modulus - skipped;
+    let place = DVec2::new(f64::from(number), f64::from(row));
+    (place + 0.5) / f64::from(light.samples)
+}
+
 /// Whether nothing stands between a surface point (on the side that `normal` faces) and the light.
 pub fn is_lit(geometry: Geometry<'_>, position: Vec3, normal: Vec3, light: &LightSample) -> bool {
     let origin = geometry.offset_origin(position, normal);

@@ -1,21 +1,16 @@
 //! Twin of the path tracer: one path at a time.
 
-use crate::cpu::brdf::{brdf, sample_brdf};
-use crate::cpu::lights::{is_lit, sample_light};
-use crate::cpu::rays::{Geometry, Hit};
+use crate::cpu::brdf::sample_brdf;
+use crate::cpu::lit_scene::{LitScene, Vertex};
 use crate::cpu::sampling::{hash_pair, sample_3d};
-use crate::types::{LightSource, Reflectance, View};
+use crate::types::View;
 use glam::{DVec3, Vec3};
 
 /// What paths go through, and by which rules.
 #[derive(Clone, Copy)]
 pub struct Paths<'a> {
-    /// What they hit.
-    pub geometry: Geometry<'a>,
-    /// What it reflects.
-    pub materials: &'a [Reflectance],
-    /// What lights it.
-    pub lights: &'a [LightSource],
+    /// What they meet.
+    pub scene: LitScene<'a>,
     /// The camera.
     pub view: View,
     /// Seed of all decisions.
@@ -35,14 +30,6 @@ pub struct Sample {
     pub rays: u32,
 }
 
-pub(super) struct Vertex {
-    pub(super) position: Vec3,
-    pub(super) geometric: Vec3,
-    shading: DVec3,
-    outgoing: DVec3,
-    material: Reflectance,
-}
-
 impl Paths<'_> {
     /// Sample `index` of pixel (x, y).
     pub fn sample(&self, x: u32, y: u32, index: u32) -> Sample {
@@ -57,8 +44,8 @@ impl Paths<'_> {
         let mut found = Sample::default();
         for depth in 0.. {
             found.rays += 1;
-            let Some(hit) = self.geometry.closest(origin, direction) else { break };
-            let vertex = self.vertex(&hit, direction, depth == 0);
+            let Some(hit) = self.scene.geometry.closest(origin, direction) else { break };
+            let vertex = self.scene.vertex(&hit, direction, depth == 0);
             let seed = hash_pair(pixel_seed, depth + 1);
             let radiance = throughput * self.reflected_light(&vertex, index, seed, &mut found.rays);
             if depth == 0 {
@@ -69,10 +56,16 @@ impl Paths<'_> {
 
             let u = sample_3d(index, seed).as_dvec3();
             let Some(next) = self.reflect(&vertex, u, &mut throughput) else { break };
-            origin = self.geometry.offset_origin(vertex.position, vertex.geometric);
+            origin = self.scene.geometry.offset_origin(vertex.position, vertex.geometric);
             direction = next;
         }
         found
+    }
+
+    /// Light of all lights that a vertex reflects, W/m²/sr, by sample `index` of the random numbers that `seed` names.
+    pub(super) fn reflected_light(&self, vertex: &Vertex, index: u32, seed: u32, rays: &mut u32) -> DVec3 {
+        let u = |number: u32| sample_3d(index, hash_pair(seed, !number)).truncate().as_dvec2();
+        self.scene.reflected_light(vertex, u, rays)
     }
 
     /// Where a path goes on, if it does.
@@ -86,47 +79,5 @@ impl Paths<'_> {
         }
         *throughput /= survival;
         Some(next.incident)
-    }
-
-    pub(super) fn vertex(&self, hit: &Hit, direction: DVec3, is_first: bool) -> Vertex {
-        let surface = &self.geometry.surfaces[hit.triangle as usize];
-        let side = self.geometry.side(hit.triangle, direction);
-        let geometric = self.geometry.normal(side);
-        let [n0, n1, n2] = [surface.n0, surface.n1, surface.n2].map(|normal| normal.as_dvec3());
-        let smooth = hit.barycentric.x * n0 + hit.barycentric.y * n1 + hit.barycentric.z * n2;
-        let shading = match (is_first, side % 2) {
-            (false, _) => geometric.as_dvec3(),
-            (true, 0) => smooth.normalize(),
-            (true, _) => -smooth.normalize(),
-        };
-        let material = self.materials[surface.material as usize];
-        Vertex {
-            position: hit.position.as_vec3(),
-            geometric,
-            shading,
-            outgoing: -direction.normalize(),
-            material,
-        }
-    }
-
-    pub(super) fn reflected_light(&self, vertex: &Vertex, index: u32, seed: u32, rays: &mut u32) -> DVec3 {
-        let mut radiance = DVec3::ZERO;
-        for (number, light) in (0_u32..).zip(self.lights) {
-            let u = sample_3d(index, hash_pair(seed, !number)).truncate().as_dvec2();
-            let Some(found) = sample_light(light, vertex.position.as_dvec3(), u) else { continue };
-            let cosine = vertex.shading.dot(found.direction);
-            if cosine <= 0.0 || vertex.geometric.as_dvec3().dot(found.direction) <= 0.0 {
-                continue;
-            }
-            let reflected = brdf(&vertex.material, vertex.shading, vertex.outgoing, found.direction);
-            if reflected * found.irradiance == DVec3::ZERO {
-                continue;
-            }
-            *rays += 1;
-            if is_lit(self.geometry, vertex.position, vertex.geometric, &found) {
-                radiance += cosine * reflected * found.irradiance;
-            }
-        }
-        radiance
     }
 }

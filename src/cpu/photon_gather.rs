@@ -1,11 +1,10 @@
 //! Twin of the final gathering: one sample at a time, asking every irradiance point.
 
-use crate::cpu::brdf::{brdf, sample_brdf};
-use crate::cpu::lights::{is_lit, sample_light};
+use crate::cpu::brdf::sample_brdf;
+use crate::cpu::lit_scene::{LitScene, Vertex};
 use crate::cpu::photons::{Cells, SurfacePoint, is_within_reach, offset};
-use crate::cpu::rays::{Geometry, Hit};
 use crate::cpu::sampling::{hash_pair, sample_3d};
-use crate::types::{LightSource, Reflectance, View};
+use crate::types::View;
 use glam::{DVec3, IVec3, Vec3};
 use std::f64::consts::PI;
 
@@ -23,13 +22,9 @@ pub struct IrradiancePoint {
 /// What gather rays go through, and by which rules.
 #[derive(Clone, Copy)]
 pub struct Gather<'a> {
-    /// What they hit.
-    pub geometry: Geometry<'a>,
-    /// What it reflects.
-    pub materials: &'a [Reflectance],
-    /// What lights it.
-    pub lights: &'a [LightSource],
-    /// What is known of it.
+    /// What they meet.
+    pub scene: LitScene<'a>,
+    /// What is known of its irradiance.
     pub points: &'a [IrradiancePoint],
     /// The cells of the points.
     pub cells: Cells,
@@ -39,14 +34,6 @@ pub struct Gather<'a> {
     pub view: View,
     /// Seed of all decisions.
     pub seed: u32,
-}
-
-struct Vertex {
-    position: Vec3,
-    normal: Vec3,
-    shading: DVec3,
-    outgoing: DVec3,
-    material: Reflectance,
 }
 
 impl Gather<'_> {
@@ -59,40 +46,16 @@ impl Gather<'_> {
         let down = (y + jitter.y) / f64::from(self.view.height) * 2.0 - 1.0;
         let [right, up, forward] = [self.view.right, self.view.up, self.view.forward].map(Vec3::as_dvec3);
         let direction = (forward + across * right - down * up).normalize();
-        let Some(hit) = self.geometry.closest(self.view.position, direction) else { return [DVec3::ZERO; 2] };
-        let seen = self.vertex(&hit, direction, true);
+        let Some(hit) = self.scene.geometry.closest(self.view.position, direction) else {
+            return [DVec3::ZERO; 2];
+        };
+        let seen = self.scene.vertex(&hit, direction, true);
         [self.direct(&seen, ray, hash_pair(seed, 1)), self.indirect(seen, ray, seed)]
     }
 
-    fn vertex(&self, hit: &Hit, direction: DVec3, is_smooth: bool) -> Vertex {
-        let surface = &self.geometry.surfaces[hit.triangle as usize];
-        let side = self.geometry.side(hit.triangle, direction);
-        let normal = self.geometry.normal(side);
-        let [n0, n1, n2] = [surface.n0, surface.n1, surface.n2].map(|normal| normal.as_dvec3());
-        let smooth = hit.barycentric.x * n0 + hit.barycentric.y * n1 + hit.barycentric.z * n2;
-        let turn = if side % 2 == 1 { -1.0 } else { 1.0 };
-        Vertex {
-            position: hit.position.as_vec3(),
-            normal,
-            shading: if is_smooth { turn * smooth.normalize() } else { normal.as_dvec3() },
-            outgoing: -direction,
-            material: self.materials[surface.material as usize],
-        }
-    }
-
     fn direct(&self, vertex: &Vertex, ray: u32, seed: u32) -> DVec3 {
-        let mut sum = DVec3::ZERO;
-        for (number, light) in (0..).zip(self.lights) {
-            let u = sample_3d(ray, hash_pair(seed, number)).truncate().as_dvec2();
-            let Some(found) = sample_light(light, vertex.position.as_dvec3(), u) else { continue };
-            let cosine = vertex.shading.dot(found.direction);
-            let is_above = cosine > 0.0 && vertex.normal.as_dvec3().dot(found.direction) > 0.0;
-            if is_above && is_lit(self.geometry, vertex.position, vertex.normal, &found) {
-                let reflected = brdf(&vertex.material, vertex.shading, vertex.outgoing, found.direction);
-                sum += reflected * found.irradiance * cosine;
-            }
-        }
-        sum
+        let u = |number: u32| sample_3d(ray, hash_pair(seed, number)).truncate().as_dvec2();
+        self.scene.reflected_light(vertex, u, &mut 0)
     }
 
     fn indirect(&self, mut vertex: Vertex, ray: u32, seed: u32) -> DVec3 {
@@ -102,15 +65,15 @@ impl Gather<'_> {
             let next = sample_brdf(&vertex.material, vertex.shading, vertex.outgoing, u.truncate());
             throughput *= next.weight;
             let survival = if depth == 1 { 1.0 } else { throughput.max_element().min(0.95) };
-            let is_above = vertex.normal.as_dvec3().dot(next.incident) > 0.0;
+            let is_above = vertex.geometric.as_dvec3().dot(next.incident) > 0.0;
             if u.z >= survival || throughput.max_element() <= 0.0 || !is_above {
                 break;
             }
             throughput /= survival;
-            let origin = self.geometry.offset_origin(vertex.position, vertex.normal);
-            let Some(hit) = self.geometry.closest(origin, next.incident) else { break };
-            vertex = self.vertex(&hit, next.incident, false);
-            let place = SurfacePoint { position: vertex.position, normal: vertex.normal };
+            let origin = self.scene.geometry.offset_origin(vertex.position, vertex.geometric);
+            let Some(hit) = self.scene.geometry.closest(origin, next.incident) else { break };
+            vertex = self.scene.vertex(&hit, next.incident, false);
+            let place = SurfacePoint { position: vertex.position, normal: vertex.geometric };
             let known = if hit.t > self.radius { self.nearest(place) } else { None };
             if let Some(point) = known {
                 sum += throughput * vertex.material.diffuse.as_dvec3() * point.irradiance / PI;

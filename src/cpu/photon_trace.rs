@@ -2,20 +2,16 @@
 
 use crate::cpu::brdf::sample_brdf;
 use crate::cpu::emission::emit;
-use crate::cpu::rays::Geometry;
+use crate::cpu::lit_scene::LitScene;
 use crate::cpu::sampling::{hash_pair, sample_3d};
-use crate::types::{LIGHT_AREA, LightSource, NO_SIDE, Reflectance};
+use crate::types::{LIGHT_AREA, NO_SIDE};
 use glam::{DVec3, Vec3};
 
 /// What photons go through, and by which rules.
 #[derive(Clone, Copy)]
 pub struct Photons<'a> {
-    /// What they hit.
-    pub geometry: Geometry<'a>,
-    /// What it reflects.
-    pub materials: &'a [Reflectance],
-    /// Where they come from.
-    pub lights: &'a [LightSource],
+    /// What they come from and meet.
+    pub scene: LitScene<'a>,
     /// Middle of the scene.
     pub scene_centre: Vec3,
     /// Radius of a sphere around the scene, metres.
@@ -58,12 +54,15 @@ impl Photons<'_> {
     /// Ray `ray` of a light, which is one of `count`.
     pub fn start(&self, light: u32, ray: u32, count: f64) -> PathEnd {
         let stream = hash_pair(self.seed, light);
-        let source = &self.lights[light as usize];
+        let source = &self.scene.lights[light as usize];
         let [u, v] = [0, 1].map(|number| sample_3d(ray, hash_pair(stream, number)).truncate().as_dvec2());
         let emitted = emit(source, self.scene_centre.as_dvec3(), f64::from(self.scene_radius), u, v);
         let origin = emitted.origin.as_vec3();
-        let origin =
-            if source.kind == LIGHT_AREA { self.geometry.offset_origin(origin, source.axis) } else { origin };
+        let origin = if source.kind == LIGHT_AREA {
+            self.scene.geometry.offset_origin(origin, source.axis)
+        } else {
+            origin
+        };
         PathEnd { origin, direction: emitted.direction, flux: emitted.flux / count, light, ray, depth: 0 }
     }
 
@@ -72,10 +71,13 @@ impl Photons<'_> {
         if path.flux.max_element() <= 0.0 {
             return (None, false);
         }
-        let Some(hit) = self.geometry.closest(path.origin, path.direction) else { return (None, false) };
-        let side = self.geometry.side(hit.triangle, path.direction);
-        let normal = self.geometry.normal(side);
-        let material = self.materials[self.geometry.surfaces[hit.triangle as usize].material as usize];
+        let Some(hit) = self.scene.geometry.closest(path.origin, path.direction) else {
+            return (None, false);
+        };
+        let side = self.scene.geometry.side(hit.triangle, path.direction);
+        let normal = self.scene.geometry.normal(side);
+        let material =
+            self.scene.materials[self.scene.geometry.surfaces[hit.triangle as usize].material as usize];
         let position = hit.position.as_vec3();
         let is_diffuse = material.diffuse.max_element() > 0.0;
         let arrival = Arrival { position, side: if is_diffuse { side } else { NO_SIDE }, flux: path.flux };
@@ -91,7 +93,7 @@ impl Photons<'_> {
         }
         path.flux = reflected / survival;
         path.direction = next.incident;
-        path.origin = self.geometry.offset_origin(position, normal);
+        path.origin = self.scene.geometry.offset_origin(position, normal);
         (Some(arrival), true)
     }
 }

@@ -67,13 +67,6 @@ impl Geometry<'_> {
         position + self.clear_distance * normal
     }
 
-    /// Whether nothing stands between a surface point, on the side that `normal` faces, and `target`.
-    pub fn is_visible(&self, position: Vec3, normal: Vec3, target: Vec3) -> bool {
-        let origin = self.offset_origin(position, normal);
-        let direction = (target - origin).as_dvec3();
-        self.closest(origin, direction).is_none_or(|hit| hit.t >= 0.99999)
-    }
-
     /// 2·triangle + (1 if the ray comes from behind).
     pub fn side(&self, triangle: u32, direction: DVec3) -> u32 {
         let normal = self.surfaces[triangle as usize].normal.as_dvec3();

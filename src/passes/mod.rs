@@ -2,12 +2,14 @@
 
 mod cluster_buffers;
 pub mod frame;
+mod one_light;
 pub mod precompute;
 pub mod reference;
 mod scene_buffers;
 
 pub use cluster_buffers::ClusterBuffers;
-pub use scene_buffers::{SceneBuffers, light_sources, reflectances};
+pub use one_light::OneLight;
+pub use scene_buffers::{LitScene, SceneBuffers, light_sources, reflectances};
 
 use crate::layout::Layout;
 
@@ -25,6 +27,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::direct::LAYOUTS,
         frame::antialias::LAYOUTS,
         frame::form_factors::LAYOUTS,
+        frame::light_sum::LAYOUTS,
         frame::path_scan::LAYOUTS,
         frame::hvds::LAYOUTS,
         frame::near_field::LAYOUTS,

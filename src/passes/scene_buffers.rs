@@ -44,6 +44,34 @@ impl SceneBuffers {
     }
 }
 
+/// A scene and its lights: what passes bind that follow paths.
+#[derive(Clone, Copy)]
+pub struct LitScene<'a> {
+    /// Geometry and materials.
+    pub buffers: &'a SceneBuffers,
+    /// `LightSource`s.
+    pub lights: &'a Buffer,
+    /// How many.
+    pub light_count: u32,
+}
+
+impl<'a> LitScene<'a> {
+    /// The first bindings of such a pass, and then its own.
+    pub fn bindings_and<const N: usize>(
+        &self,
+        own: [(&'static str, &'a Buffer); N],
+    ) -> Vec<(&'static str, &'a Buffer)> {
+        let scene = [
+            ("Nodes", &self.buffers.nodes),
+            ("Triangles", &self.buffers.triangles),
+            ("Surfaces", &self.buffers.surfaces),
+            ("Materials", &self.buffers.materials),
+            ("Lights", self.lights),
+        ];
+        scene.into_iter().chain(own).collect()
+    }
+}
+
 /// The device's material table.
 pub fn reflectances(materials: &[Material]) -> Vec<types::Reflectance> {
     let reflectance = |m: &Material| types::Reflectance {
@@ -66,14 +94,18 @@ pub fn light_sources(lights: &[Light]) -> Vec<LightSource> {
             outer_angle: angle,
             ..LightSource::point(position, intensity)
         },
-        LightKind::Area { corner, edge_u, edge_v, radiance, .. } => {
+        LightKind::Area { corner, edge_u, edge_v, radiance, samples } => {
             let normal = edge_u.as_dvec3().cross(edge_v.as_dvec3());
+            let [stride, modulus] = lattice(samples);
             LightSource {
                 kind: LIGHT_AREA,
                 axis: normal.normalize().as_vec3(),
                 area: normal.length() as f32,
                 edge_u,
                 edge_v,
+                samples,
+                stride,
+                modulus,
                 ..LightSource::point(corner, radiance)
             }
         }
@@ -84,4 +116,23 @@ pub fn light_sources(lights: &[Light]) -> Vec<LightSource> {
         },
     };
     lights.iter().map(source).collect()
+}
+
+/// Step and modulus of a lattice of so many points, every row and column of which holds one. The step is next to the golden
+/// section, which keeps neighbours apart, and has no factor in common with the modulus, which keeps rows apart. The
+/// modulus is the number of points, or one more and the point at the origin left out, whichever comes closer.
+fn lattice(samples: u32) -> [u32; 2] {
+    let is_coprime = |stride: u32, modulus: u32| {
+        let (mut a, mut b) = (modulus, stride);
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a == 1
+    };
+    let distance =
+        |[stride, modulus]: [u32; 2]| (f64::from(stride) / f64::from(modulus) - 0.618_033_988_75).abs();
+    let lattices = [samples, samples + 1].into_iter().flat_map(|modulus| {
+        (1..modulus).filter(move |&stride| is_coprime(stride, modulus)).map(move |stride| [stride, modulus])
+    });
+    lattices.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or([1, 1])
 }

@@ -60,117 +60,12 @@ impl PathTracer {
         })
     }
 
-    /// Takes so many more samples of each pixel, in turn for the two halves.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn add_samples(&mut self, per_pixel: u32) -> Result<()> {
-        let total = self.samples() + per_pixel;
-        let (scene, tiles) = (&self.scene, PathTrace::tiles(&self.scene.view));
-        for (half, goal) in self.halves.iter_mut().zip([total.div_ceil(2), total / 2]) {
-            let job = Job {
-                scene: &scene.buffers,
-                lights: &scene.lights,
-                light_count: scene.light_sources.len() as u32,
-                view: &scene.view,
-                seed: half.seed,
-                sums: &half.sums,
-            };
-            self.chunks.run(tiles, |first, count| {
-                let [ms, longest] = self.pass.run(job, first..first + count, half.samples..goal)?;
-                self.device_ms += ms;
-                Ok(longest)
-            })?;
-            half.samples = goal;
-        }
-        Ok(())
-    }
-
-    /// Samples of each pixel so far, both halves together.
-    pub fn samples(&self) -> u32 {
-        self.halves[0].samples + self.halves[1].samples
-    }
-
-    /// Device time so far, milliseconds.
-    pub fn device_ms(&self) -> f64 {
-        self.device_ms
-    }
-
-    /// Camera, shadow and reflected rays so far.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn rays(&self) -> Result<u64> {
-        let mut rays = 0;
-        for half in &self.halves {
-            let moments: Vec<SampleMoments> = half.sums.moments.read()?;
-            rays += moments.iter().map(|pixel| u64::from(pixel.rays)).sum::<u64>();
-        }
-        Ok(rays)
-    }
-
-    /// The scene on the device.
-    pub fn traced_scene(&self) -> &TracedScene {
-        &self.scene
-    }
-
-    /// Mean radiance of all samples; zero before the first.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn picture(&self) -> Result<Picture> {
-        let [a, b] = self.sums()?;
-        let total = (a.samples + b.samples).max(1.0);
-        let mean = |of: fn(&Sums) -> &[RadianceSum]| -> Vec<DVec3> {
-            of(&a).iter().zip(of(&b)).map(|(a, b)| (a.value() + b.value()) / total).collect()
-        };
-        let (direct, indirect) = (mean(|sums| &sums.direct), mean(|sums| &sums.indirect));
-        let beauty = direct.iter().zip(&indirect).map(|(direct, indirect)| rounded(direct + indirect));
-        Ok(Picture {
-            size: self.scene.size(),
-            beauty: beauty.collect(),
-            direct: direct.into_iter().map(rounded).collect(),
-            indirect: indirect.into_iter().map(rounded).collect(),
-        })
-    }
-
     /// Mean radiance of all light, each half by itself: two independent estimates of one picture.
     ///
     /// # Errors
     /// The device failed.
     pub fn halves(&self) -> Result<[Vec<[f32; 3]>; 2]> {
         Ok(self.sums()?.map(|sums| sums.means().into_iter().map(rounded).collect()))
-    }
-
-    /// Variance of [`Picture::beauty`], pixel by pixel and channel by channel, (W/m²/sr)².
-    ///
-    /// The spread of the samples in each half gives its distribution over the image; for the level it is scaled, all pixels of a
-    /// channel alike, so that the squared differences of the two halves are on average what it predicts: samples of a
-    /// low-discrepancy sequence complement each other, and their spread alone would state too much.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] before each half has two samples; the device failed.
-    pub fn variance(&self) -> Result<Vec<[f32; 3]>> {
-        if self.halves[1].samples < 2 {
-            return Err(Error::Usage("the variance needs at least four samples of each pixel".into()));
-        }
-        let [a, b] = self.sums()?.map(|sums| sums.means());
-        let mut spread = vec![DVec3::ZERO; a.len()];
-        for half in &self.halves {
-            let moments: Vec<SampleMoments> = half.sums.moments.read()?;
-            let samples = f64::from(half.samples);
-            for (spread, pixel) in spread.iter_mut().zip(&moments) {
-                // A quarter: of the mean of two halves, which differ by one sample at most.
-                *spread += 0.25 * pixel.squares.as_dvec3() / (samples * (samples - 1.0));
-            }
-        }
-        let (mut squares, mut count) = (DVec3::splat(SCALE_PRIOR), DVec3::splat(SCALE_PRIOR));
-        for ((a, b), spread) in a.iter().zip(&b).zip(&spread) {
-            let is_lit = spread.cmpgt(DVec3::ZERO);
-            squares += DVec3::select(is_lit, 0.25 * (a - b) * (a - b) / spread, DVec3::ZERO);
-            count += DVec3::select(is_lit, DVec3::ONE, DVec3::ZERO);
-        }
-        Ok(spread.into_iter().map(|spread| rounded(spread * squares / count)).collect())
     }
 
     fn sums(&self) -> Result<[Sums; 2]> {
@@ -195,37 +90,88 @@ fn rounded(value: DVec3) -> [f32; 3] {
 }
 
 impl Progressive for PathTracer {
+    /// In turn for the two halves.
     fn add_samples(&mut self, per_pixel: u32) -> Result<()> {
-        self.add_samples(per_pixel)
+        let total = self.samples() + per_pixel;
+        let (scene, tiles) = (&self.scene, PathTrace::tiles(&self.scene.view));
+        for (half, goal) in self.halves.iter_mut().zip([total.div_ceil(2), total / 2]) {
+            let job = Job { scene: scene.lit(), view: &scene.view, seed: half.seed, sums: &half.sums };
+            self.chunks.run(tiles, |first, count| {
+                let [ms, longest] = self.pass.run(job, first..first + count, half.samples..goal)?;
+                self.device_ms += ms;
+                Ok(longest)
+            })?;
+            half.samples = goal;
+        }
+        Ok(())
     }
 
     fn samples(&self) -> u32 {
-        self.samples()
+        self.halves[0].samples + self.halves[1].samples
     }
 
     fn device_ms(&self) -> f64 {
-        self.device_ms()
+        self.device_ms
+    }
+
+    fn rays(&self) -> Result<Option<u64>> {
+        let mut rays = 0;
+        for half in &self.halves {
+            let moments: Vec<SampleMoments> = half.sums.moments.read()?;
+            rays += moments.iter().map(|pixel| u64::from(pixel.rays)).sum::<u64>();
+        }
+        Ok(Some(rays))
+    }
+
+    fn traced_scene(&self) -> &TracedScene {
+        &self.scene
     }
 
     fn picture(&self) -> Result<Picture> {
-        self.picture()
+        let [a, b] = self.sums()?;
+        let total = (a.samples + b.samples).max(1.0);
+        let mean = |of: fn(&Sums) -> &[RadianceSum]| -> Vec<DVec3> {
+            of(&a).iter().zip(of(&b)).map(|(a, b)| (a.value() + b.value()) / total).collect()
+        };
+        let (direct, indirect) = (mean(|sums| &sums.direct), mean(|sums| &sums.indirect));
+        let beauty = direct.iter().zip(&indirect).map(|(direct, indirect)| rounded(direct + indirect));
+        Ok(Picture {
+            size: self.scene.size(),
+            beauty: beauty.collect(),
+            direct: direct.into_iter().map(rounded).collect(),
+            indirect: indirect.into_iter().map(rounded).collect(),
+        })
     }
 
+    /// The spread of the samples in each half gives its distribution over the image; for the level it is scaled, all pixels of a
+    /// channel alike, so that the squared differences of the two halves are on average what it predicts: samples of a
+    /// low-discrepancy sequence complement each other, and their spread alone would state too much.
     fn variance(&self) -> Result<Vec<[f32; 3]>> {
-        self.variance()
+        if self.halves[1].samples < 2 {
+            return Err(Error::Usage("the variance needs at least four samples of each pixel".into()));
+        }
+        let [a, b] = self.sums()?.map(|sums| sums.means());
+        let mut spread = vec![DVec3::ZERO; a.len()];
+        for half in &self.halves {
+            let moments: Vec<SampleMoments> = half.sums.moments.read()?;
+            let samples = f64::from(half.samples);
+            for (spread, pixel) in spread.iter_mut().zip(&moments) {
+                // A quarter: of the mean of two halves, which differ by one sample at most.
+                *spread += 0.25 * pixel.squares.as_dvec3() / (samples * (samples - 1.0));
+            }
+        }
+        let (mut squares, mut count) = (DVec3::splat(SCALE_PRIOR), DVec3::splat(SCALE_PRIOR));
+        for ((a, b), spread) in a.iter().zip(&b).zip(&spread) {
+            let is_lit = spread.cmpgt(DVec3::ZERO);
+            squares += DVec3::select(is_lit, 0.25 * (a - b) * (a - b) / spread, DVec3::ZERO);
+            count += DVec3::select(is_lit, DVec3::ONE, DVec3::ZERO);
+        }
+        Ok(spread.into_iter().map(|spread| rounded(spread * squares / count)).collect())
     }
 
     fn noise(&self) -> Result<Option<f64>> {
         let is_known = self.halves[1].samples > 0;
         let noise = |[a, b]: [Vec<[f32; 3]>; 2]| half_noise([&a, &b]);
         is_known.then(|| self.halves().map(noise)).transpose()
-    }
-
-    fn rays(&self) -> Result<Option<u64>> {
-        self.rays().map(Some)
-    }
-
-    fn traced_scene(&self) -> &TracedScene {
-        self.traced_scene()
     }
 }

@@ -108,31 +108,6 @@ impl PhotonMapper {
         })
     }
 
-    /// Takes so many more samples of each pixel, from a fresh photon map where the last has served its samples.
-    ///
-    /// # Errors
-    /// [`Error::OutOfMemory`] where photons do not fit, as where nothing absorbs; the device lacks memory or failed.
-    pub fn add_samples(&mut self, per_pixel: u32) -> Result<()> {
-        let goal = self.samples + per_pixel;
-        let samples_a_map = self.samples_a_map();
-        while self.samples < goal {
-            if self.samples == self.maps * samples_a_map {
-                self.next_map()?;
-            }
-            let Some(points) = &self.points else { break };
-            let half = &mut self.halves[(self.maps - 1) as usize % 2];
-            let count = (goal.min(self.maps * samples_a_map) - self.samples).min(SAMPLES_A_DISPATCH);
-            let samples = half.samples..half.samples + count;
-            let lights = (&self.scene.lights, self.scene.light_sources.len() as u32);
-            let (scene, view) = (&self.scene.buffers, &self.scene.view);
-            let ms = &mut self.device_ms;
-            self.gather.gather(scene, lights, view, points.irradiance(), &half.gather, samples, ms)?;
-            half.samples += count;
-            self.samples += count;
-        }
-        Ok(())
-    }
-
     /// Samples of each pixel that one photon map serves.
     pub fn samples_a_map(&self) -> u32 {
         (RAYS_A_MAP / self.scene.pixel_count().max(1)).clamp(1, MOST_SAMPLES_A_MAP)
@@ -147,7 +122,7 @@ impl PhotonMapper {
             let rays = photon_trace::deal(&self.powers, self.paths);
             let paths = photon_trace::start(&rays, &half.first_rays);
             if let Some(slots) =
-                self.trace.trace(buffers, &self.scene.lights, paths, half.photon_seed, &self.photons, ms)?
+                self.trace.trace(self.scene.lit(), paths, half.photon_seed, &self.photons, ms)?
             {
                 break (slots, rays);
             }
@@ -184,16 +159,6 @@ impl PhotonMapper {
         Ok(())
     }
 
-    /// Samples of each pixel so far.
-    pub fn samples(&self) -> u32 {
-        self.samples
-    }
-
-    /// Device time so far, milliseconds.
-    pub fn device_ms(&self) -> f64 {
-        self.device_ms
-    }
-
     /// Photon maps so far.
     pub fn maps(&self) -> u32 {
         self.maps
@@ -209,11 +174,6 @@ impl PhotonMapper {
         self.points.as_ref().map_or(0.0, IrradiancePoints::radius)
     }
 
-    /// The scene on the device.
-    pub fn traced_scene(&self) -> &TracedScene {
-        &self.scene
-    }
-
     /// Slots of the last map that photons were traced into.
     pub fn slots(&self) -> u32 {
         self.slots
@@ -222,25 +182,6 @@ impl PhotonMapper {
     /// The last photon map.
     pub fn photons(&self) -> &PhotonMap {
         &self.photons
-    }
-
-    /// Mean radiance of all samples; zero before the first.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn picture(&self) -> Result<Picture> {
-        let [a, b] = [self.halves[0].gather.sums.read::<GatherSums>()?, self.halves[1].gather.sums.read()?];
-        let scale = 1.0 / f64::from(self.samples.max(1));
-        let layer = |of: fn([DVec3; 2]) -> DVec3| {
-            let both = a.iter().zip(&b);
-            both.map(|(a, b)| rounded(scale * (of(a.values()) + of(b.values())))).collect()
-        };
-        Ok(Picture {
-            size: self.scene.size(),
-            beauty: layer(|[direct, indirect]| direct + indirect),
-            direct: layer(|[direct, _]| direct),
-            indirect: layer(|[_, indirect]| indirect),
-        })
     }
 
     /// Mean radiance of all light, each half by itself: estimates from independent photons and gather rays, alike in bias.
@@ -263,24 +204,57 @@ fn rounded(value: DVec3) -> [f32; 3] {
 }
 
 impl Progressive for PhotonMapper {
+    /// From a fresh photon map where the last has served its samples. [`Error::OutOfMemory`] where photons do not fit, as where
+    /// nothing absorbs.
     fn add_samples(&mut self, per_pixel: u32) -> Result<()> {
-        self.add_samples(per_pixel)
+        let goal = self.samples + per_pixel;
+        let samples_a_map = self.samples_a_map();
+        while self.samples < goal {
+            if self.samples == self.maps * samples_a_map {
+                self.next_map()?;
+            }
+            let Some(points) = &self.points else { break };
+            let half = &mut self.halves[(self.maps - 1) as usize % 2];
+            let count = (goal.min(self.maps * samples_a_map) - self.samples).min(SAMPLES_A_DISPATCH);
+            let samples = half.samples..half.samples + count;
+            let (scene, view) = (self.scene.lit(), &self.scene.view);
+            let ms = &mut self.device_ms;
+            self.gather.gather(scene, view, points.irradiance(), &half.gather, samples, ms)?;
+            half.samples += count;
+            self.samples += count;
+        }
+        Ok(())
     }
 
     fn samples(&self) -> u32 {
-        self.samples()
+        self.samples
+    }
+
+    fn device_ms(&self) -> f64 {
+        self.device_ms
+    }
+
+    fn traced_scene(&self) -> &TracedScene {
+        &self.scene
+    }
+
+    fn picture(&self) -> Result<Picture> {
+        let [a, b] = [self.halves[0].gather.sums.read::<GatherSums>()?, self.halves[1].gather.sums.read()?];
+        let scale = 1.0 / f64::from(self.samples.max(1));
+        let layer = |of: fn([DVec3; 2]) -> DVec3| {
+            let both = a.iter().zip(&b);
+            both.map(|(a, b)| rounded(scale * (of(a.values()) + of(b.values())))).collect()
+        };
+        Ok(Picture {
+            size: self.scene.size(),
+            beauty: layer(|[direct, indirect]| direct + indirect),
+            direct: layer(|[direct, _]| direct),
+            indirect: layer(|[_, indirect]| indirect),
+        })
     }
 
     fn round(&self) -> u32 {
         self.samples_a_map()
-    }
-
-    fn device_ms(&self) -> f64 {
-        self.device_ms()
-    }
-
-    fn picture(&self) -> Result<Picture> {
-        self.picture()
     }
 
     /// Not known: samples of one map share its photons.
@@ -299,9 +273,5 @@ impl Progressive for PhotonMapper {
 
     fn rays(&self) -> Result<Option<u64>> {
         Ok(None)
-    }
-
-    fn traced_scene(&self) -> &TracedScene {
-        self.traced_scene()
     }
 }

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::primary::Primary;
-use crate::passes::{SceneBuffers, light_sources};
+use crate::passes::{LitScene, SceneBuffers, light_sources};
 use crate::scene::{Scene, bvh::Bvh, surfaces};
 use crate::types::{LightSource, NO_SIDE, PixelSurface, Surface, View};
 use glam::Vec3;
@@ -61,6 +61,15 @@ impl TracedScene {
             light_sources,
             scene,
         })
+    }
+
+    /// What passes bind of it.
+    pub fn lit(&self) -> LitScene<'_> {
+        LitScene {
+            buffers: &self.buffers,
+            lights: &self.lights,
+            light_count: self.light_sources.len() as u32,
+        }
     }
 
     /// Width and height in pixels.

@@ -1,7 +1,8 @@
 //! What the passes of a frame have to move and trace, from their inputs.
 
 use super::Renderer;
-use crate::gpu::PassTiming;
+use crate::gpu::{Buffer, PassTiming};
+use crate::passes::OneLight;
 use crate::passes::frame::{
     antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
     gather::Gather, hvds::Pyramid, path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
@@ -16,7 +17,16 @@ impl Renderer {
     pub(super) fn accounts(&self, passes: &[PassTiming]) -> (Account, Account) {
         let pixels = u64::from(self.size()[0]) * u64::from(self.size()[1]);
         let paths = u64::from(self.form_factors.point_count());
-        let lights = self.scene.lights.len() as u64;
+        let lights = self.lights.layers().len() as u64;
+        let due = |lights: Vec<(OneLight<'_>, &Buffer)>| {
+            let samples: u64 = lights.iter().map(|(light, _)| u64::from(light.samples)).sum();
+            (lights.len() as u64, samples)
+        };
+        let (due_layers, layer_rays) = due(self.lights.without_layer());
+        let (due_factors, factor_rays) = due(self.lights.without_factors());
+        let points = u64::from(self.direct.point_count());
+        let samples = u64::from(self.antialias.capacity);
+        let edge_surfaces = self.antialias.edge_surfaces.bytes();
         let records = self.gather.records.bytes();
         let surface = self.primary.pixels.bytes();
         let clusters = self.pyramid.irradiance.bytes();
@@ -28,8 +38,9 @@ impl Renderer {
         for pass in passes {
             let moved = match pass.name {
                 Primary::STEM => surface,
-                Direct::STEM => surface + image,
-                FormFactors::STEM => lights * 20 * paths,
+                Direct::STEM => due_layers * (surface + 4 * pixels),
+                Direct::SUM_STEM => (4 * lights + 12) * points,
+                FormFactors::STEM => due_factors * 20 * paths,
                 FormFactors::FLUX_STEM => (4 * lights + 12) * paths,
                 // Steps are read twice, deposits written one vec3 at a time.
                 PathScan::STEM => 2 * self.path_scan.step_bytes() + deposits,
@@ -40,16 +51,17 @@ impl Renderer {
                     surface + self.gather.cache_points.bytes() + 4 * self.splat.pair_bytes() + weights
                 }
                 Splat::APPLY_STEM => surface + weights + records + image,
-                Antialias::STEM => surface + image + 8 * pixels + self.antialias.edge_samples.bytes(),
-                Compose::STEM => surface + 3 * image + 4 * pixels + self.antialias.edge_samples.bytes(),
+                Antialias::STEM => surface + 8 * pixels + edge_surfaces + 4 * samples,
+                Antialias::SHADOW_STEM => due_layers * (edge_surfaces + 4 * samples + 16 * pixels),
+                Compose::STEM => surface + 3 * image + 4 * pixels + 12 * samples + edge_surfaces,
                 Tonemap::STEM => image + 4 * pixels,
                 _ => continue,
             };
             bytes.insert(pass.name, moved);
             let traced = match pass.name {
                 Primary::STEM => pixels,
-                Direct::STEM => lights * pixels,
-                FormFactors::STEM => lights * paths,
+                Direct::STEM => layer_rays * pixels,
+                FormFactors::STEM => factor_rays * paths,
                 _ => continue,
             };
             rays.insert(pass.name, traced);

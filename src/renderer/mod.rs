@@ -1,15 +1,20 @@
 //! The renderer: owns the passes; the precomputation and the frame are recipes in the paper's order.
 
 mod accounts;
+mod changes;
+mod edits;
+mod lights;
 mod precompute;
 mod report;
+mod skips;
 mod twins;
 
 pub use crate::passes::precompute::{Progress, Silent};
-pub use report::{Columns, Edit, FrameReport, Layer, Statistics};
+pub use changes::Work;
+pub use report::{Columns, FrameReport, Layer, Statistics};
 pub use twins::{Exact, Stage};
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Recorder};
 use crate::passes::frame::{
@@ -27,10 +32,12 @@ use crate::passes::frame::{
     tonemap::Tonemap,
 };
 use crate::passes::precompute::gather_rays::RayTable;
-use crate::passes::{ClusterBuffers, SceneBuffers, light_sources};
-use crate::scene::{Light, LightKind, Scene};
+use crate::passes::{ClusterBuffers, SceneBuffers};
+use crate::scene::Scene;
 use crate::types::{NO_SIDE, PixelSurface, Surface, View};
+use changes::{Changes, Stages};
 use glam::Vec3;
+use lights::Lights;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -41,7 +48,7 @@ pub struct Renderer {
     surfaces: Vec<Surface>,
     view: View,
     buffers: SceneBuffers,
-    lights: Buffer,
+    lights: Lights,
     primary: Primary,
     direct: Direct,
     antialias: Antialias,
@@ -59,30 +66,32 @@ pub struct Renderer {
     exposure_stops: f32,
     clusters: ClusterBuffers,
     statistics: Statistics,
-    /// No frame has run yet.
-    is_fresh: bool,
+    changes: Changes,
+    /// Frames leave out what has not changed.
+    skips: bool,
 }
 
 impl Renderer {
     /// Precomputes a scene for its first camera.
     ///
     /// # Errors
-    /// A light of a kind that is not rendered yet; the device lacks memory or failed.
+    /// The device lacks memory or failed.
     pub fn new(context: &Arc<Context>, mut scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
-        check_lights(&scene.lights)?;
-        let lights = light_sources(&scene.lights);
         let made = precompute::precompute(context, &mut scene, progress)?;
         let size = scene.cameras[0].size;
         let pixels = size[0] * size[1];
-        let light_count = lights.len() as u32;
+        let antialias = Antialias::new(context, size, scene.quality.edge_samples)?;
+        let direct = Direct::new(context, size, antialias.capacity)?;
+        let form_factors = FormFactors::new(context, &made.entry_points, made.area_m2)?;
+        let (factor_count, point_count) = (form_factors.point_count(), direct.point_count());
         Ok(Self {
             context: context.clone(),
             view: View::from(&scene.cameras[0]),
-            lights: Buffer::from_slice(context, "lights", &lights)?,
+            lights: Lights::new(context, &scene.lights, factor_count, point_count)?,
             primary: Primary::new(context, pixels)?,
-            direct: Direct::new(context, pixels)?,
-            antialias: Antialias::new(context, size, scene.quality.edge_samples)?,
-            form_factors: FormFactors::new(context, &made.entry_points, made.area_m2, light_count)?,
+            direct,
+            antialias,
+            form_factors,
             path_scan: PathScan::new(context, &made.paths.steps, &made.paths.deposits)?,
             pyramid: Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2)?,
             near_count: made.near_count,
@@ -105,50 +114,62 @@ impl Renderer {
             surfaces: made.surfaces,
             scene,
             statistics: made.statistics,
-            is_fresh: true,
+            changes: Changes::ALL,
+            skips: true,
         })
     }
 
-    /// Renders one frame, redoing what the edit has changed. The first frame does everything.
+    /// Renders one frame: redoes what has changed since the last, and what depends on it. Does nothing where nothing has.
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub fn frame(&mut self, edit: Edit) -> Result<FrameReport> {
-        let edit = if std::mem::take(&mut self.is_fresh) { Edit::Everything } else { edit };
+    pub fn frame(&mut self) -> Result<FrameReport> {
+        if !self.skips {
+            self.force(Work::Everything);
+        }
+        let stages = Stages::new(self.changes, &self.lights);
         let start = Instant::now();
         let passes = loop {
-            let ((), passes) = self.context.run(|rec| self.record(rec, edit))?;
-            if !edit.stages().view || !self.splat.grow()? {
+            let ((), passes) = self.context.run(|rec| self.record(rec, stages))?;
+            if !stages.view || !self.splat.grow()? {
                 break passes;
             }
         };
         let frame_ms = start.elapsed().as_secs_f64() * 1e3;
         let columns = Columns::of(&passes);
         let (bytes, rays) = self.accounts(&passes);
-        Ok(FrameReport { passes, frame_ms, columns, bytes, rays })
+        let lights_unchanged = self.lights.unchanged();
+        self.lights.settle();
+        self.changes = Changes::default();
+        Ok(FrameReport { passes, frame_ms, columns, bytes, rays, lights_unchanged })
     }
 
     /// The frame. [Yue §3] Every pass waits for the one before, so that the timings tell them apart.
-    fn record(&self, rec: &mut Recorder, edit: Edit) {
-        let stages = edit.stages();
-        let light_count = self.scene.lights.len() as u32;
-        let size = self.size();
+    fn record(&self, rec: &mut Recorder, stages: Stages) {
+        let pixels = &self.primary.pixels;
         if stages.view {
             self.primary.record(rec, &self.buffers, &self.view);
             rec.barrier(COMPUTE_TO_COMPUTE);
+            self.antialias.record(rec, &self.buffers, &self.view, pixels);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+        if !self.lights.without_layer().is_empty() {
+            self.record_layers(rec);
         }
         if stages.direct {
-            let pixels = &self.primary.pixels;
-            self.direct.record(rec, &self.buffers, &self.lights, light_count, pixels, size);
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            let direct = &self.direct.irradiance;
-            self.antialias.record(rec, &self.buffers, &self.view, &self.lights, light_count, pixels, direct);
+            self.direct.record_sum(rec, &self.lights.layers());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
-        if stages.light {
-            self.form_factors.record(rec, &self.buffers, &self.light_positions());
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            self.form_factors.record_flux(rec, &self.lights, light_count);
+        let without_factors = self.lights.without_factors();
+        if !without_factors.is_empty() {
+            let mut pass = rec.pass(FormFactors::STEM);
+            for (light, factors) in without_factors {
+                self.form_factors.record(&mut pass, &self.buffers, light, factors);
+            }
+            pass.barrier(COMPUTE_TO_COMPUTE);
+        }
+        if stages.flux {
+            self.form_factors.record_flux(rec, &self.lights.factors());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.scan {
@@ -173,12 +194,34 @@ impl Renderer {
             self.splat.record(rec, surfaces, points, &self.primary.pixels, &self.view);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
-        if stages.picture {
+        if stages.splat {
             self.splat.record_apply(rec, &self.primary.pixels, &self.blend.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+        if stages.compose {
             self.compose.record(rec, &self.buffers, self.irradiances(), [1.0, 1.0]);
             rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+        if stages.display {
             self.tonemap.record(rec, &self.compose.radiance, self.exposure_stops);
+        }
+    }
+
+    /// The layers of the lights that have none.
+    fn record_layers(&self, rec: &mut Recorder) {
+        let (lights, pixels) = (self.lights.without_layer(), &self.primary.pixels);
+        let mut pass = rec.pass(Direct::STEM);
+        for &(light, layer) in &lights {
+            self.direct.record(&mut pass, &self.buffers, light, pixels, layer);
+        }
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        drop(pass);
+        let mut pass = rec.pass(Antialias::SHADOW_STEM);
+        for (light, layer) in lights {
+            self.direct.record_samples(&mut pass, &self.buffers, light, &self.antialias.edge_surfaces, layer);
+            pass.barrier(COMPUTE_TO_COMPUTE);
+            self.antialias.record_shadows(&mut pass, &self.buffers, &self.view, light, pixels, layer);
+            pass.barrier(COMPUTE_TO_COMPUTE);
         }
     }
 
@@ -189,44 +232,6 @@ impl Renderer {
             indirect: &self.splat.irradiance,
             antialias: &self.antialias,
         }
-    }
-
-    fn light_positions(&self) -> Vec<(u32, Vec3)> {
-        let positions = self.scene.lights.iter().filter_map(|light| light.kind.position());
-        (0..).zip(positions).collect()
-    }
-
-    /// Moves the light of that index; the next frame wants [`Edit::Light`].
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn move_light(&mut self, light: usize, to: Vec3) -> Result<()> {
-        if let LightKind::Point { position, .. } = &mut self.scene.lights[light].kind {
-            *position = to;
-        }
-        self.lights.write(&light_sources(&self.scene.lights))
-    }
-
-    /// Changes a material's diffuse albedo; the next frame wants [`Edit::Material`]. Exact downwards; far above the albedo at
-    /// load, paths that would matter were ended early, and indirect light comes out low.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn set_diffuse(&mut self, material: usize, diffuse: Vec3) -> Result<()> {
-        self.scene.materials[material].diffuse = diffuse;
-        self.buffers.materials.write(&crate::passes::reflectances(&self.scene.materials))
-    }
-
-    /// Looks from elsewhere; the image keeps its size; the next frame wants [`Edit::View`].
-    pub fn move_camera(&mut self, position: Vec3, target: Vec3) {
-        let camera = &mut self.scene.cameras[0];
-        (camera.position, camera.target) = (position, target);
-        self.view = View::from(&*camera);
-    }
-
-    /// Brightens the displayed picture by so many stops, from the next frame on.
-    pub fn set_exposure(&mut self, stops: f32) {
-        self.exposure_stops = stops;
     }
 
     /// The last frame for eyes: sRGB codes R, G, B, 255, row by row from the top.
@@ -294,14 +299,19 @@ impl Renderer {
         statistics.peak_memory_bytes = memory.peak_bytes;
         statistics.largest_binding_bytes = memory.largest_binding_bytes;
         let (pairs, weights) = self.splat.list_lengths()?;
+        let [edges, shadow_edges] = self.antialias.edge_counts()?;
         let counts = [
             ("pixels", self.size()[0] * self.size()[1]),
-            ("edge pixels", self.antialias.edge_count()?),
+            ("edge pixels", edges),
+            ("shadow edge pixels of the light traced last", shadow_edges),
             ("pixels without a covering record", self.splat.bare_pixel_count()?),
             ("splat tile pairs", pairs),
             ("splat weights", weights),
         ];
         statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), u64::from(value))));
+        let (skipped, unreached) = self.skipped_light()?;
+        statistics.skipped.extend(skipped);
+        statistics.counts.insert("entry points that no light reaches".into(), unreached);
         Ok(statistics)
     }
 
@@ -338,16 +348,4 @@ pub struct StageBuffers<'a> {
     pub gathered: &'a Buffer,
     /// `Record`s of the cache points, blended.
     pub records: &'a Buffer,
-}
-
-/// Light kinds whose light the paths carry.
-fn check_lights(lights: &[Light]) -> Result<()> {
-    match lights.iter().find(|light| !matches!(light.kind, LightKind::Point { .. })) {
-        None => Ok(()),
-        Some(light) => Err(Error::Usage(format!(
-            "light `{}`: the method lightpaths takes point lights in this version, not kind `{}`; --method path takes all",
-            light.name,
-            light.kind.word()
-        ))),
-    }
 }

@@ -1,4 +1,4 @@
-//! What a frame is asked for and what it reports.
+//! What a frame reports.
 
 use crate::gpu::PassTiming;
 use crate::passes::frame::{
@@ -7,52 +7,6 @@ use crate::passes::frame::{
     splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
-
-/// What has changed since the last frame, and so what the next one must redo.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Edit {
-    /// All of it.
-    Everything,
-    /// A light has moved.
-    Light,
-    /// The camera has moved.
-    View,
-    /// A material has changed.
-    Material,
-    /// Nothing: the last picture stands.
-    Nothing,
-}
-
-/// Stages of a frame that an edit makes necessary.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Stages {
-    /// Primary visibility and splat weights.
-    pub(super) view: bool,
-    /// Direct light at the pixels.
-    pub(super) direct: bool,
-    /// Form factors and path flux.
-    pub(super) light: bool,
-    /// The energy scan of the light paths.
-    pub(super) scan: bool,
-    /// Hierarchy and gather.
-    pub(super) energy: bool,
-    /// Splat values and the picture.
-    pub(super) picture: bool,
-}
-
-impl Edit {
-    pub(super) fn stages(self) -> Stages {
-        let is = |edits: &[Self]| self == Self::Everything || edits.contains(&self);
-        Stages {
-            view: is(&[Self::View]),
-            direct: is(&[Self::View, Self::Light]),
-            light: is(&[Self::Light]),
-            scan: is(&[Self::Material]),
-            energy: is(&[Self::Light, Self::Material]),
-            picture: self != Self::Nothing,
-        }
-    }
-}
 
 /// A layer of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,7 +47,11 @@ impl Columns {
         let mut columns = Self::default();
         for pass in passes {
             *match pass.name {
-                Primary::STEM | Direct::STEM | Antialias::STEM => &mut columns.Tdi,
+                Primary::STEM
+                | Direct::STEM
+                | Direct::SUM_STEM
+                | Antialias::STEM
+                | Antialias::SHADOW_STEM => &mut columns.Tdi,
                 FormFactors::STEM | FormFactors::FLUX_STEM | PathScan::STEM => &mut columns.Tlpe,
                 Pyramid::STEM => &mut columns.Thvds,
                 Gather::STEM | NearField::STEM | Blend::STEM => &mut columns.Tfg,
@@ -118,6 +76,8 @@ pub struct FrameReport {
     pub bytes: BTreeMap<&'static str, u64>,
     /// Rays of each pass that traces.
     pub rays: BTreeMap<&'static str, u64>,
+    /// Share of the shining lights whose form factors stood, and of those whose layer of the picture did, 0..=1.
+    pub lights_unchanged: [f64; 2],
 }
 
 /// What the precomputation made, and what it cost.

@@ -5,7 +5,8 @@ use crate::cpu::sampling::hash_pair;
 use crate::error::Result;
 use crate::gpu::Buffer;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::passes::frame::{antialias::Antialias, gather::Gather};
+use crate::passes::LitScene;
+use crate::passes::frame::{antialias::Antialias, direct::Direct, gather::Gather};
 use crate::passes::precompute::Silent;
 use crate::passes::precompute::gather_rays::{self, Hemisphere};
 use crate::passes::reference::irradiance_probe;
@@ -73,9 +74,11 @@ impl Renderer {
         irradiance_probe::trace(
             &self.context,
             irradiance_probe::Job {
-                scene: &self.buffers,
-                lights: &self.lights,
-                light_count: self.scene.lights.len() as u32,
+                scene: LitScene {
+                    buffers: &self.buffers,
+                    lights: &self.lights.table,
+                    light_count: self.scene.lights.len() as u32,
+                },
                 cache_points: &self.gather.cache_points,
                 point_count: self.gather.point_count(),
                 hemisphere: Hemisphere::new(if is_along_gather_rays { rays } else { rays.min(STRATA) }),
@@ -86,13 +89,16 @@ impl Renderer {
         )
     }
 
-    /// Takes so many samples of pixels that show an edge, from the next frame on, which wants [`super::Edit::View`].
+    /// Takes so many samples of pixels that show an edge, from the next frame on.
     ///
     /// # Errors
     /// The device lacks memory or failed.
     pub fn set_edge_samples(&mut self, samples: u32) -> Result<()> {
         self.scene.quality.edge_samples = samples;
         self.antialias = Antialias::new(&self.context, self.size(), samples)?;
+        self.direct = Direct::new(&self.context, self.size(), self.antialias.capacity)?;
+        self.lights.resize_layers(self.direct.point_count())?;
+        self.view_changed();
         Ok(())
     }
 

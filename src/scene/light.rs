@@ -69,6 +69,41 @@ impl LightKind {
         }
     }
 
+    /// The same with its middle elsewhere; a light at infinity stays as it is.
+    #[must_use]
+    pub fn moved_to(self, to: Vec3) -> Self {
+        match self {
+            Self::Point { intensity, .. } => Self::Point { position: to, intensity },
+            Self::Spot { direction, intensity, angle, penumbra, .. } => {
+                Self::Spot { position: to, direction, intensity, angle, penumbra }
+            }
+            Self::Area { edge_u, edge_v, radiance, samples, .. } => {
+                Self::Area { corner: to - 0.5 * (edge_u + edge_v), edge_u, edge_v, radiance, samples }
+            }
+            Self::Directional { .. } => self,
+        }
+    }
+
+    /// Intensity, radiance or irradiance, in the unit of its kind.
+    pub fn emission(&self) -> Vec3 {
+        match *self {
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
+            Self::Area { radiance, .. } => radiance,
+            Self::Directional { irradiance, .. } => irradiance,
+        }
+    }
+
+    /// The same with another intensity, radiance or irradiance, in the unit of its kind.
+    #[must_use]
+    pub fn with_emission(mut self, emission: Vec3) -> Self {
+        *match &mut self {
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
+            Self::Area { radiance, .. } => radiance,
+            Self::Directional { irradiance, .. } => irradiance,
+        } = emission;
+        self
+    }
+
     /// The word for it in a scene file.
     pub fn word(&self) -> &'static str {
         match self {

@@ -1,16 +1,17 @@
 //! The command line as scripts see it: exit codes, one line a failure, files whole or absent.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+#[path = "../common/mod.rs"]
+mod common;
 mod compare;
 mod exact;
 mod sweep;
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::io::BufReader;
-use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use common::channels;
 use tempfile::TempDir;
 
 /// Quality at which precomputation and frame of a small scene take no time worth speaking of.
@@ -178,7 +179,7 @@ fn bad_arguments_are_refused_and_named() {
         ("render box -o a.exr --exposure 1", &["--exposure"]),
         ("render box -o a.png --exposure nan", &["--exposure"]),
         ("time box --frames 0", &["--frames"]),
-        ("time box --lights 1,2", &["--lights"]),
+        ("time box --lights 1,0", &["--lights"]),
         ("time box --json missing/t.json", &["missing/t.json"]),
     ] {
         let arguments: Vec<&str> = arguments.split(' ').collect();
@@ -321,8 +322,10 @@ fn time_prints_the_tables_and_writes_the_promised_keys() {
         assert!(scene["ms"][column].as_f64().unwrap() >= 0.0, "{column}");
     }
     assert!(scene["ms"]["Ttot"].as_f64().unwrap() > 0.0);
-    assert!(scene["fps_by_lights"]["1"].as_f64().unwrap() > 0.0);
-    assert!(["2", "4", "8"].iter().all(|count| scene["fps_by_lights"].get(count).is_some()));
+    for (count, unchanged) in [("1", 0.0), ("2", 0.5), ("4", 0.75), ("8", 0.875)] {
+        assert!(scene["fps_by_lights"][count].as_f64().unwrap() > 0.0, "{count} lights");
+        assert_eq!(scene["by_lights"][count]["unchanged"], unchanged);
+    }
     assert!(scene["skipped"].is_object());
     let passes = scene["passes"].as_array().unwrap();
     assert!(!passes.is_empty());
@@ -381,13 +384,4 @@ fn a_reader_that_goes_away_is_no_panic() {
 
 fn json(folder: &TempDir, name: &str) -> serde_json::Value {
     serde_json::from_slice(&fs::read(folder.path().join(name)).unwrap()).unwrap()
-}
-
-/// All channels of an EXR file, by name.
-fn channels(path: &Path) -> BTreeMap<String, Vec<f32>> {
-    use exr::prelude::{ReadChannels, ReadLayers};
-    let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
-    let image = reader.first_valid_layer().all_attributes().from_file(path).unwrap();
-    let channels = image.layer_data.channel_data.list;
-    channels.iter().map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect())).collect()
 }

@@ -1,7 +1,9 @@
-//! What the tests on a device share.
+//! What test binaries share.
 
-#![allow(dead_code, unreachable_pub, reason = "each test binary uses a part")]
+#![allow(dead_code, unreachable_pub, clippy::unwrap_used, reason = "each test binary uses a part")]
 
+use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use lightpaths::gpu::{Context, ContextOptions};
@@ -34,4 +36,13 @@ pub fn random_words(seed: u64, count: usize) -> Vec<u32> {
             (state >> 32) as u32
         })
         .collect()
+}
+
+/// All channels of an EXR file, by name.
+pub fn channels(path: &Path) -> BTreeMap<String, Vec<f32>> {
+    use exr::prelude::{ReadChannels, ReadLayers};
+    let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
+    let image = reader.first_valid_layer().all_attributes().from_file(path).unwrap();
+    let channels = image.layer_data.channel_data.list;
+    channels.iter().map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect())).collect()
 }

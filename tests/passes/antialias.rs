@@ -1,24 +1,30 @@
 //! Antialiasing: which pixels are sampled, what their samples see, and what becomes of them.
 
 use crate::common::{assert_silent, context};
+use crate::path_trace;
 use crate::world::{FLOAT, Random, SUM, World, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu;
 use lightpaths::cpu::antialias::Thresholds;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
-use lightpaths::passes::frame::antialias::{Antialias, CONTRAST, CREASE, EdgeSample, STEP};
+use lightpaths::passes::frame::antialias::{Antialias, CONTRAST, CREASE, STEP};
 use lightpaths::passes::frame::compose::{Compose, Irradiances};
 use lightpaths::passes::frame::direct::Direct;
 use lightpaths::passes::frame::primary::Primary;
+use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::{Camera, shapes};
 use lightpaths::types::{LightSource, NO_SIDE, PixelSurface, View};
 
-/// A frame's part up to the edge samples.
+/// A frame's part up to the layers of its lights.
 struct Frame {
     view: View,
     pixels: Vec<PixelSurface>,
-    direct: Vec<Vec3>,
+    /// Of each light: its layer as first traced, and with its shadows' edges averaged.
+    layers: Vec<[Vec<f32>; 2]>,
+    /// Shadow edges of each light.
+    shadow_counts: Vec<u32>,
+    irradiance: Vec<Vec3>,
     antialias: Antialias,
     offsets: Vec<u32>,
     buffers: [Buffer; 2],
@@ -37,29 +43,50 @@ impl Frame {
         most_samples: u32,
         room: u32,
     ) -> Self {
-        let view = View::from(camera);
-        let size = camera.size;
-        let primary = Primary::new(&world.context, size[0] * size[1]).unwrap();
-        let direct = Direct::new(&world.context, size[0] * size[1]).unwrap();
-        let mut antialias = Antialias::new(&world.context, size, most_samples).unwrap();
+        let (view, size, context) = (View::from(camera), camera.size, &world.context);
+        let primary = Primary::new(context, size[0] * size[1]).unwrap();
+        let mut antialias = Antialias::new(context, size, most_samples).unwrap();
         antialias.capacity = antialias.capacity.min(room);
-        let table = Buffer::from_slice(&world.context, "lights", lights).unwrap();
-        let count = lights.len() as u32;
-        world
-            .context
+        let direct = Direct::new(context, size, antialias.capacity).unwrap();
+        let table = Buffer::from_slice(context, "lights", lights).unwrap();
+        let layer = || Buffer::storage(context, "layer", 4 * u64::from(direct.point_count())).unwrap();
+        let buffers: Vec<Buffer> = lights.iter().map(|_| layer()).collect();
+        context
             .run(|rec| {
                 primary.record(rec, &world.buffers, &view);
                 rec.barrier(COMPUTE_TO_COMPUTE);
-                direct.record(rec, &world.buffers, &table, count, &primary.pixels, size);
-                rec.barrier(COMPUTE_TO_COMPUTE);
-                let (pixels, irradiance) = (&primary.pixels, &direct.irradiance);
-                antialias.record(rec, &world.buffers, &view, &table, count, pixels, irradiance);
+                antialias.record(rec, &world.buffers, &view, &primary.pixels);
             })
             .unwrap();
+        let (mut layers, mut shadow_counts) = (Vec::new(), Vec::new());
+        for ((index, light), layer) in (0..).zip(lights).zip(&buffers) {
+            let light = OneLight { table: &table, index, samples: light.samples, traces_all: false };
+            context
+                .run(|rec| {
+                    let mut pass = rec.pass("direct");
+                    direct.record(&mut pass, &world.buffers, light, &primary.pixels, layer);
+                    pass.barrier(COMPUTE_TO_COMPUTE);
+                    direct.record_samples(&mut pass, &world.buffers, light, &antialias.edge_surfaces, layer);
+                })
+                .unwrap();
+            let before = layer.read().unwrap();
+            context
+                .run(|rec| {
+                    let mut pass = rec.pass("shadow_edges");
+                    antialias.record_shadows(&mut pass, &world.buffers, &view, light, &primary.pixels, layer);
+                })
+                .unwrap();
+            layers.push([before, layer.read().unwrap()]);
+            shadow_counts.push(antialias.edge_counts().unwrap()[1]);
+        }
+        let rows: Vec<_> = lights.iter().map(|light| light.emission).zip(&buffers).collect();
+        context.run(|rec| direct.record_sum(rec, &rows)).unwrap();
         Self {
             view,
             pixels: primary.pixels.read().unwrap(),
-            direct: direct.irradiance.read().unwrap(),
+            layers,
+            shadow_counts,
+            irradiance: direct.irradiance.read().unwrap(),
             offsets: antialias.offsets.read().unwrap(),
             antialias,
             buffers: [primary.pixels, direct.irradiance],
@@ -74,17 +101,16 @@ impl Frame {
         (0..self.pixels.len()).filter(|&i| self.offsets[i + 1] > self.offsets[i]).map(|i| i as u32).collect()
     }
 
-    fn samples_per_edge(&self) -> u32 {
-        cpu::antialias::samples_per_edge(
-            self.edge_count(),
-            self.antialias.most_samples,
-            self.antialias.capacity,
-        )
+    /// Samples of each of so many edge pixels.
+    fn samples_per_edge(&self, edge_count: u32) -> u32 {
+        cpu::antialias::samples_per_edge(edge_count, self.antialias.most_samples, self.antialias.capacity)
     }
 
-    fn samples(&self) -> Vec<EdgeSample> {
-        let count = self.edge_count() * self.samples_per_edge();
-        self.antialias.edge_samples.read_range(0, count as usize).unwrap()
+    /// Samples of the edges of geometry: surfaces and sources.
+    fn samples(&self) -> Vec<(PixelSurface, u32)> {
+        let count = (self.edge_count() * self.samples_per_edge(self.edge_count())) as usize;
+        let surfaces: Vec<PixelSurface> = self.antialias.edge_surfaces.read_range(0, count).unwrap();
+        surfaces.into_iter().zip(self.antialias.edge_sources.read_range(0, count).unwrap()).collect()
     }
 }
 
@@ -105,13 +131,13 @@ fn lights() -> Vec<LightSource> {
 fn edge_pixels_equal_the_twin() {
     let room = World::room();
     let squares = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
-    let [crease, step, contrast] = [CREASE, STEP, CONTRAST].map(f64::from);
-    let thresholds = Thresholds { crease, step, contrast };
+    let thresholds = Thresholds { crease: f64::from(CREASE), step: f64::from(STEP) };
+    let mut shadows = 0;
     for (world, distance) in [(&room, 1.0), (&squares, 4.0)] {
         for size in [[1, 1], [7, 9], [8, 8], [9, 7], [31, 17], [64, 3], [97, 53]] {
             let frame = Frame::new(world, &lights(), &camera(size, distance), 64);
-            let Frame { pixels, direct, .. } = &frame;
-            let twin = cpu::antialias::edges(thresholds, &world.surfaces, size, pixels, direct);
+            let pixels = &frame.pixels;
+            let twin = cpu::antialias::edges(thresholds, &world.surfaces, size, pixels);
             let marked = frame.edge_pixels();
             let is_marked = |index: usize| marked.binary_search(&(index as u32)).is_ok();
             let differ = (0..twin.len()).filter(|&index| twin[index] != is_marked(index)).count();
@@ -119,8 +145,26 @@ fn edge_pixels_equal_the_twin() {
             assert!(differ * 500 <= pixels.len(), "{differ} of {} pixels differ", pixels.len());
             let share = marked.len() as f64 / pixels.len() as f64;
             assert!(pixels.len() < 500 || (0.01..0.95).contains(&share), "{share} of {size:?}");
+
+            let edges: Vec<bool> = (0..pixels.len()).map(is_marked).collect();
+            for (layers, &count) in frame.layers.iter().zip(&frame.shadow_counts) {
+                let layer = &layers[0][..pixels.len()];
+                let twin = cpu::antialias::shadow_edges(f64::from(CONTRAST), size, &edges, layer);
+                let expected = twin.iter().filter(|marked| **marked).count();
+                assert!(
+                    expected.abs_diff(count as usize) * 500 <= pixels.len(),
+                    "{count}, {expected} by the twin"
+                );
+                shadows += expected;
+                // Only those change.
+                let changed = (0..twin.len()).filter(|&pixel| layers[1][pixel] != layer[pixel]);
+                let unmarked = changed.filter(|&pixel| !twin[pixel]).count();
+                assert!(unmarked * 500 <= pixels.len(), "{unmarked} unmarked pixels changed");
+                assert_eq!(layers[0][pixels.len()..], layers[1][pixels.len()..], "edge samples stay");
+            }
         }
     }
+    assert!(shadows > 500, "{shadows}");
     assert_silent(&context());
 }
 
@@ -128,56 +172,98 @@ fn edge_pixels_equal_the_twin() {
 fn edge_samples_equal_the_twin() {
     let room = World::room();
     let squares = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
-    let lights = lights();
     for (world, distance, size, most) in
         [(&room, 1.0, [13, 11], 128), (&room, 1.0, [31, 17], 64), (&squares, 4.0, [33, 29], 32)]
     {
-        let frame = Frame::new(world, &lights, &camera(size, distance), most);
-        let count = frame.samples_per_edge();
+        let frame = Frame::new(world, &[], &camera(size, distance), most);
+        let count = frame.samples_per_edge(frame.edge_count());
         let samples = frame.samples();
         assert!(count >= 4 && !samples.is_empty(), "{count} samples of {} pixels", frame.edge_count());
-        let (mut other_sides, mut other_sources, mut other_light, mut borrowed) = (0, 0, 0, 0);
+        let (mut other_sides, mut other_sources, mut elsewhere, mut borrowed) = (0, 0, 0, 0);
         for (pixel, own) in frame.edge_pixels().into_iter().zip(samples.chunks_exact(count as usize)) {
-            for (number, sample) in (0..).zip(own) {
+            for (number, (surface, source)) in (0..).zip(own) {
                 let seen = cpu::antialias::sample(world.geometry(), &frame.view, pixel, number);
-                let Some(seen) = seen.filter(|seen| seen.side == sample.side) else {
-                    other_sides += usize::from(seen.is_some() || sample.side != NO_SIDE);
+                let Some(seen) = seen.filter(|seen| seen.side == surface.side) else {
+                    other_sides += usize::from(seen.is_some() || surface.side != NO_SIDE);
                     continue;
                 };
-                let (least, source) = cpu::antialias::source(&frame.view, &frame.pixels, pixel, &seen);
-                if source != sample.source {
+                let (least, twin) = cpu::antialias::source(&frame.view, &frame.pixels, pixel, &seen);
+                if twin != *source {
                     // As good, but for an error of f32.
-                    let cost = cpu::antialias::dissimilarity(&seen, &frame.pixels[sample.source as usize]);
+                    let cost = cpu::antialias::dissimilarity(&seen, &frame.pixels[*source as usize]);
                     other_sources += usize::from(cost > least + 1e-3 * (1.0 + least));
                 }
-                borrowed += usize::from(sample.source != pixel);
-                let surface = PixelSurface {
-                    position: seen.hit.position.as_vec3(),
-                    side: seen.side,
-                    normal: seen.normal.as_vec3(),
-                    footprint: seen.footprint as f32,
-                };
-                let twin = cpu::direct::direct(world.geometry(), &lights, &surface);
-                let overhead = |light: &LightSource| {
-                    f64::from(
-                        light.emission.max_element() / (light.position - surface.position).length_squared(),
-                    )
-                };
+                borrowed += usize::from(*source != pixel);
+                let apart = (surface.position.as_dvec3() - seen.hit.position).length()
+                    + (surface.normal.as_dvec3() - seen.normal).length()
+                    + (f64::from(surface.footprint) / seen.footprint - 1.0).abs();
                 // A hit at a slant of 1 in 100 moves a hundred times as far as the ray's error.
-                let bound = 1e-3 * lights.iter().map(overhead).sum::<f64>();
-                other_light += usize::from((sample.direct.as_dvec3() - twin).abs().max_element() > bound);
+                elsewhere += usize::from(apart > 1e-3);
             }
         }
+        let total = samples.len();
         let what = format!(
-            "of {} samples: {other_sides} sides, {other_sources} sources, {other_light} lit",
-            samples.len()
+            "of {total} samples: {other_sides} sides, {other_sources} sources, {elsewhere} elsewhere"
         );
         println!("{what}, {borrowed} borrow");
-        assert!(other_sides * 250 <= samples.len(), "{what}");
-        assert!(other_sources * 250 <= samples.len(), "{what}");
-        assert!(other_light * 100 <= samples.len(), "{what}");
-        assert!(borrowed * 20 > samples.len(), "{what}, {borrowed} borrow");
+        assert!(other_sides * 250 <= total, "{what}");
+        assert!(other_sources * 250 <= total, "{what}");
+        assert!(elsewhere * 100 <= total, "{what}");
+        assert!(borrowed * 20 > total, "{what}, {borrowed} borrow");
+        // Those to spare see nothing.
+        let surfaces: Vec<PixelSurface> = frame.antialias.edge_surfaces.read().unwrap();
+        assert!(surfaces.len() > total && surfaces[total..].iter().all(|surface| surface.side == NO_SIDE));
     }
+    assert_silent(&context());
+}
+
+/// Shadows' edges on flat walls and on triangles whose normals lean: the mean of the light over the pixel's samples.
+#[test]
+fn shadow_edges_equal_the_twin() {
+    let room = path_trace::world();
+    // Light changes fast near a light, shadow or not.
+    let near = LightSource::point(Vec3::new(0.6, 0.3, -0.35), Vec3::ONE);
+    let sphere = World::new(&shapes::integrating_sphere(0.8, 2, 0.5, Vec3::ZERO, 1.0), 8);
+    let mut lights = light_sources(&path_trace::lights());
+    // In more dispatches than one.
+    (lights[2].samples, lights[2].stride, lights[2].modulus) = (17, 11, 18);
+    let (mut flat, mut curved) = (0, 0);
+    let near = [near];
+    for (world, lights, size, most) in [
+        (&room, &*lights, [23, 19], 16),
+        (&room, &lights, [31, 17], 20),
+        (&sphere, &near, [31, 17], 16),
+        (&sphere, &near, [13, 11], 5),
+    ] {
+        let frame = Frame::new(world, lights, &camera(size, 1.0), most);
+        for ((light, [before, after]), &edge_count) in
+            lights.iter().zip(&frame.layers).zip(&frame.shadow_counts)
+        {
+            let count = frame.samples_per_edge(edge_count);
+            assert_eq!(count, most);
+            let (mut changed, mut differ) = (0, 0);
+            for (pixel, centre) in (0_u32..).zip(&frame.pixels) {
+                let index = pixel as usize;
+                if before[index] == after[index] {
+                    continue;
+                }
+                changed += 1;
+                let sample = |number| {
+                    let found =
+                        cpu::antialias::shadow_sample(world.geometry(), &frame.view, pixel, centre, number);
+                    found.map_or(0.0, |found| cpu::direct::layer(world.geometry(), light, &found))
+                };
+                let twin = (0..count).map(sample).sum::<f64>() / f64::from(count);
+                differ += usize::from((f64::from(after[index]) - twin).abs() > 1e-3 * (twin + 1e-2));
+                let leans = centre.normal.dot(world.geometry().normal(centre.side)) < 0.999;
+                *if leans { &mut curved } else { &mut flat } += 1;
+            }
+            // Many shadow rays a pixel: one of them may pass an edge on the other side.
+            assert!(differ * 20 <= changed + 20, "{differ} of {changed} pixels of {size:?} differ");
+        }
+    }
+    println!("{flat} flat, {curved} curved");
+    assert!(flat > 100 && curved > 20, "{flat} flat, {curved} curved");
     assert_silent(&context());
 }
 
@@ -206,7 +292,7 @@ fn many_edges_share_the_room_that_there_is() {
         [(u32::MAX, 16), (16 * edges, 16), (16 * edges - 1, 15), (4 * edges, 4), (4 * edges - 1, 0)]
     {
         let frame = Frame::with_room(&world, &lights(), &camera, 16, room);
-        assert_eq!(frame.samples_per_edge(), expected);
+        assert_eq!(frame.samples_per_edge(edges), expected);
         assert_eq!(frame.samples().len() as u32, expected * edges);
     }
     assert_silent(&context());
@@ -242,7 +328,7 @@ fn pictures_equal_the_twin() {
             let albedo = world.materials[material as usize].diffuse;
             cpu::compose::compose(albedo, share[0] * direct, share[1] * indirect[source])
         };
-        let count = frame.samples_per_edge() as usize;
+        let count = frame.samples_per_edge(frame.edge_count()) as usize;
         let samples = frame.samples();
         assert_eq!(samples.is_empty(), most == 0);
         for (index, device) in radiance.iter().enumerate() {
@@ -250,13 +336,16 @@ fn pictures_equal_the_twin() {
             let is_sampled = count > 0 && frame.offsets[index + 1] as usize > first;
             if !is_sampled {
                 let pixel = &frame.pixels[index];
-                let twin = reflected(pixel.side, frame.direct[index], index);
+                let twin = reflected(pixel.side, frame.irradiance[index], index);
                 assert_near(*device, twin, FLOAT, 0.0, "centre");
                 continue;
             }
-            let own = &samples[first * count..(first + 1) * count];
-            let sum: DVec3 =
-                own.iter().map(|sample| reflected(sample.side, sample.direct, sample.source as usize)).sum();
+            let own = first * count..(first + 1) * count;
+            let lit = frame.irradiance[frame.pixels.len()..][own.clone()].iter();
+            let sum: DVec3 = lit
+                .zip(&samples[own])
+                .map(|(direct, (surface, source))| reflected(surface.side, *direct, *source as usize))
+                .sum();
             assert_near(*device, sum / count as f64, SUM, 0.0, "edge");
         }
     }

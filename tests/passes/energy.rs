@@ -1,98 +1,13 @@
-//! Form factors, path flux and the volumetric hierarchy.
+//! The volumetric hierarchy.
 
 use crate::common::{assert_silent, context};
 use crate::world::{FLOAT, Random, SUM, World, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
-use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
-use lightpaths::passes::frame::form_factors::FormFactors;
 use lightpaths::passes::frame::hvds::{ClusterFlux, LEAST_VERTICES, Pyramid, indirect_sources};
 use lightpaths::scene::{grid, hvds::Hvds};
-use lightpaths::types::{Deposit, LightSource, NO_CLUSTER, PathVertex};
-
-/// One in a thousand points sees the light past an edge that f32 moves to the other side; in practice none does.
-const GRAZING: usize = 1_000;
-
-fn entry_points(world: &World, random: &mut Random, count: usize) -> Vec<PathVertex> {
-    let point = |_| {
-        let (position, _, side) = world.surface_point(random);
-        PathVertex { position, side, incoming: Vec3::ZERO, weight: 1.0, cluster: 0 }
-    };
-    (0..count).map(point).collect()
-}
-
-#[test]
-fn form_factors_and_flux_equal_their_twins() {
-    let world = World::room();
-    let mut random = Random::new(21);
-    let all = [
-        LightSource::point(Vec3::new(0.1, 0.7, -0.2), Vec3::new(1.0, 2.0, 3.0)),
-        LightSource::point(Vec3::new(-0.9, -0.7, 0.45), Vec3::new(1e4, 0.0, 1e-4)),
-        LightSource::point(Vec3::new(0.5, 3.0, 0.0), Vec3::ONE),
-    ];
-    for (count, light_count) in [(0, 1), (1, 1), (63, 2), (64, 3), (65, 3), (997, 3), (997, 1), (257, 0)] {
-        let mut points = entry_points(&world, &mut random, count);
-        if let [first, .., last] = &mut *points {
-            // A light on the surface itself, and one just off it.
-            first.position = all[0].position;
-            last.position = all[0].position - 1e-4 * world.geometry().normal(last.side);
-        }
-        let area_m2 = 0.013;
-        let lights = &all[..light_count];
-        let moved: Vec<_> = (0..).zip(lights.iter().map(|light| light.position)).collect();
-        let buffer = Buffer::from_slice(&world.context, "lights", lights).unwrap();
-        let pass = FormFactors::new(&world.context, &points, area_m2, light_count as u32).unwrap();
-        world
-            .context
-            .run(|rec| {
-                pass.record(rec, &world.buffers, &moved);
-                rec.barrier(COMPUTE_TO_COMPUTE);
-                pass.record_flux(rec, &buffer, light_count as u32);
-            })
-            .unwrap();
-
-        let factors: Vec<f32> = pass.factors.read().unwrap();
-        let mut disagree = 0;
-        for (light, row) in lights.iter().zip(factors.chunks_exact(count.max(1))) {
-            for (point, &device) in points.iter().zip(row) {
-                let twin = cpu::form_factors::form_factor(
-                    world.geometry(),
-                    point.position,
-                    point.side,
-                    light.position,
-                    area_m2,
-                );
-                // Relative to the factor straight below the light at that distance: the cosine cancels at grazing angles.
-                let scale = 1.0 / f64::from((light.position - point.position).length_squared() + area_m2);
-                disagree += usize::from((f64::from(device) - twin).abs() > FLOAT * scale);
-            }
-        }
-        assert!(disagree * GRAZING <= count, "{disagree} of {count} points disagree");
-        assert!(count < 900 || factors.iter().filter(|&&factor| factor > 0.0).count() > count / 8);
-
-        let flux: Vec<Vec3> = pass.flux.read().unwrap();
-        let twin = cpu::path_flux::path_flux(lights, &factors, count, area_m2);
-        for (device, twin) in flux.iter().zip(twin) {
-            assert_near(*device, twin, FLOAT, 0.0, "path flux");
-        }
-    }
-    assert_silent(&world.context);
-}
-
-/// Only the lights that moved get new form factors.
-#[test]
-fn form_factors_of_lights_at_rest_stay() {
-    let world = World::room();
-    let points = entry_points(&world, &mut Random::new(22), 100);
-    let pass = FormFactors::new(&world.context, &points, 0.01, 3).unwrap();
-    pass.factors.write(&[-1.0_f32; 300]).unwrap();
-    world.context.run(|rec| pass.record(rec, &world.buffers, &[(1, Vec3::ZERO)])).unwrap();
-    let factors: Vec<f32> = pass.factors.read().unwrap();
-    assert!(factors[..100].iter().chain(&factors[200..]).all(|&factor| factor == -1.0));
-    assert!(factors[100..200].iter().all(|&factor| factor >= 0.0));
-    assert_silent(&world.context);
-}
+use lightpaths::types::{Deposit, NO_CLUSTER};
 
 /// A base level of `count` clusters under one root.
 fn two_levels(count: u32) -> Hvds {

@@ -1,24 +1,140 @@
-//! The frame's recipe: its barriers are enough and none is too many.
+//! The frame's recipe: what each edit redoes, and that its barriers are enough and none is too many.
 
 use crate::common::{assert_silent, context};
 use glam::Vec3;
-use lightpaths::renderer::{Edit, Renderer, Silent};
-use lightpaths::scene::{Quality, shapes};
+use lightpaths::renderer::{Renderer, Silent, Work};
+use lightpaths::scene::{Light, LightKind, Quality, Scene, shapes};
 
-#[test]
-fn every_barrier_of_a_frame_is_needed() {
-    let context = context();
+/// Passes of the camera.
+const VIEW: &[&str] = &["primary", "edge_samples"];
+/// Passes that trace a light's layer of the picture.
+const LAYER: &[&str] = &["direct", "shadow_edges"];
+/// Passes that carry energy from the light paths to the records.
+const ENERGY: &[&str] = &["hvds", "gather", "near_field", "gather", "blend"];
+/// Passes that make the picture of records and layers.
+const PICTURE: &[&str] = &["splat_apply", "compose", "tonemap"];
+
+fn scene() -> Scene {
     let mut scene = shapes::closed_box(Vec3::new(1.0, 0.8, 1.2), 0.6);
     scene.quality =
         Quality { entry_points: 3_000, cache_points: 300, gather_rays: 64, cells: 8, ..Quality::DRAFT };
     scene.cameras[0].size = [33, 17];
-    let mut renderer = Renderer::new(&context, scene, &mut Silent).unwrap();
+    // So that its shadows have edges.
+    scene.triangles.truncate(scene.triangles.len() - 2);
+    scene
+}
+
+fn area_light(radiance: Vec3) -> LightKind {
+    let (edge_u, edge_v) = (Vec3::new(0.2, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.2));
+    // In more dispatches than one.
+    LightKind::Area { corner: Vec3::new(0.1, 0.3, 0.1), edge_u, edge_v, radiance, samples: 20 }
+}
+
+/// The next frame does exactly that.
+#[track_caller]
+fn expect(renderer: &mut Renderer, what: &str, passes: &[&[&str]]) {
+    let report = renderer.frame().unwrap();
+    let names: Vec<&str> = report.passes.iter().map(|pass| pass.name).collect();
+    assert_eq!(names, passes.concat(), "{what}");
+    assert_eq!(context().take_redundant_barriers(), [""; 0], "{what}");
+    assert!(report.passes.iter().all(|pass| !pass.overlapped), "{what}");
+    assert!(renderer.frame().unwrap().passes.is_empty(), "{what}, and then nothing");
+}
+
+#[test]
+fn each_edit_redoes_what_depends_on_it_and_no_more() {
+    let context = context();
+    let mut renderer = Renderer::new(&context, scene(), &mut Silent).unwrap();
     context.take_redundant_barriers();
-    for edit in [Edit::Everything, Edit::Light, Edit::View, Edit::Material, Edit::Nothing] {
-        let report = renderer.frame(edit).unwrap();
-        assert_eq!(report.passes.is_empty(), edit == Edit::Nothing);
-        assert_eq!(context.take_redundant_barriers(), [""; 0], "{edit:?}");
-        assert!(report.passes.iter().all(|pass| !pass.overlapped), "{edit:?}");
+    let renderer = &mut renderer;
+    let (sum, factors, flux, scan): (&[&str], &[&str], &[&str], &[&str]) =
+        (&["direct_sum"], &["form_factors"], &["path_flux"], &["path_scan"]);
+    let all = &[VIEW, LAYER, sum, factors, flux, scan, ENERGY, &["splat"], PICTURE];
+    let moved = &[LAYER, sum, factors, flux, ENERGY, PICTURE];
+    let recoloured = &[sum, flux, ENERGY, PICTURE];
+    expect(renderer, "the first frame", all);
+
+    renderer.move_light(0, Vec3::new(0.1, 0.2, 0.0)).unwrap();
+    expect(renderer, "a light moves", moved);
+    renderer.move_light(0, Vec3::new(0.1, 0.2, 0.0)).unwrap();
+    expect(renderer, "it stays where it is", &[]);
+    let kind = renderer.scene().lights[0].kind;
+    renderer.set_light(0, kind.with_emission(Vec3::new(1.0, 2.0, 3.0))).unwrap();
+    expect(renderer, "a light changes its colour", recoloured);
+    renderer.set_light(0, area_light(Vec3::ONE)).unwrap();
+    expect(renderer, "a light changes its kind", moved);
+    renderer.add_light(Light { name: "second".to_owned(), kind }).unwrap();
+    expect(renderer, "a light is added", moved);
+    renderer.switch_light(1, false).unwrap();
+    expect(renderer, "a light is switched off", recoloured);
+    renderer.move_light(0, Vec3::new(-0.1, 0.2, 0.0)).unwrap();
+    expect(renderer, "another one moves", moved);
+    renderer.switch_light(1, true).unwrap();
+    expect(renderer, "a light is switched on again", recoloured);
+    renderer.switch_light(1, true).unwrap();
+    expect(renderer, "it is on already", &[]);
+    renderer.switch_light(1, false).unwrap();
+    renderer.move_light(1, Vec3::ZERO).unwrap();
+    expect(renderer, "a light is switched off and moves", recoloured);
+    renderer.move_light(1, Vec3::new(0.0, 0.1, 0.0)).unwrap();
+    renderer.switch_light(1, true).unwrap();
+    expect(renderer, "a light comes on elsewhere", moved);
+    renderer.set_light(1, kind.with_emission(Vec3::ZERO)).unwrap();
+    expect(renderer, "a light turns black and moves", recoloured);
+    renderer.remove_light(0).unwrap();
+    expect(renderer, "a light is removed", recoloured);
+
+    renderer.move_camera(Vec3::new(0.1, 0.0, 0.4), Vec3::ZERO);
+    expect(renderer, "the camera moves, no light shines", &[VIEW, &["splat"], PICTURE]);
+    renderer.set_light(0, kind).unwrap();
+    expect(renderer, "light again", moved);
+    renderer.move_camera(Vec3::new(0.2, 0.0, 0.4), Vec3::ZERO);
+    expect(renderer, "the camera moves", &[VIEW, LAYER, sum, &["splat"], PICTURE]);
+    renderer.move_camera(Vec3::new(0.2, 0.0, 0.4), Vec3::ZERO);
+    expect(renderer, "the camera stays", &[]);
+    renderer.set_diffuse(0, Vec3::new(0.5, 0.4, 0.3)).unwrap();
+    expect(renderer, "an albedo changes", &[scan, ENERGY, PICTURE]);
+    renderer.set_diffuse(0, Vec3::new(0.5, 0.4, 0.3)).unwrap();
+    expect(renderer, "an albedo stays", &[]);
+    renderer.set_exposure(1.0);
+    expect(renderer, "the exposure changes", &[&["tonemap"]]);
+
+    for (work, passes) in [
+        (Work::Everything, &all[..]),
+        (Work::Light(0), moved),
+        (Work::Colour, recoloured),
+        (Work::View, &[VIEW, LAYER, sum, &["splat"], PICTURE]),
+        (Work::Material, &[scan, ENERGY, PICTURE]),
+    ] {
+        renderer.force(work);
+        expect(renderer, &format!("{work:?}"), passes);
+    }
+    renderer.set_skipping(false);
+    let passes = renderer.frame().unwrap().passes;
+    assert!(passes.iter().map(|pass| pass.name).eq(all.concat()), "nothing is left out");
+    assert_silent(&context);
+}
+
+/// One of three lights moves: the others' rays are not traced again.
+#[test]
+fn lights_that_stay_trace_nothing() {
+    let context = context();
+    let mut scene = scene();
+    scene.lights[0].kind = area_light(Vec3::ONE);
+    for x in [-0.2, 0.2] {
+        let kind = LightKind::Point { position: Vec3::new(x, 0.2, 0.0), intensity: Vec3::ONE };
+        scene.lights.push(Light { name: format!("{x}"), kind });
+    }
+    let mut renderer = Renderer::new(&context, scene, &mut Silent).unwrap();
+    let report = renderer.frame().unwrap();
+    assert_eq!([report.rays["form_factors"], report.rays["direct"]], [22 * 3_000, 22 * 33 * 17]);
+    assert_eq!(report.lights_unchanged, [0.0; 2]);
+    for (light, samples) in [(0, 20), (1, 1), (2, 1)] {
+        renderer.move_light(light, Vec3::new(0.1, 0.1, 0.1)).unwrap();
+        let report = renderer.frame().unwrap();
+        let rays = [report.rays["form_factors"], report.rays["direct"]];
+        assert_eq!(rays, [samples * 3_000, samples * 33 * 17], "light {light}");
+        assert!(report.lights_unchanged.iter().all(|share| (share - 2.0 / 3.0).abs() < 1e-9));
     }
     assert_silent(&context);
 }

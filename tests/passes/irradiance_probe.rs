@@ -5,12 +5,13 @@ use crate::path_trace;
 use crate::world::Random;
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::cpu::irradiance_probe::Probe;
+use lightpaths::cpu::lit_scene::LitScene;
 use lightpaths::cpu::path_trace::Paths;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::precompute::gather_rays::Hemisphere;
 use lightpaths::passes::reference::irradiance_probe::{self, Job};
 use lightpaths::passes::reference::path_trace::ROULETTE_THRESHOLD;
-use lightpaths::passes::{light_sources, reflectances};
+use lightpaths::passes::{self, light_sources, reflectances};
 
 const SEED: u32 = 78;
 
@@ -34,9 +35,7 @@ fn irradiance_equals_the_twin() {
         let cache_points = Buffer::from_slice(&world.context, "cache points", &points).unwrap();
         let sectors = 4 * rings;
         let job = Job {
-            scene: &world.buffers,
-            lights: &lights_buffer,
-            light_count,
+            scene: passes::LitScene { buffers: &world.buffers, lights: &lights_buffer, light_count },
             cache_points: &cache_points,
             point_count: count as u32,
             hemisphere: Hemisphere { rings, sectors },
@@ -47,9 +46,11 @@ fn irradiance_equals_the_twin() {
         let found = irradiance_probe::trace(&world.context, job).unwrap();
         assert_eq!(found.len(), count);
         let paths = Paths {
-            geometry: world.geometry(),
-            materials: &materials,
-            lights: &lights[..light_count as usize],
+            scene: LitScene {
+                geometry: world.geometry(),
+                materials: &materials,
+                lights: &lights[..light_count as usize],
+            },
             view: path_trace::view(),
             seed: SEED,
             roulette_threshold: f64::from(ROULETTE_THRESHOLD),

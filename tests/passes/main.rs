@@ -18,6 +18,7 @@ mod gather;
 mod gather_rays;
 mod irradiance_probe;
 mod light_paths;
+mod lights;
 mod near_field;
 mod path_scan;
 mod path_trace;

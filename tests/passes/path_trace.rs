@@ -3,12 +3,13 @@
 use crate::common::assert_silent;
 use crate::world::World;
 use glam::{DVec3, Vec3};
+use lightpaths::cpu::lit_scene::LitScene;
 use lightpaths::cpu::path_trace::{Paths, Sample};
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::reference::path_trace::{
     Accumulators, Job, PathTrace, ROULETTE_THRESHOLD, RadianceSum, SampleMoments,
 };
-use lightpaths::passes::{light_sources, reflectances};
+use lightpaths::passes::{self, light_sources, reflectances};
 use lightpaths::scene::{Camera, Light, LightKind};
 use lightpaths::types::View;
 
@@ -58,9 +59,7 @@ fn samples_equal_the_twin() {
     let (view, lights) = (view(), light_sources(&lights()));
     let materials = reflectances(&world.materials);
     let paths = Paths {
-        geometry: world.geometry(),
-        materials: &materials,
-        lights: &lights,
+        scene: LitScene { geometry: world.geometry(), materials: &materials, lights: &lights },
         view,
         seed: SEED,
         roulette_threshold: f64::from(ROULETTE_THRESHOLD),
@@ -69,15 +68,14 @@ fn samples_equal_the_twin() {
     let pass = PathTrace::new(&world.context, &view).unwrap();
     let pixels = SIZE[0] * SIZE[1];
     for light_count in [4, 0, 1] {
-        let paths = Paths { lights: &lights[..light_count as usize], ..paths };
+        let scene = LitScene { lights: &lights[..light_count as usize], ..paths.scene };
+        let paths = Paths { scene, ..paths };
         let sums = Accumulators::new(&world.context, pixels).unwrap();
         // Run by run, and one tile after the other.
         for samples in [0..1, 1..3, 3..11] {
             for tile in 0..PathTrace::tiles(&view) {
                 let job = Job {
-                    scene: &world.buffers,
-                    lights: &buffer,
-                    light_count,
+                    scene: passes::LitScene { buffers: &world.buffers, lights: &buffer, light_count },
                     view: &view,
                     seed: SEED,
                     sums: &sums,

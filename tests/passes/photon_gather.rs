@@ -5,11 +5,12 @@ use crate::path_trace::{lights, view, world};
 use crate::photons::{cells, grid, map_of, points_of};
 use crate::world::Random;
 use glam::{DVec3, Vec3};
+use lightpaths::cpu::lit_scene::LitScene;
 use lightpaths::cpu::photon_gather::{Gather, IrradiancePoint};
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::reference::photon_gather::{GatherSums, Irradiance, PhotonGather, Sequence};
 use lightpaths::passes::reference::photon_map::Photon;
-use lightpaths::passes::{light_sources, reflectances};
+use lightpaths::passes::{self, light_sources, reflectances};
 
 const SEED: u32 = 33;
 
@@ -43,9 +44,7 @@ fn samples_equal_the_twin() {
             .collect();
         let radius = grid().inverse_cell.recip();
         let gather = Gather {
-            geometry: world.geometry(),
-            materials: &materials,
-            lights: &sources,
+            scene: LitScene { geometry: world.geometry(), materials: &materials, lights: &sources },
             points: &listed,
             cells: cells(),
             radius: f64::from(radius),
@@ -65,8 +64,9 @@ fn samples_equal_the_twin() {
         let mut pass = PhotonGather::new(&world.context).unwrap();
         let sequence = Sequence::new(&world.context, pixels, SEED).unwrap();
         for samples in [0..1, 1..5] {
-            let lights = (&buffer, sources.len() as u32);
-            pass.gather(&world.buffers, lights, &view, irradiance, &sequence, samples, &mut 0.0).unwrap();
+            let light_count = sources.len() as u32;
+            let scene = passes::LitScene { buffers: &world.buffers, lights: &buffer, light_count };
+            pass.gather(scene, &view, irradiance, &sequence, samples, &mut 0.0).unwrap();
         }
         let sums: Vec<GatherSums> = sequence.sums.read().unwrap();
         let (mut differ, mut bright) = (0, 0);

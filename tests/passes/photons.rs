@@ -5,6 +5,7 @@ use crate::path_trace::{lights, world};
 use crate::world::{Random, SUM, World, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu;
+use lightpaths::cpu::lit_scene::LitScene;
 use lightpaths::cpu::photon_trace::Photons;
 use lightpaths::cpu::photons::{Cells, SurfacePoint, kernel, sector, sector_direction};
 use lightpaths::gpu::Buffer;
@@ -12,7 +13,7 @@ use lightpaths::passes::reference::photon_irradiance::{MOST_PHOTONS, PhotonIrrad
 use lightpaths::passes::reference::photon_map::{Photon, PhotonGrid, PhotonMap};
 use lightpaths::passes::reference::photon_reach;
 use lightpaths::passes::reference::photon_trace::{self, BoundingSphere, MOST_SURVIVAL, PhotonTrace, STEPS};
-use lightpaths::passes::{light_sources, reflectances};
+use lightpaths::passes::{self, light_sources, reflectances};
 use lightpaths::types::NO_SIDE;
 
 const SEED: u32 = 91;
@@ -60,15 +61,14 @@ fn photons_equal_the_twin() {
     let sources = light_sources(&lights());
     let materials = reflectances(&world.materials);
     let photons = Photons {
-        geometry: world.geometry(),
-        materials: &materials,
-        lights: &sources,
+        scene: LitScene { geometry: world.geometry(), materials: &materials, lights: &sources },
         scene_centre: SPHERE.centre,
         scene_radius: SPHERE.radius,
         seed: SEED,
         most_survival: f64::from(MOST_SURVIVAL),
     };
     let buffer = Buffer::from_slice(&world.context, "lights", &sources).unwrap();
+    let scene = passes::LitScene { buffers: &world.buffers, lights: &buffer, light_count: 4 };
     for rays in [[0, 0, 0, 0], [1, 0, 0, 0], [63, 1, 0, 0], [500, 301, 199, 300]] {
         let first_rays = [5, 0, u32::MAX - 3, 70];
         let count: u32 = rays.iter().sum();
@@ -76,7 +76,7 @@ fn photons_equal_the_twin() {
         let mut trace = PhotonTrace::new(&world.context, count, SPHERE).unwrap();
         let paths = photon_trace::start(&rays, &first_rays);
         let mut ms = 0.0;
-        let used = trace.trace(&world.buffers, &buffer, paths.clone(), SEED, &map, &mut ms).unwrap().unwrap();
+        let used = trace.trace(scene, paths.clone(), SEED, &map, &mut ms).unwrap().unwrap();
         let slots: Vec<Photon> = map.slots.read_range(0, used as usize).unwrap();
 
         // Round by round, as the paths that are alive stand in the list.
@@ -132,9 +132,10 @@ fn a_full_map_is_told() {
     let buffer = Buffer::from_slice(&world.context, "lights", &sources).unwrap();
     let map = PhotonMap::new(&world.context, 100 * STEPS).unwrap();
     let mut trace = PhotonTrace::new(&world.context, 101, SPHERE).unwrap();
+    let scene = passes::LitScene { buffers: &world.buffers, lights: &buffer, light_count: 4 };
     let mut slots = |rays| {
         let paths = photon_trace::start(&[rays, 0, 0, 0], &[0; 4]);
-        trace.trace(&world.buffers, &buffer, paths, SEED, &map, &mut 0.0).unwrap()
+        trace.trace(scene, paths, SEED, &map, &mut 0.0).unwrap()
     };
     assert_eq!([slots(101), slots(100)], [None; 2]);
     assert!(slots(10).is_some_and(|slots| (10 * STEPS..100 * STEPS).contains(&slots)));

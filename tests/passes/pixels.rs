@@ -1,4 +1,4 @@
-//! Primary visibility, direct light and composition.
+//! Primary visibility and composition.
 
 use crate::common::assert_silent;
 use crate::world::{FLOAT, Random, World, assert_near};
@@ -8,12 +8,11 @@ use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::{
     antialias::Antialias,
     compose::{Compose, Irradiances},
-    direct::Direct,
     primary::Primary,
     tonemap::Tonemap,
 };
 use lightpaths::scene::{Camera, shapes};
-use lightpaths::types::{LightSource, NO_SIDE, PixelSurface, View};
+use lightpaths::types::{NO_SIDE, PixelSurface, View};
 
 /// Around a workgroup of 8×8 pixels.
 const SIZES: [[u32; 2]; 6] = [[1, 1], [7, 9], [8, 8], [9, 7], [31, 17], [64, 3]];
@@ -56,46 +55,6 @@ fn pixels_equal_the_twin() {
         }
     }
     assert_silent(&room.context);
-}
-
-#[test]
-fn direct_irradiance_equals_the_twin() {
-    let world = World::room();
-    let mut random = Random::new(71);
-    let lights = [
-        LightSource::point(Vec3::new(0.1, 0.7, -0.2), Vec3::new(1.0, 2.0, 3.0)),
-        LightSource::point(Vec3::new(-0.9, -0.7, 0.45), Vec3::new(100.0, 0.0, 1e-4)),
-    ];
-    let buffer = Buffer::from_slice(&world.context, "lights", &lights).unwrap();
-    for (size, light_count) in SIZES.into_iter().zip([1, 2, 2, 2, 2, 0]) {
-        let count = size[0] * size[1];
-        let mut pixels = world.pixels(&mut random, count as usize);
-        for pixel in pixels.iter_mut().step_by(7).skip(1) {
-            pixel.side = NO_SIDE;
-        }
-        let surfaces = Buffer::from_slice(&world.context, "pixels", &pixels).unwrap();
-        let pass = Direct::new(&world.context, count).unwrap();
-        world
-            .context
-            .run(|rec| pass.record(rec, &world.buffers, &buffer, light_count, &surfaces, size))
-            .unwrap();
-        let irradiance: Vec<Vec3> = pass.irradiance.read().unwrap();
-        let mut differ = 0;
-        for (device, pixel) in irradiance.iter().zip(&pixels) {
-            let lights = &lights[..light_count as usize];
-            let twin = cpu::direct::direct(world.geometry(), lights, pixel);
-            // Relative to a light overhead: the cosine cancels where light grazes.
-            let overhead = |light: &LightSource| {
-                f64::from(light.emission.max_element() / (light.position - pixel.position).length_squared())
-            };
-            let bound = FLOAT * lights.iter().map(overhead).sum::<f64>();
-            differ += u32::from((device.as_dvec3() - twin).abs().max_element() > bound);
-        }
-        // Shadow rays past an edge.
-        assert!(differ * 250 <= count, "{differ} of {count} pixels differ");
-        assert!(count < 100 || light_count == 0 || irradiance.iter().filter(|e| e.x > 0.0).count() > 50);
-    }
-    assert_silent(&world.context);
 }
 
 #[test]

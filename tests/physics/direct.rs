@@ -4,7 +4,7 @@ use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_close, render};
 use glam::{DVec3, Vec3};
 use lightpaths::passes::frame::hvds::ClusterFlux;
-use lightpaths::renderer::{Edit, Layer, Renderer};
+use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::{LightKind, Scene, shapes};
 use lightpaths::types::Record;
 use std::f64::consts::PI;
@@ -50,7 +50,7 @@ fn inverse_square_law_and_lambert_cosine() {
     for light in [[0.0, 1.0, 0.0], [0.0, 2.0, 0.0], [0.3, 0.25, -0.1], [-3.0, 1.0, 4.0], [0.5, 0.2, 0.5]] {
         let light = Vec3::from(light);
         renderer.move_light(0, light).unwrap();
-        renderer.frame(Edit::Light).unwrap();
+        renderer.frame().unwrap();
         let mut lit = 0;
         for (position, value) in positions.iter().zip(irradiance(&renderer)) {
             let Some(position) = position else { continue };
@@ -62,7 +62,7 @@ fn inverse_square_law_and_lambert_cosine() {
         assert!(lit > 20_000, "the square fills the image");
     }
     renderer.move_light(0, Vec3::NEG_Y).unwrap();
-    renderer.frame(Edit::Light).unwrap();
+    renderer.frame().unwrap();
     assert!(irradiance(&renderer).iter().all(|value| *value == 0.0), "no light from behind");
     assert_silent(&context());
 }
@@ -75,7 +75,7 @@ fn lights_on_surfaces_are_bounded_and_leave_the_far_field_alone() {
     let corner = Vec3::new(-0.5, -0.5, -0.5);
     for light in [floor, floor + 1e-6 * Vec3::Y, floor + 1e-3 * Vec3::Y, corner, corner + Vec3::splat(1e-6)] {
         renderer.move_light(0, light).unwrap();
-        renderer.frame(Edit::Light).unwrap();
+        renderer.frame().unwrap();
         let direct = irradiance(&renderer);
         assert!(direct.iter().all(|value| value.is_finite() && *value >= 0.0), "light at {light}");
         let clusters: Vec<ClusterFlux> = renderer.stages().cluster_flux.read().unwrap();
@@ -117,7 +117,7 @@ fn light_shut_into_a_solid_lights_nothing() {
     let mut renderer = render(scene, SMALL);
     assert!(irradiance(&renderer).iter().any(|value| *value > 0.0));
     renderer.move_light(0, Vec3::new(0.01, -0.22, -0.17)).unwrap();
-    renderer.frame(Edit::Light).unwrap();
+    renderer.frame().unwrap();
     assert!(irradiance(&renderer).iter().all(|value| *value == 0.0), "direct");
     assert!(renderer.layer(Layer::Indirect).unwrap().iter().all(|pixel| *pixel == [0.0; 3]), "indirect");
     assert_silent(&context());

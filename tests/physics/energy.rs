@@ -4,7 +4,7 @@ use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_close, render};
 use glam::{DVec3, Vec3};
 use lightpaths::passes::frame::hvds::ClusterFlux;
-use lightpaths::renderer::{Edit, Renderer};
+use lightpaths::renderer::Renderer;
 use lightpaths::scene::{grid, hvds::Hvds, shapes, surfaces};
 use lightpaths::types::{Deposit, NO_CLUSTER};
 
@@ -150,7 +150,7 @@ fn an_edited_albedo_reweights_the_paths_exactly() {
     // Paths end with the odds of the albedo they were traced for: far above it, few carry much.
     for (albedo, tolerance) in [(0.1_f32, 2e-3), (0.3, 2e-3), (0.6, 1e-2)] {
         renderer.set_diffuse(0, Vec3::splat(albedo)).unwrap();
-        renderer.frame(Edit::Material).unwrap();
+        renderer.frame().unwrap();
         let expected = f64::from(FLUX_W) / (1.0 - f64::from(albedo));
         assert_all_close(&format!("albedo {albedo}"), deposited(&renderer), expected, tolerance);
     }

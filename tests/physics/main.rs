@@ -8,6 +8,7 @@ mod corner;
 mod direct;
 mod energy;
 mod form_factors;
+mod lights;
 mod path_noise;
 mod path_tracer;
 mod photons;
@@ -16,7 +17,7 @@ mod sphere;
 mod stages;
 
 use common::context;
-use lightpaths::renderer::{Edit, Renderer, Silent};
+use lightpaths::renderer::{Renderer, Silent};
 use lightpaths::scene::{Quality, Scene};
 
 /// Settings for closed scenes of few triangles.
@@ -35,7 +36,7 @@ const SMALL: Quality = Quality {
 fn render(mut scene: Scene, quality: Quality) -> Renderer {
     scene.quality = quality;
     let mut renderer = Renderer::new(&context(), scene, &mut Silent).unwrap();
-    renderer.frame(Edit::Everything).unwrap();
+    renderer.frame().unwrap();
     renderer
 }
 

@@ -100,7 +100,6 @@ fn without_lights_all_is_black_and_too_few_samples_state_no_variance() {
     let tracer = trace(scene, [9, 7], 3);
     assert!(tracer.picture().unwrap().beauty.iter().all(|pixel| *pixel == [0.0; 3]));
     assert!(tracer.variance().unwrap_err().to_string().contains("four samples"));
-    assert_eq!(Progressive::rays(&tracer).unwrap().unwrap(), tracer.rays().unwrap());
-    assert!(tracer.rays().unwrap() > 3 * 9 * 7);
+    assert!(tracer.rays().unwrap().unwrap() > 3 * 9 * 7);
     assert_silent(&context());
 }

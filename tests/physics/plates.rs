@@ -4,12 +4,12 @@ use crate::common::{assert_silent, context};
 use crate::{direct::positions, render};
 use glam::{DVec3, Vec3};
 use lightpaths::renderer::Layer;
-use lightpaths::scene::{LightKind, Quality, shapes};
+use lightpaths::scene::{LightKind, Quality, Scene, shapes};
 use lightpaths::types::Record;
 use std::f64::consts::PI;
 
-pub(crate) const ALBEDO: f64 = 0.6;
-pub(crate) const LIGHT: DVec3 = DVec3::new(0.15, 0.1, -0.2);
+const ALBEDO: f64 = 0.6;
+const LIGHT: DVec3 = DVec3::new(0.15, 0.1, -0.2);
 /// Patches along the edge of a plate.
 const PATCHES: usize = 40;
 
@@ -22,14 +22,41 @@ const QUALITY: Quality = Quality {
     ..Quality::DRAFT
 };
 
+/// Unit squares half a metre above and below the origin, the lower one seen between them.
+pub(crate) fn scene() -> Scene {
+    let mut scene = shapes::facing_squares(1.0, 1.0, ALBEDO as f32);
+    scene.lights[0].kind = LightKind::Point { position: LIGHT.as_vec3(), intensity: Vec3::ONE };
+    let camera = &mut scene.cameras[0];
+    (camera.position, camera.target) = (Vec3::new(0.0, 0.4, 0.9), Vec3::new(0.0, -0.5, 0.0));
+    scene
+}
+
+/// Ratio of a picture's indirect light on the lower plate to what it should be, and over how many pixels.
+pub(crate) fn ratio(positions: &[Option<DVec3>], indirect: &[[f32; 3]]) -> (f64, u32) {
+    let plates = [-0.5, 0.5].map(middles);
+    let [_, upper] = radiosities(&plates);
+    let (mut value, mut expected, mut pixels) = (0.0, 0.0, 0);
+    for (position, indirect) in positions.iter().zip(indirect) {
+        // Well inside, so that no part of the pixel looks past the plate.
+        let Some(position) = position.filter(|p| p.y < 0.0 && p.x.abs().max(p.z.abs()) < 0.45) else {
+            continue;
+        };
+        value += f64::from(indirect[0]);
+        expected += ALBEDO / PI * gathered(position, &plates[1], &upper);
+        pixels += 1;
+    }
+    println!("{pixels} pixels: {:+.3} %", 100.0 * (value / expected - 1.0));
+    (value / expected, pixels)
+}
+
 /// Middles of a plate's patches.
-pub(crate) fn middles(height: f64) -> Vec<DVec3> {
+fn middles(height: f64) -> Vec<DVec3> {
     let along = |i: usize| (i as f64 + 0.5) / PATCHES as f64 - 0.5;
     (0..PATCHES * PATCHES).map(|i| DVec3::new(along(i % PATCHES), height, along(i / PATCHES))).collect()
 }
 
 /// Irradiance at a point by a plate of given radiosities (W/m²) that is parallel to its surface.
-pub(crate) fn gathered(point: DVec3, plate: &[DVec3], radiosity: &[f64]) -> f64 {
+fn gathered(point: DVec3, plate: &[DVec3], radiosity: &[f64]) -> f64 {
     let area = 1.0 / (PATCHES * PATCHES) as f64;
     let kernel = |patch: &DVec3| {
         let d = *patch - point;
@@ -39,7 +66,7 @@ pub(crate) fn gathered(point: DVec3, plate: &[DVec3], radiosity: &[f64]) -> f64 
 }
 
 /// Radiosity of the lower and the upper plate, all bounces.
-pub(crate) fn radiosities(plates: &[Vec<DVec3>; 2]) -> [Vec<f64>; 2] {
+fn radiosities(plates: &[Vec<DVec3>; 2]) -> [Vec<f64>; 2] {
     let direct = |patch: &DVec3| {
         let d = LIGHT - *patch;
         d.y.abs() / d.length().powi(3)
@@ -66,9 +93,8 @@ fn statistics(errors: &[f64]) -> [f64; 2] {
 
 #[test]
 fn bounces_between_plates_equal_their_integral() {
-    let mut scene = shapes::facing_squares(1.0, 1.0, ALBEDO as f32);
-    scene.lights[0].kind = LightKind::Point { position: LIGHT.as_vec3(), intensity: Vec3::ONE };
-    scene.cameras[0].position = Vec3::new(0.0, 0.3, 1.5);
+    let mut scene = scene();
+    (scene.cameras[0].position, scene.cameras[0].target) = (Vec3::new(0.0, 0.3, 1.5), Vec3::ZERO);
     let renderer = render(scene, QUALITY);
 
     let plates = [middles(-0.5), middles(0.5)];

@@ -4,7 +4,7 @@ use crate::common::{assert_silent, context};
 use crate::render;
 use glam::Vec3;
 use lightpaths::gpu::Buffer;
-use lightpaths::renderer::{Edit, Layer, Renderer};
+use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::{Quality, shapes};
 use lightpaths::types::Record;
 
@@ -36,7 +36,7 @@ fn check(albedo: f32) {
     let beside = 0.5 * RADIUS_M * Vec3::new(0.48, 0.6, 0.64);
     for light in [Vec3::ZERO, beside] {
         renderer.move_light(0, light).unwrap();
-        renderer.frame(Edit::Light).unwrap();
+        renderer.frame().unwrap();
         let stages = renderer.stages();
         for (what, records) in [("gathered", stages.gathered), ("blended", stages.records)] {
             let [mean, rms] = errors(&renderer, records, f64::from(albedo)).map(|error| 100.0 * error);

@@ -3,7 +3,7 @@
 use crate::common::{assert_silent, context};
 use crate::{SMALL, render};
 use glam::Vec3;
-use lightpaths::renderer::{Edit, Exact, Layer, Stage};
+use lightpaths::renderer::{Exact, Layer, Stage, Work};
 use lightpaths::scene::{Quality, shapes};
 
 const EXACT: [Stage; 3] = [Stage::Splat, Stage::Clusters, Stage::Gather];
@@ -47,7 +47,8 @@ fn the_frame_stays_as_it_was() {
             "and the same each time"
         );
         assert!(renderer.layer(Layer::Beauty).unwrap() == before, "{stage:?}: the picture");
-        renderer.frame(Edit::View).unwrap();
+        renderer.force(Work::View);
+        renderer.frame().unwrap();
         assert!(renderer.layer(Layer::Beauty).unwrap() == before, "{stage:?}: the next frame");
     }
     assert_silent(&context());

@@ -5,7 +5,7 @@ use crate::{SMALL, count, render, room, the_box};
 use glam::Vec3;
 use lightpaths::Error;
 use lightpaths::passes::precompute::entry_points::DENSEST;
-use lightpaths::renderer::{Edit, Layer, Renderer, Silent};
+use lightpaths::renderer::{Layer, Renderer, Silent};
 use lightpaths::scene::{Light, LightKind, Quality, Scene, shapes};
 use lightpaths::types::Deposit;
 
@@ -50,7 +50,7 @@ fn black_walls_have_no_indirect_light() {
     assert!(irradiance.iter().any(|e| e.x > 0.0), "direct light arrives all the same");
     let mut edited = render(shapes::closed_box(Vec3::ONE, 0.5), SMALL);
     edited.set_diffuse(0, Vec3::ZERO).unwrap();
-    edited.frame(Edit::Material).unwrap();
+    edited.frame().unwrap();
     assert!(edited.layer(Layer::Beauty).unwrap().iter().all(|pixel| *pixel == [0.0; 3]), "edited to black");
     assert_silent(&context());
 }

@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod determinism;
+mod edits;
 mod extremes;
 mod geometry;
 mod views;
@@ -11,7 +12,7 @@ mod views;
 use common::context;
 use glam::Vec3;
 use lightpaths::gpu::Buffer;
-use lightpaths::renderer::{Edit, Layer, Renderer, Silent};
+use lightpaths::renderer::{Layer, Renderer, Silent};
 use lightpaths::scene::{LoadOptions, Quality, Scene, Triangle, shapes};
 
 /// Settings that take a fraction of a second.
@@ -36,7 +37,7 @@ fn prepare(mut scene: Scene, quality: Quality) -> Renderer {
 /// A renderer after its first frame, all of whose buffers hold finite numbers.
 fn render(scene: Scene, quality: Quality) -> Renderer {
     let mut renderer = prepare(scene, quality);
-    renderer.frame(Edit::Everything).unwrap();
+    renderer.frame().unwrap();
     assert_finite(&renderer);
     renderer
 }

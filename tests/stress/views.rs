@@ -3,7 +3,7 @@
 use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_finite, count, render, room};
 use glam::Vec3;
-use lightpaths::renderer::{Edit, Layer, Renderer};
+use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::types::CachePoint;
 
 /// Pixels that see something.
@@ -62,7 +62,7 @@ fn cameras_near_far_and_inside_things() {
         (Vec3::new(-0.2, -0.25, -0.1), Vec3::ZERO, false),
     ] {
         renderer.move_camera(position, target);
-        renderer.frame(Edit::View).unwrap();
+        renderer.frame().unwrap();
         assert_finite(&renderer);
         assert!(seen(&renderer) > 0, "camera at {position}");
         if grows {
@@ -79,11 +79,11 @@ fn a_view_of_nothing_is_black() {
     let mut renderer = render(room(), SMALL);
     for (position, target) in [(Vec3::splat(50.0), Vec3::splat(100.0)), (Vec3::ZERO, Vec3::Z)] {
         renderer.move_camera(position, target);
-        renderer.frame(Edit::View).unwrap();
+        renderer.frame().unwrap();
         assert_finite(&renderer);
     }
     renderer.move_camera(Vec3::splat(50.0), Vec3::splat(100.0));
-    renderer.frame(Edit::View).unwrap();
+    renderer.frame().unwrap();
     assert_eq!(seen(&renderer), 0);
     assert!(renderer.layer(Layer::Beauty).unwrap().iter().all(|pixel| *pixel == [0.0; 3]));
     assert_eq!(count(&renderer, "splat weights"), 0);

@@ -6,7 +6,7 @@ use super::{Aov, ExactStage, Rendered, layer};
 use crate::app::args::{DeviceArgs, device_label};
 use crate::error::Result;
 use crate::gpu::Context;
-use crate::renderer::{Edit, Exact, FrameReport, Layer, Renderer, Stage, Statistics};
+use crate::renderer::{Exact, FrameReport, Layer, Renderer, Stage, Statistics};
 use crate::scene::Scene;
 
 /// Paths of each stratum of a cache point's hemisphere where a stage is replaced by path tracing.
@@ -20,6 +20,8 @@ pub(super) struct Job<'a> {
     pub(super) exposure_stops: f32,
     /// A stage to be replaced by its exact twin.
     pub(super) exact: Option<ExactStage>,
+    /// Does work that cannot change the picture, too.
+    pub(super) no_skip: bool,
 }
 
 /// Precomputes and renders one frame.
@@ -29,14 +31,15 @@ pub(super) fn render(
     job: Job<'_>,
     device_args: &DeviceArgs,
 ) -> Result<Rendered> {
-    let Job { with_indirect, aovs, exposure_stops, exact } = job;
+    let Job { with_indirect, aovs, exposure_stops, exact, no_skip } = job;
     if !with_indirect {
         // Without paths and records there is nothing to precompute, and no indirect light.
         (scene.quality.entry_points, scene.quality.cache_points) = (0, 0);
     }
     let mut renderer = Renderer::new(context, scene, device_args.progress().as_mut())?;
     renderer.set_exposure(exposure_stops);
-    let frame = renderer.frame(Edit::Everything)?;
+    renderer.set_skipping(!no_skip);
+    let frame = renderer.frame()?;
 
     let find = |source: Layer| match exact.filter(|_| matches!(source, Layer::Beauty | Layer::Indirect)) {
         None => renderer.layer(source),

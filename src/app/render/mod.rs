@@ -45,6 +45,9 @@ pub(super) struct Render {
     /// Brightens a PNG by this many stops [default: 0]
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_finite)]
     exposure: Option<f32>,
+    /// Traces shadow rays that cannot bring light, too: the picture is the same to the bit
+    #[arg(long)]
+    no_skip: bool,
     /// Writes times, memory and counts as JSON
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
@@ -184,6 +187,7 @@ impl Render {
                     aovs: &aovs,
                     exposure_stops: exposure,
                     exact: self.exact,
+                    no_skip: self.no_skip,
                 };
                 lightpaths::render(&context, scene, job, &self.device_args)
             }
@@ -207,6 +211,12 @@ impl Render {
             let method = self.method.name();
             return refuse(format!(
                 "--exact is for --method lightpaths; --method {method} has no such stage"
+            ));
+        }
+        if self.no_skip && matches!(self.method, Method::Path | Method::Photon) {
+            let method = self.method.name();
+            return refuse(format!(
+                "--no-skip is for --method lightpaths and direct; --method {method} skips nothing"
             ));
         }
         if self.exact.is_some() && format == Format::Png {
@@ -275,6 +285,7 @@ mod tests {
             ("-o a.png --method direct --spp 4", "--spp"),
             ("-o a.exr --exact splat --method path", "--exact"),
             ("-o a.exr --exact gather --method direct", "--exact"),
+            ("-o a.exr --no-skip --method path", "--no-skip"),
             ("-o a.png --exact clusters", ".exr"),
             ("-o a.exr --exact clusters --spp 4", "--spp"),
             ("-o a.exr --aov variance", "--method path"),

@@ -8,7 +8,7 @@ use super::settings::Trial;
 use crate::app::args::DeviceArgs;
 use crate::error::{Error, Result};
 use crate::metrics;
-use crate::renderer::{Edit, FrameReport, Layer, Renderer};
+use crate::renderer::{FrameReport, Layer, Renderer, Work};
 use crate::scene::Scene;
 
 /// Frames timed after a light moved; enough for a median.
@@ -47,15 +47,20 @@ pub(super) fn measure(
     let mut renderer = Renderer::new(&context, scene, device_args.progress().as_mut())?;
     let precompute_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    renderer.frame(Edit::Everything)?;
+    renderer.frame()?;
     let first_frame_ms = 1e3 * start.elapsed().as_secs_f64();
 
-    let mut frames =
-        |edit, count: usize| (0..count).map(|_| renderer.frame(edit)).collect::<Result<Vec<_>>>();
+    let mut frames = |work, count: usize| {
+        let frame = |_| {
+            renderer.force(work);
+            renderer.frame()
+        };
+        (0..count).map(frame).collect::<Result<Vec<_>>>()
+    };
     let [light, whole, view] = [
-        frames(Edit::Light, LIGHT_FRAMES)?,
-        frames(Edit::Everything, OTHER_FRAMES)?,
-        frames(Edit::View, OTHER_FRAMES)?,
+        frames(Work::Light(0), LIGHT_FRAMES)?,
+        frames(Work::Everything, OTHER_FRAMES)?,
+        frames(Work::View, OTHER_FRAMES)?,
     ];
     let picture = judge(renderer.layer(Layer::Beauty)?, Some(&renderer.layer(Layer::Indirect)?), reference)?;
     let direct = judge(renderer.layer(Layer::Direct)?, None, reference)?;

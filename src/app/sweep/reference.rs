@@ -8,7 +8,7 @@ use crate::app::args::DeviceArgs;
 use crate::app::render::sampled::{Budget, spend};
 use crate::error::Result;
 use crate::metrics;
-use crate::reference::PathTracer;
+use crate::reference::{PathTracer, Progressive};
 use crate::scene::Scene;
 
 /// A reference and what is known of it.

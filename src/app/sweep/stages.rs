@@ -5,7 +5,7 @@ use super::results::StageError;
 use crate::app::args::DeviceArgs;
 use crate::error::Result;
 use crate::metrics;
-use crate::renderer::{Edit, Exact, Layer, Renderer, Stage};
+use crate::renderer::{Exact, Layer, Renderer, Stage};
 use crate::scene::Scene;
 
 /// Stages and what the table calls their twins.
@@ -40,7 +40,7 @@ pub(super) fn measure(
 
     device_args.say("which stage errs");
     let mut renderer = Renderer::new(&context, scene.clone(), device_args.progress().as_mut())?;
-    renderer.frame(Edit::Everything)?;
+    renderer.frame()?;
     let beauty = renderer.layer(Layer::Beauty)?;
     let mut rows = vec![row("the whole", [beauty.clone(), beauty])];
     for (name, stage) in STAGES {
@@ -50,7 +50,7 @@ pub(super) fn measure(
         rows.push(row(name, [first, second]));
     }
     renderer.set_edge_samples((EDGE_SAMPLES * scene.quality.edge_samples).min(EDGE_SAMPLES_MAX))?;
-    renderer.frame(Edit::View)?;
+    renderer.frame()?;
     let beauty = renderer.layer(Layer::Beauty)?;
     rows.push(row("four times the edge samples", [beauty.clone(), beauty]));
     device_args.report_validation(&context);

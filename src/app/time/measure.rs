@@ -3,7 +3,7 @@
 use super::paper::COLUMNS;
 use crate::error::Result;
 use crate::gpu::PassTiming;
-use crate::renderer::{Edit, FrameReport, Renderer};
+use crate::renderer::{FrameReport, Renderer, Work};
 
 /// Frames compared with as many before them to tell whether times have settled.
 const WINDOW: usize = 3;
@@ -14,8 +14,8 @@ const SETTLED: f64 = 0.05;
 /// Columns before those that hold whole frames.
 pub(super) const STAGES: usize = 5;
 
-/// The edits that are timed, in the order of the columns that hold their whole frames.
-const EDITS: [Edit; COLUMNS.len() - STAGES] = [Edit::Everything, Edit::Light, Edit::View, Edit::Material];
+/// The work that is timed, in the order of the columns that hold its whole frames.
+const WORK: [Work; COLUMNS.len() - STAGES] = [Work::Everything, Work::Light(0), Work::View, Work::Material];
 
 /// Order statistics of a set of times, milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -71,14 +71,14 @@ pub(super) struct Measurement {
     /// Device time, by [`COLUMNS`].
     pub(super) columns: [Summary; COLUMNS.len()],
     /// Wall-clock time of the whole frames, by the columns from `Ttot` on.
-    pub(super) wall: [Summary; EDITS.len()],
+    pub(super) wall: [Summary; WORK.len()],
     /// In the order in which they run.
     pub(super) passes: Vec<PassSummary>,
     /// Whether warm-up ended because times had settled.
     pub(super) settled: bool,
 }
 
-/// Warms up until the medians of the whole frame settle, then runs `frames` rounds of all edits in turn, so that
+/// Warms up until the medians of the whole frame settle, then runs `frames` rounds of all kinds of work in turn, so that
 /// a drift of the clock touches all columns alike.
 pub(super) fn measure(renderer: &mut Renderer, frames: usize) -> Result<Measurement> {
     let mut warm_up = Vec::new();
@@ -95,9 +95,15 @@ pub(super) fn measure(renderer: &mut Renderer, frames: usize) -> Result<Measurem
     Ok(Measurement { columns, wall, passes: passes(&whole), settled: settled(&warm_up) })
 }
 
-/// One frame after each edit, in the order of [`EDITS`].
+/// One frame of each kind of work, in the order of [`WORK`].
 fn round(renderer: &mut Renderer) -> Result<Vec<FrameReport>> {
-    EDITS.into_iter().map(|edit| renderer.frame(edit)).collect()
+    WORK.into_iter().map(|work| frame(renderer, work)).collect()
+}
+
+/// A frame that does that work.
+pub(super) fn frame(renderer: &mut Renderer, work: Work) -> Result<FrameReport> {
+    renderer.force(work);
+    renderer.frame()
 }
 
 fn settled(times: &[f64]) -> bool {

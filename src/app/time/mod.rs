@@ -1,10 +1,12 @@
 //! `lightpaths time`: the paper's tables on this machine.
 
 mod bandwidth;
+mod lights;
 mod measure;
 mod paper;
 mod report;
 
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -12,9 +14,10 @@ use clap::Args;
 
 use super::args::{DeviceArgs, SceneArgs, device_label};
 use super::output::OutputFile;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::renderer::{Renderer, Statistics};
 use crate::scene::{Scene, builtin};
+use lights::Relit;
 use measure::Measurement;
 
 /// Time frames after each kind of edit and set them beside the paper's
@@ -28,9 +31,12 @@ pub(super) struct Time {
     /// Frames timed after each kind of edit
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
-    /// Numbers of lights to time; this version times one
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1")]
+    /// Numbers of lights to time, one of which moves: the scene's own, copies of them where there are fewer
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,2,4,8", value_parser = clap::value_parser!(u32).range(1..=64))]
     lights: Vec<u32>,
+    /// Does in every frame all work there is, also what cannot change the picture
+    #[arg(long)]
+    no_skip: bool,
     /// Writes the tables as JSON too
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -48,15 +54,12 @@ struct Timed {
     size: [u32; 2],
     statistics: Statistics,
     measurement: Measurement,
+    /// By number of lights.
+    relit: BTreeMap<u32, Relit>,
 }
 
 impl Time {
     pub(super) fn run(self) -> Result<()> {
-        if self.lights != [1] {
-            return Err(Error::Usage(
-                "--lights: this version times one light; pass 1 or leave it out".to_owned(),
-            ));
-        }
         let json = self.json.as_deref().map(OutputFile::check).transpose()?;
         // All scenes are read before any is timed: the last one's typing error shall not cost minutes.
         let specs =
@@ -71,7 +74,8 @@ impl Time {
 
         let mut all = Vec::new();
         for scene in scenes {
-            let timed = time_scene(scene, self.frames as usize, &self.device_args)?;
+            let timed =
+                time_scene(scene, self.frames as usize, &self.lights, self.no_skip, &self.device_args)?;
             super::print(&report::table(&timed, copy_gbps))?;
             all.push(timed);
         }
@@ -83,7 +87,13 @@ impl Time {
     }
 }
 
-fn time_scene(scene: Scene, frames: usize, device_args: &DeviceArgs) -> Result<Timed> {
+fn time_scene(
+    scene: Scene,
+    frames: usize,
+    light_counts: &[u32],
+    no_skip: bool,
+    device_args: &DeviceArgs,
+) -> Result<Timed> {
     let name = scene.name.clone();
     for warning in &scene.warnings {
         device_args.warn(&format!("{name}: {warning}"));
@@ -92,11 +102,13 @@ fn time_scene(scene: Scene, frames: usize, device_args: &DeviceArgs) -> Result<T
     // A context for each scene, so that the peak of its memory is that scene's own.
     let context = device_args.open()?;
     let mut renderer = Renderer::new(&context, scene, device_args.progress().as_mut())?;
+    renderer.set_skipping(!no_skip);
     let measurement = measure::measure(&mut renderer, frames)?;
     if !measurement.settled {
         device_args.warn(&format!("{name}: times had not settled after warm-up; pass more --frames"));
     }
-    device_args.report_validation(&context);
     let (size, statistics) = (renderer.size(), renderer.statistics()?);
-    Ok(Timed { name, triangles, lights, size, statistics, measurement })
+    let relit = lights::measure(&mut renderer, light_counts, frames)?;
+    device_args.report_validation(&context);
+    Ok(Timed { name, triangles, lights, size, statistics, measurement, relit })
 }

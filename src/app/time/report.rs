@@ -61,8 +61,17 @@ fn precompute(text: &mut String, timed: &Timed) {
     let statistics = &timed.statistics;
     let stages = statistics.precompute_stages.iter().map(|(name, seconds)| format!("{name} {seconds:.2}"));
     let stages = stages.collect::<Vec<_>>().join(", ");
-    let lights = if timed.lights == 1 { "light" } else { "lights" };
-    line(text, format_args!("\n{:.1} fps with {} {lights}", fps(timed), timed.lights));
+    let own = timed.lights;
+    line(text, format_args!("\none of some lights moves (the scene has {own} of its own)"));
+    let mut row = |label: &str, cells: &mut dyn Iterator<Item = String>| {
+        let cells: String = cells.map(|cell| format!("{cell:>9}")).collect();
+        line(text, format_args!("{label:<16}{cells}"));
+    };
+    row("lights", &mut timed.relit.keys().map(u32::to_string));
+    row("fps", &mut timed.relit.values().map(|relit| format!("{:.1}", relit.fps)));
+    row("device ms", &mut timed.relit.values().map(|relit| milliseconds(relit.device_ms.median)));
+    row("unchanged", &mut timed.relit.values().map(|relit| format!("{:.1} %", 100.0 * relit.unchanged)));
+    line(text, format_args!(""));
     line(text, format_args!("precompute {:.2} s ({stages})", statistics.precompute_s));
     line(
         text,
@@ -141,7 +150,11 @@ fn scene_json(timed: &Timed, copy_gbps: Option<f64>) -> Value {
     // Light counts that were not timed stay in the document, as null.
     let mut fps_by_lights: Map<String, Value> =
         LIGHT_COUNTS.iter().map(|count| (count.to_string(), Value::Null)).collect();
-    fps_by_lights.insert(timed.lights.to_string(), fps(timed).into());
+    fps_by_lights.extend(timed.relit.iter().map(|(count, relit)| (count.to_string(), relit.fps.into())));
+    let relit = timed.relit.iter().map(|(count, relit)| {
+        let relit = json!({"ms": relit.device_ms, "unchanged": relit.unchanged});
+        (count.to_string(), relit)
+    });
     let statistics = &timed.statistics;
     json!({
         "name": timed.name,
@@ -156,15 +169,12 @@ fn scene_json(timed: &Timed, copy_gbps: Option<f64>) -> Value {
         "wall_ms": wall_ms,
         "settled": timed.measurement.settled,
         "fps_by_lights": fps_by_lights,
+        "by_lights": relit.collect::<Map<String, Value>>(),
+        "scene_lights": timed.lights,
         "passes": passes.collect::<Vec<_>>(),
         "skipped": statistics.skipped,
         "counts": statistics.counts,
     })
-}
-
-/// Frames per second on the clock when everything is new, as in the paper's tables 1 and 3.
-fn fps(timed: &Timed) -> f64 {
-    1000.0 / timed.measurement.wall[0].median
 }
 
 fn share_of_copy(pass: &PassSummary, copy_gbps: Option<f64>) -> Option<f64> {

@@ -1,30 +1,18 @@
-//! Antialiasing: pixels that show an edge, of geometry, a material or a shadow, are averaged over samples of their area.
-//! In: pixels, direct irradiance (W/m²), scene, lights. Out: which pixels, and their samples.
+//! Antialiasing: pixels that show an edge are averaged over samples of their area. Where geometry or materials make the edge,
+//! the samples' surfaces are found once a camera and kept; every light lights them as it lights pixels. Where a light makes it,
+//! a shadow, that light alone is averaged, in its layer. In: pixels, scene, lights' layers. Out: which pixels, their samples.
 
 use crate::error::Result;
-use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
+use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::SceneBuffers;
 use crate::passes::frame::prefix_sum::PrefixSum;
-use crate::types::View;
-use glam::Vec3;
+use crate::passes::{OneLight, SceneBuffers};
+use crate::types::{PixelSurface, View};
 use std::sync::Arc;
 
 gpu_struct! {
-    /// One sample of an edge pixel.
-    pub struct EdgeSample {
-        /// Direct irradiance, W/m².
-        pub direct: Vec3,
-        /// 2·triangle + (1 if the back side); `NO_SIDE` where the ray left the scene.
-        pub side: u32,
-        /// The pixel whose indirect irradiance it takes.
-        pub source: u32,
-    }
-}
-
-gpu_struct! {
-    /// Push constants of `edge_mark`.
+    /// Push constants of `edge_mark` and `shadow_mark`.
     pub struct EdgeMarkPush {
         /// Pixels.
         pub width: u32,
@@ -46,8 +34,6 @@ gpu_struct! {
     pub struct EdgeSamplesPush {
         /// The camera.
         pub view: View,
-        /// Lights.
-        pub light_count: u32,
         /// Samples of a pixel at most.
         pub most_samples: u32,
         /// Samples that there is room for.
@@ -55,29 +41,56 @@ gpu_struct! {
     }
 }
 
+gpu_struct! {
+    /// Push constants of `shadow_edges`.
+    pub struct ShadowEdgesPush {
+        /// The camera.
+        pub view: View,
+        /// Samples of a pixel at most.
+        pub most_samples: u32,
+        /// Samples that may be taken.
+        pub capacity: u32,
+        /// Which light.
+        pub light: u32,
+        /// First point sample of the light.
+        pub first_sample: u32,
+        /// Behind the last.
+        pub end_sample: u32,
+        /// 1: rays are traced although they cannot bring light.
+        pub traces_all: u32,
+    }
+}
+
 /// What this pass shares with its shaders.
 pub const LAYOUTS: &[Layout] =
-    &[EdgeSample::LAYOUT, EdgeMarkPush::LAYOUT, EdgeListPush::LAYOUT, EdgeSamplesPush::LAYOUT];
+    &[EdgeMarkPush::LAYOUT, EdgeListPush::LAYOUT, EdgeSamplesPush::LAYOUT, ShadowEdgesPush::LAYOUT];
 
 /// Cosine below which the normals of neighbouring pixels make an edge: 25°, more than curved models turn in a pixel.
 pub const CREASE: f32 = 0.9;
 /// Distance of a neighbour from the pixel's plane that makes an edge, in pixel widths.
 pub const STEP: f32 = 2.0;
-/// Relative difference of direct light between neighbours that makes an edge.
+/// Relative difference of one light between neighbours that makes an edge.
 pub const CONTRAST: f32 = 0.1;
 /// An average pixel has room for the share 1/`SPREAD` of the samples that an edge pixel asks for.
 const SPREAD: u64 = 16;
-/// But there is room for so many at the least, 5 MiB: in a small picture light changes much from pixel to pixel, and most show an
+/// But there is room for so many at the least, 9 MiB: in a small picture light changes much from pixel to pixel, and most show an
 /// edge.
 const LEAST_ROOM: u64 = 1 << 18;
 
 /// The pipelines and the samples.
 pub struct Antialias {
     mark: Pipeline,
+    shadow_mark: Pipeline,
     list: Pipeline,
     samples: Pipeline,
+    shadow_edges: Pipeline,
     prefix_sum: PrefixSum,
+    /// Of the edges that were listed last.
     edge_pixels: Buffer,
+    /// Workgroups along each axis that take four of them each.
+    edge_groups: Buffer,
+    /// Shadow edges of the light that was taken last before each pixel, and their number.
+    shadow_offsets: Buffer,
     size: [u32; 2],
     /// Samples of an edge pixel at most; zero turns antialiasing off.
     pub most_samples: u32,
@@ -85,13 +98,17 @@ pub struct Antialias {
     pub capacity: u32,
     /// Edge pixels before each pixel, and their number.
     pub offsets: Buffer,
-    /// `EdgeSample`s, pixel by pixel.
-    pub edge_samples: Buffer,
+    /// `PixelSurface`s that samples see, edge pixel by edge pixel.
+    pub edge_surfaces: Buffer,
+    /// The pixels whose indirect irradiance they take.
+    pub edge_sources: Buffer,
 }
 
 impl Antialias {
-    /// The name of the pass in timings.
+    /// The name of the pass that finds edges and what their samples see.
     pub const STEM: &str = "edge_samples";
+    /// The name of the pass that averages a light where its shadows end.
+    pub const SHADOW_STEM: &str = "shadow_edges";
 
     /// Makes room for an image of that size, with `most_samples` for each edge pixel.
     ///
@@ -101,99 +118,141 @@ impl Antialias {
         let pixel_count = size[0] * size[1];
         let all = u64::from(pixel_count) * u64::from(most_samples);
         let wanted = all.div_ceil(SPREAD).max(all.min(LEAST_ROOM));
-        let bindable = context.limits().storage_range_bytes / size_of::<EdgeSample>() as u64;
+        let bindable = context.limits().storage_range_bytes / size_of::<PixelSurface>() as u64;
         let capacity = wanted.min(bindable) as u32;
-        let thresholds = [("CREASE", CREASE), ("STEP", STEP), ("CONTRAST", CONTRAST)];
-        let offsets = Buffer::from_slice(context, "edge offsets", &vec![0_u32; pixel_count as usize + 1])?;
+        let no_edges = vec![0_u32; pixel_count as usize + 1];
+        let bits = |thresholds: &[(&'static str, f32)]| -> Vec<_> {
+            thresholds.iter().map(|&(name, value)| (name, value.to_bits())).collect()
+        };
+        let room = u64::from(capacity.max(1));
         Ok(Self {
-            mark: Pipeline::new(
-                context,
-                "edge_mark",
-                &thresholds.map(|(name, value)| (name, value.to_bits())),
-            )?,
+            mark: Pipeline::new(context, "edge_mark", &bits(&[("CREASE", CREASE), ("STEP", STEP)]))?,
+            shadow_mark: Pipeline::new(context, "shadow_mark", &bits(&[("CONTRAST", CONTRAST)]))?,
             list: Pipeline::new(context, "edge_list", &[])?,
             samples: Pipeline::new(context, Self::STEM, &[])?,
+            shadow_edges: Pipeline::new(context, Self::SHADOW_STEM, &[])?,
             prefix_sum: PrefixSum::new(context, pixel_count)?,
             edge_pixels: Buffer::storage(context, "edge pixels", 4 * u64::from(pixel_count))?,
+            edge_groups: Buffer::storage(context, "edge groups", 12)?,
+            shadow_offsets: Buffer::from_slice(context, "shadow offsets", &no_edges)?,
             size,
             most_samples,
             capacity,
-            offsets,
-            edge_samples: Buffer::storage(
+            offsets: Buffer::from_slice(context, "edge offsets", &no_edges)?,
+            edge_surfaces: Buffer::storage(
                 context,
-                "edge samples",
-                u64::from(capacity.max(1)) * size_of::<EdgeSample>() as u64,
+                "edge surfaces",
+                room * size_of::<PixelSurface>() as u64,
             )?,
+            edge_sources: Buffer::storage(context, "edge sources", room * 4)?,
         })
     }
 
-    /// Finds the edges and samples them. Does nothing where antialiasing is off.
-    #[expect(clippy::too_many_arguments, reason = "one call, at one place")]
-    pub fn record(
-        &self,
-        rec: &mut Recorder,
-        scene: &SceneBuffers,
-        view: &View,
-        lights: &Buffer,
-        light_count: u32,
-        pixels: &Buffer,
-        direct: &Buffer,
-    ) {
+    /// Finds the edges that a camera sees, and what samples of them see. Does nothing where antialiasing is off.
+    pub fn record(&self, rec: &mut Recorder, scene: &SceneBuffers, view: &View, pixels: &Buffer) {
         if self.most_samples == 0 {
             return;
         }
         let [width, height] = self.size;
-        let pixel_count = width * height;
         let mut pass = rec.pass(Self::STEM);
         pass.dispatch(
             &self.mark,
             [width, height, 1],
             &EdgeMarkPush { width, height },
-            &[
-                ("Surfaces", &scene.surfaces),
-                ("Pixels", pixels),
-                ("DirectIrradiance", direct),
-                ("EdgeOffsets", &self.offsets),
-            ],
+            &[("Surfaces", &scene.surfaces), ("Pixels", pixels), ("EdgeOffsets", &self.offsets)],
         );
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        self.prefix_sum.record(&mut pass, &self.offsets, pixel_count);
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        pass.dispatch(
-            &self.list,
-            [pixel_count, 1, 1],
-            &EdgeListPush { pixel_count },
-            &[("EdgeOffsets", &self.offsets), ("EdgePixels", &self.edge_pixels)],
-        );
+        self.record_list(&mut pass, &self.offsets);
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.samples,
             [self.capacity, 1, 1],
-            &EdgeSamplesPush {
-                view: *view,
-                light_count,
-                most_samples: self.most_samples,
-                capacity: self.capacity,
-            },
+            &EdgeSamplesPush { view: *view, most_samples: self.most_samples, capacity: self.capacity },
             &[
                 ("Nodes", &scene.nodes),
                 ("Triangles", &scene.triangles),
                 ("Surfaces", &scene.surfaces),
-                ("Lights", lights),
                 ("Pixels", pixels),
                 ("EdgeOffsets", &self.offsets),
                 ("EdgePixels", &self.edge_pixels),
-                ("EdgeSamples", &self.edge_samples),
+                ("EdgeSurfaces", &self.edge_surfaces),
+                ("EdgeSources", &self.edge_sources),
             ],
         );
     }
 
-    /// Edge pixels of the last frame.
+    /// Averages a light over the pixels that its shadows' edges cross, in its layer of the pixels. Records into an open
+    /// pass, with barriers between its own dispatches only. Does nothing where antialiasing is off.
+    pub fn record_shadows(
+        &self,
+        pass: &mut PassScope<'_>,
+        scene: &SceneBuffers,
+        view: &View,
+        light: OneLight<'_>,
+        pixels: &Buffer,
+        layer: &Buffer,
+    ) {
+        if self.most_samples == 0 {
+            return;
+        }
+        let [width, height] = self.size;
+        pass.dispatch(
+            &self.shadow_mark,
+            [width, height, 1],
+            &EdgeMarkPush { width, height },
+            &[("LightLayer", layer), ("EdgeOffsets", &self.offsets), ("ShadowOffsets", &self.shadow_offsets)],
+        );
+        self.record_list(pass, &self.shadow_offsets);
+        pass.barrier(COMPUTE_TO_INDIRECT);
+        for (first_sample, end_sample) in light.spans() {
+            let push = ShadowEdgesPush {
+                view: *view,
+                most_samples: self.most_samples,
+                capacity: self.capacity,
+                light: light.index,
+                first_sample,
+                end_sample,
+                traces_all: u32::from(light.traces_all),
+            };
+            if first_sample > 0 {
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
+            pass.dispatch_indirect(
+                &self.shadow_edges,
+                (&self.edge_groups, 0),
+                &push,
+                &[
+                    ("Nodes", &scene.nodes),
+                    ("Triangles", &scene.triangles),
+                    ("Surfaces", &scene.surfaces),
+                    ("Lights", light.table),
+                    ("Pixels", pixels),
+                    ("ShadowOffsets", &self.shadow_offsets),
+                    ("ShadowPixels", &self.edge_pixels),
+                    ("LightLayer", layer),
+                ],
+            );
+        }
+    }
+
+    /// Turns marks into a list of the marked pixels.
+    fn record_list(&self, pass: &mut PassScope<'_>, offsets: &Buffer) {
+        let pixel_count = self.size[0] * self.size[1];
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        self.prefix_sum.record(pass, offsets, pixel_count);
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        let edges =
+            [("EdgeOffsets", offsets), ("EdgePixels", &self.edge_pixels), ("EdgeGroups", &self.edge_groups)];
+        pass.dispatch(&self.list, [pixel_count, 1, 1], &EdgeListPush { pixel_count }, &edges);
+    }
+
+    /// Pixels of this camera that show an edge of geometry or of a material, and pixels that show a shadow's edge of the light
+    /// that was taken last.
     ///
     /// # Errors
     /// The device failed.
-    pub fn edge_count(&self) -> Result<u32> {
+    pub fn edge_counts(&self) -> Result<[u32; 2]> {
         let pixel_count = self.size[0] as usize * self.size[1] as usize;
-        Ok(self.offsets.read_range::<u32>(pixel_count, 1)?[0])
+        let count = |offsets: &Buffer| Ok(offsets.read_range::<u32>(pixel_count, 1)?[0]);
+        Ok([count(&self.offsets)?, count(&self.shadow_offsets)?])
     }
 }

@@ -32,7 +32,7 @@ pub const LAYOUTS: &[Layout] = &[ComposePush::LAYOUT];
 pub struct Irradiances<'a> {
     /// `PixelSurface`s.
     pub pixels: &'a Buffer,
-    /// Direct irradiance of each pixel, W/m².
+    /// Direct irradiance of each pixel and then of each edge sample, W/m².
     pub direct: &'a Buffer,
     /// Indirect irradiance of each pixel, W/m².
     pub indirect: &'a Buffer,
@@ -90,7 +90,8 @@ impl Compose {
                 ("DirectIrradiance", direct),
                 ("IndirectIrradiance", indirect),
                 ("EdgeOffsets", &antialias.offsets),
-                ("EdgeSamples", &antialias.edge_samples),
+                ("EdgeSurfaces", &antialias.edge_surfaces),
+                ("EdgeSources", &antialias.edge_sources),
                 ("Radiance", &self.radiance),
             ],
         );

@@ -1,70 +1,146 @@
-//! Direct illumination of the pixels. [Yue §4, Tdi] In: pixels, lights (W/sr). Out: irradiance, W/m².
+//! Direct illumination of what the camera sees. [Yue §4, Tdi] In: surface points, lights. Out: a layer for each light, free of its
+//! colour; their sum, irradiance, W/m².
 
 use crate::error::Result;
-use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::SceneBuffers;
+use crate::passes::frame::light_sum::LightSum;
+use crate::passes::{OneLight, SceneBuffers};
+use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
     /// Push constants.
     pub struct DirectPush {
-        /// Pixels.
+        /// Points of a row.
         pub width: u32,
-        /// Pixels.
-        pub height: u32,
-        /// Lights.
-        pub light_count: u32,
+        /// Points.
+        pub point_count: u32,
+        /// Where the points' values start in the layer.
+        pub first_value: u32,
+        /// Which light.
+        pub light: u32,
+        /// First point sample of the light.
+        pub first_sample: u32,
+        /// Behind the last.
+        pub end_sample: u32,
+        /// 1: rays are traced although they cannot bring light.
+        pub traces_all: u32,
     }
 }
 
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[DirectPush::LAYOUT];
 
-/// The pipeline and its result.
+/// Edge samples of a row: how they are spread over workgroups.
+const SAMPLE_ROW: u32 = 64;
+
+/// The pipelines and the sum over all lights.
 pub struct Direct {
     pipeline: Pipeline,
-    /// Direct irradiance of each pixel, W/m²; three floats.
+    sum: LightSum,
+    size: [u32; 2],
+    sample_count: u32,
+    /// Direct irradiance of each pixel and then of each edge sample, W/m²; three floats.
     pub irradiance: Buffer,
 }
 
 impl Direct {
     /// The name that shader, twin and timing share.
     pub const STEM: &str = "direct";
+    /// What the sum over the lights is called in timings.
+    pub const SUM_STEM: &str = "direct_sum";
 
-    /// Makes room for an image of `pixel_count` pixels.
+    /// Makes room for an image of that size and so many edge samples.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, pixel_count: u32) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, size: [u32; 2], sample_count: u32) -> Result<Self> {
+        let points = u64::from(size[0]) * u64::from(size[1]) + u64::from(sample_count);
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
-            irradiance: Buffer::storage(context, "direct irradiance", u64::from(pixel_count) * 12)?,
+            sum: LightSum::new(context)?,
+            size,
+            sample_count,
+            irradiance: Buffer::storage(context, "direct irradiance", points * 12)?,
         })
     }
 
-    /// One shadow ray for each pixel and light.
+    /// Values of a light's layer: one a pixel, then one an edge sample.
+    pub fn point_count(&self) -> u32 {
+        self.pixel_count() + self.sample_count
+    }
+
+    fn pixel_count(&self) -> u32 {
+        self.size[0] * self.size[1]
+    }
+
+    /// Fills a light's layer at the pixels: shadow rays from each to each of its point samples. Records into an open pass,
+    /// with barriers between its own dispatches only.
     pub fn record(
         &self,
-        rec: &mut Recorder,
+        pass: &mut PassScope<'_>,
         scene: &SceneBuffers,
-        lights: &Buffer,
-        light_count: u32,
+        light: OneLight<'_>,
         pixels: &Buffer,
-        [width, height]: [u32; 2],
+        layer: &Buffer,
     ) {
-        rec.pass(Self::STEM).dispatch(
-            &self.pipeline,
-            [width, height, 1],
-            &DirectPush { width, height, light_count },
-            &[
-                ("Nodes", &scene.nodes),
-                ("Triangles", &scene.triangles),
-                ("Surfaces", &scene.surfaces),
-                ("Lights", lights),
-                ("Pixels", pixels),
-                ("DirectIrradiance", &self.irradiance),
-            ],
-        );
+        self.trace(pass, scene, light, (pixels, self.size[0], self.pixel_count(), 0), layer);
+    }
+
+    /// The same at the edge samples.
+    pub fn record_samples(
+        &self,
+        pass: &mut PassScope<'_>,
+        scene: &SceneBuffers,
+        light: OneLight<'_>,
+        edge_surfaces: &Buffer,
+        layer: &Buffer,
+    ) {
+        let points = (edge_surfaces, SAMPLE_ROW, self.sample_count, self.pixel_count());
+        self.trace(pass, scene, light, points, layer);
+    }
+
+    fn trace(
+        &self,
+        pass: &mut PassScope<'_>,
+        scene: &SceneBuffers,
+        light: OneLight<'_>,
+        (points, width, point_count, first_value): (&Buffer, u32, u32, u32),
+        layer: &Buffer,
+    ) {
+        for (first_sample, end_sample) in light.spans() {
+            if first_sample > 0 {
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
+            pass.dispatch(
+                &self.pipeline,
+                [width, point_count.div_ceil(width), 1],
+                &DirectPush {
+                    width,
+                    point_count,
+                    first_value,
+                    light: light.index,
+                    first_sample,
+                    end_sample,
+                    traces_all: u32::from(light.traces_all),
+                },
+                &[
+                    ("Nodes", &scene.nodes),
+                    ("Triangles", &scene.triangles),
+                    ("Surfaces", &scene.surfaces),
+                    ("Lights", light.table),
+                    ("SeenPoints", points),
+                    ("LightLayer", layer),
+                ],
+            );
+        }
+    }
+
+    /// Sums the lights' layers, each with its emission, in order.
+    pub fn record_sum(&self, rec: &mut Recorder, layers: &[(Vec3, &Buffer)]) {
+        let mut pass = rec.pass(Self::SUM_STEM);
+        self.sum.record(&mut pass, layers, self.point_count(), 1.0, &self.irradiance);
     }
 }

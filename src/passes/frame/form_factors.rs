@@ -1,12 +1,15 @@
 //! Form factors and the flux that enters the light paths. [Yue §3]
-//! In: entry points, lights (W/sr). Out: a form factor (1/m²) for each light and entry point; flux (W) of each path.
+//! In: entry points, lights. Out: a row of form factors for each light, one an entry point; flux (W) of each path.
 //!
-//! Form factors are free of the light's colour, so that a change of colour traces no ray.
+//! Form factors are free of the light's colour, so that a change of colour traces no ray. The point samples of an area light
+//! share a colour, and so a row.
 
 use crate::error::Result;
-use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::SceneBuffers;
+use crate::passes::frame::light_sum::LightSum;
+use crate::passes::{OneLight, SceneBuffers};
 use crate::types::PathVertex;
 use glam::Vec3;
 use std::sync::Arc;
@@ -22,43 +25,33 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of the form factors.
+    /// Push constants.
     pub struct FormFactorsPush {
-        /// The light.
-        pub light_position: Vec3,
         /// Entry points.
         pub point_count: u32,
-        /// Where this light's form factors start.
-        pub first: u32,
+        /// Which light.
+        pub light: u32,
+        /// First point sample of the light.
+        pub first_sample: u32,
+        /// Behind the last.
+        pub end_sample: u32,
+        /// 1: rays are traced although they cannot bring light.
+        pub traces_all: u32,
         /// That each entry point stands for.
         pub area_m2: f32,
     }
 }
 
-gpu_struct! {
-    /// Push constants of the path flux.
-    pub struct PathFluxPush {
-        /// Paths.
-        pub path_count: u32,
-        /// Lights.
-        pub light_count: u32,
-        /// That each entry point stands for.
-        pub area_m2: f32,
-    }
-}
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[EntryPoint::LAYOUT, FormFactorsPush::LAYOUT];
 
-/// What these passes share with their shaders.
-pub const LAYOUTS: &[Layout] = &[EntryPoint::LAYOUT, FormFactorsPush::LAYOUT, PathFluxPush::LAYOUT];
-
-/// The pipelines, the entry points and what is known of the light on them.
+/// The pipelines, the entry points and the flux of the paths that begin there.
 pub struct FormFactors {
     form_factors: Pipeline,
-    path_flux: Pipeline,
+    sum: LightSum,
     entry_points: Buffer,
     point_count: u32,
     area_m2: f32,
-    /// Form factor of each light and entry point, a row a light, 1/m².
-    pub factors: Buffer,
     /// Flux of each path's first vertex, W; three floats.
     pub flux: Buffer,
 }
@@ -66,29 +59,23 @@ pub struct FormFactors {
 impl FormFactors {
     /// The name that shader, twin and timing share.
     pub const STEM: &str = "form_factors";
-    /// The name that the second shader, twin and timing share.
+    /// What the sum over the lights is called in timings.
     pub const FLUX_STEM: &str = "path_flux";
 
     /// Uploads the entry points, each of which stands for `area_m2`.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(
-        context: &Arc<Context>,
-        entry_points: &[PathVertex],
-        area_m2: f32,
-        light_count: u32,
-    ) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, entry_points: &[PathVertex], area_m2: f32) -> Result<Self> {
         let points: Vec<EntryPoint> =
             entry_points.iter().map(|v| EntryPoint { position: v.position, side: v.side }).collect();
         let count = entry_points.len() as u64;
         Ok(Self {
             form_factors: Pipeline::new(context, Self::STEM, &[])?,
-            path_flux: Pipeline::new(context, Self::FLUX_STEM, &[])?,
+            sum: LightSum::new(context)?,
             entry_points: Buffer::from_slice(context, "entry points", &points)?,
             point_count: count as u32,
             area_m2,
-            factors: Buffer::storage(context, "form factors", count * u64::from(light_count) * 4)?,
             flux: Buffer::storage(context, "path flux", count * 12)?,
         })
     }
@@ -98,18 +85,34 @@ impl FormFactors {
         self.point_count
     }
 
-    /// One shadow ray from each entry point that faces the light, for each of the lights that moved: (index, position).
-    pub fn record(&self, rec: &mut Recorder, scene: &SceneBuffers, moved: &[(u32, Vec3)]) {
-        let mut pass = rec.pass(Self::STEM);
-        for &(light, light_position) in moved {
+    /// The entry points themselves.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn entry_points(&self) -> Result<Vec<EntryPoint>> {
+        self.entry_points.read()
+    }
+
+    /// Fills a light's row: a shadow ray from each entry point to each of its point samples in front of it. Records into an
+    /// open pass, with barriers between its own dispatches only.
+    pub fn record(
+        &self,
+        pass: &mut PassScope<'_>,
+        scene: &SceneBuffers,
+        light: OneLight<'_>,
+        factors: &Buffer,
+    ) {
+        for (first_sample, end_sample) in light.spans() {
             let push = FormFactorsPush {
-                light_position,
                 point_count: self.point_count,
-                first: light * self.point_count,
+                light: light.index,
+                first_sample,
+                end_sample,
+                traces_all: u32::from(light.traces_all),
                 area_m2: self.area_m2,
             };
-            if light != moved[0].0 {
-                pass.barrier(crate::gpu::barrier::COMPUTE_TO_COMPUTE);
+            if first_sample > 0 {
+                pass.barrier(COMPUTE_TO_COMPUTE);
             }
             pass.dispatch(
                 &self.form_factors,
@@ -119,21 +122,17 @@ impl FormFactors {
                     ("Nodes", &scene.nodes),
                     ("Triangles", &scene.triangles),
                     ("Surfaces", &scene.surfaces),
+                    ("Lights", light.table),
                     ("EntryPoints", &self.entry_points),
-                    ("FormFactors", &self.factors),
+                    ("FormFactors", factors),
                 ],
             );
         }
     }
 
-    /// Sums the lights: flux that enters each path.
-    pub fn record_flux(&self, rec: &mut Recorder, lights: &Buffer, light_count: u32) {
-        let push = PathFluxPush { path_count: self.point_count, light_count, area_m2: self.area_m2 };
-        rec.pass(Self::FLUX_STEM).dispatch(
-            &self.path_flux,
-            [self.point_count, 1, 1],
-            &push,
-            &[("Lights", lights), ("FormFactors", &self.factors), ("PathFlux", &self.flux)],
-        );
+    /// Sums the lights' rows, each with its emission, in order: flux that enters each path.
+    pub fn record_flux(&self, rec: &mut Recorder, rows: &[(Vec3, &Buffer)]) {
+        let mut pass = rec.pass(Self::FLUX_STEM);
+        self.sum.record(&mut pass, rows, self.point_count, self.area_m2, &self.flux);
     }
 }

@@ -7,6 +7,7 @@ pub mod direct;
 pub mod form_factors;
 pub mod gather;
 pub mod hvds;
+pub mod light_sum;
 pub mod near_field;
 pub mod path_scan;
 pub mod prefix_sum;

@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::SceneBuffers;
+use crate::passes::LitScene;
 use crate::passes::precompute::{Chunks, gather_rays::Hemisphere};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
@@ -65,12 +65,8 @@ const STRATA_LIMIT: u32 = 1 << 16;
 /// What [`trace`] works on.
 #[derive(Clone, Copy)]
 pub struct Job<'a> {
-    /// Geometry and materials.
-    pub scene: &'a SceneBuffers,
-    /// `LightSource`s.
-    pub lights: &'a Buffer,
-    /// How many.
-    pub light_count: u32,
+    /// What paths meet.
+    pub scene: LitScene<'a>,
     /// `CachePoint`s.
     pub cache_points: &'a Buffer,
     /// How many.
@@ -104,12 +100,12 @@ pub fn trace(context: &Arc<Context>, job: Job<'_>) -> Result<Vec<Vec3>> {
         let push = IrradianceProbePush {
             first_point,
             point_count,
-            light_count: job.light_count,
+            light_count: job.scene.light_count,
             seed: job.seed,
             gather_seed: job.gather_seed.unwrap_or(0),
             has_gather_rays: u32::from(job.gather_seed.is_some()),
             goal: job.samples,
-            rounds: (RAYS_A_DISPATCH / (1 + job.light_count)).max(1),
+            rounds: (RAYS_A_DISPATCH / (1 + job.scene.light_count)).max(1),
         };
         context.run(|rec| rec.fill_zero(&paths))?;
         let mut longest = 0.0_f64;
@@ -119,16 +115,11 @@ pub fn trace(context: &Arc<Context>, job: Job<'_>) -> Result<Vec<Vec3>> {
                     &pipeline,
                     [point_count * strata, 1, 1],
                     &push,
-                    &[
-                        ("Nodes", &job.scene.nodes),
-                        ("Triangles", &job.scene.triangles),
-                        ("Surfaces", &job.scene.surfaces),
-                        ("Materials", &job.scene.materials),
-                        ("Lights", job.lights),
+                    &job.scene.bindings_and([
                         ("CachePoints", job.cache_points),
                         ("ProbePaths", &paths),
                         ("Unfinished", &unfinished),
-                    ],
+                    ]),
                 );
             })?;
             longest = longest.max(timings[0].ms);

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::SceneBuffers;
+use crate::passes::LitScene;
 use crate::types::View;
 use glam::Vec3;
 use std::ops::Range;
@@ -135,12 +135,8 @@ pub struct PathTrace {
 /// What [`PathTrace::run`] works on.
 #[derive(Clone, Copy)]
 pub struct Job<'a> {
-    /// Geometry and materials.
-    pub scene: &'a SceneBuffers,
-    /// `LightSource`s.
-    pub lights: &'a Buffer,
-    /// How many.
-    pub light_count: u32,
+    /// What paths meet.
+    pub scene: LitScene<'a>,
     /// The camera.
     pub view: &'a View,
     /// Names the sequence of samples.
@@ -184,13 +180,13 @@ impl PathTrace {
         while !samples.is_empty() {
             let push = PathTracePush {
                 view: *job.view,
-                light_count: job.light_count,
+                light_count: job.scene.light_count,
                 seed: job.seed,
                 first_tile: tiles.start,
                 tile_count: tiles.len() as u32,
                 first_sample,
                 goal: samples.end,
-                rounds: (RAYS_A_DISPATCH / (1 + job.light_count)).max(1),
+                rounds: (RAYS_A_DISPATCH / (1 + job.scene.light_count)).max(1),
             };
             let ((), timings) = self.context.run(|rec| self.record(rec, job, &push))?;
             sum += timings[0].ms;
@@ -208,18 +204,13 @@ impl PathTrace {
             &self.pipeline,
             [push.tile_count * TILE * TILE, 1, 1],
             push,
-            &[
-                ("Nodes", &job.scene.nodes),
-                ("Triangles", &job.scene.triangles),
-                ("Surfaces", &job.scene.surfaces),
-                ("Materials", &job.scene.materials),
-                ("Lights", job.lights),
+            &job.scene.bindings_and([
                 ("DirectSums", &job.sums.direct),
                 ("IndirectSums", &job.sums.indirect),
                 ("Moments", &job.sums.moments),
                 ("TracedPaths", &self.paths),
                 ("Unfinished", &self.unfinished),
-            ],
+            ]),
         );
     }
 }

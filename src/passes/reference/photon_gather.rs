@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::SceneBuffers;
+use crate::passes::LitScene;
 use crate::passes::precompute::Chunks;
 use crate::passes::reference::photon_map::PhotonGrid;
 use crate::types::View;
@@ -127,11 +127,9 @@ impl PhotonGather {
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    #[expect(clippy::too_many_arguments, reason = "one call, at one place")]
     pub fn gather(
         &mut self,
-        scene: &SceneBuffers,
-        (lights, light_count): (&Buffer, u32),
+        scene: LitScene<'_>,
         view: &View,
         irradiance: Irradiance<'_>,
         sequence: &Sequence,
@@ -142,7 +140,7 @@ impl PhotonGather {
             let push = PhotonGatherPush {
                 view: *view,
                 grid: irradiance.grid,
-                light_count,
+                light_count: scene.light_count,
                 first_pixel: first,
                 end_pixel: first + chunk,
                 first_sample: samples.start,
@@ -155,18 +153,13 @@ impl PhotonGather {
                     &self.pipeline,
                     [chunk, 1, 1],
                     &push,
-                    &[
-                        ("Nodes", &scene.nodes),
-                        ("Triangles", &scene.triangles),
-                        ("Surfaces", &scene.surfaces),
-                        ("Materials", &scene.materials),
-                        ("Lights", lights),
+                    &scene.bindings_and([
                         ("Points", irradiance.points),
                         ("FirstEntries", irradiance.first_entries),
                         ("Reaches", irradiance.reaches),
                         ("Irradiances", irradiance.irradiances),
                         ("PixelSums", &sequence.sums),
-                    ],
+                    ]),
                 );
             })?;
             *ms += timings[0].ms;

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::SceneBuffers;
+use crate::passes::LitScene;
 use crate::passes::precompute::Chunks;
 use crate::passes::reference::photon_map::PhotonMap;
 use glam::Vec3;
@@ -103,8 +103,7 @@ impl PhotonTrace {
     /// The device lacks memory or failed.
     pub fn trace(
         &mut self,
-        scene: &SceneBuffers,
-        lights: &Buffer,
+        scene: LitScene<'_>,
         mut paths: Vec<PhotonPath>,
         seed: u32,
         map: &PhotonMap,
@@ -131,15 +130,7 @@ impl PhotonTrace {
                         &self.pipeline,
                         [chunk, 1, 1],
                         &push,
-                        &[
-                            ("Nodes", &scene.nodes),
-                            ("Triangles", &scene.triangles),
-                            ("Surfaces", &scene.surfaces),
-                            ("Materials", &scene.materials),
-                            ("Lights", lights),
-                            ("PhotonPaths", &self.paths),
-                            ("Photons", &map.slots),
-                        ],
+                        &scene.bindings_and([("PhotonPaths", &self.paths), ("Photons", &map.slots)]),
                     );
                 })?;
                 *ms += timings[0].ms;

@@ -1,0 +1,40 @@
+// Sums lights: rows of what each light sends per unit of its emission, weighted by the emissions, in the lights' order, four
+// to a dispatch. Deterministic, and the same bits whichever of four places a light has. One invocation = one value of a row.
+// In: rows. Out: sums, a colour each.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/dispatch.glsl"
+
+layout(local_size_x = 64) in;
+
+struct LightSumPush {
+    uint count;       // values of a row
+    uint adds;        // 1: to the sums so far; 0: from zero
+    uint step;        // from one value of a row to the next; 0 where no light shines and the rows are one value long
+    float scale;      // of the whole
+    vec3 emission_0;  // of each row's light; zero where there is none, then the row is any
+    vec3 emission_1;
+    vec3 emission_2;
+    vec3 emission_3;
+};
+
+layout(scalar, binding = 0) readonly buffer Row0 { float row_0[]; };
+layout(scalar, binding = 1) readonly buffer Row1 { float row_1[]; };
+layout(scalar, binding = 2) readonly buffer Row2 { float row_2[]; };
+layout(scalar, binding = 3) readonly buffer Row3 { float row_3[]; };
+layout(scalar, binding = 4) buffer LightSums { vec3 light_sums[]; };
+layout(scalar, push_constant) uniform Push { LightSumPush push; };
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= push.count) return;
+    uint place = push.step * index;
+    precise vec3 sum = push.adds != 0u ? light_sums[index] : vec3(0.0);
+    // `precise` keeps products and sums apart: every place rounds alike.
+    precise vec3 sum_0 = sum + row_0[place] * push.emission_0;
+    precise vec3 sum_1 = sum_0 + row_1[place] * push.emission_1;
+    precise vec3 sum_2 = sum_1 + row_2[place] * push.emission_2;
+    precise vec3 sum_3 = sum_2 + row_3[place] * push.emission_3;
+    light_sums[index] = push.scale * sum_3;
+}

@@ -1,0 +1,71 @@
+//! Twin of what all shaders that follow paths share: surfaces that rays meet, and the light that they reflect.
+
+use crate::cpu::brdf::brdf;
+use crate::cpu::lights::{is_lit, sample_light};
+use crate::cpu::rays::{Geometry, Hit};
+use crate::types::{LightSource, Reflectance};
+use glam::{DVec2, DVec3, Vec3};
+
+/// A scene and its lights.
+#[derive(Clone, Copy)]
+pub struct LitScene<'a> {
+    /// What rays hit.
+    pub geometry: Geometry<'a>,
+    /// What it reflects.
+    pub materials: &'a [Reflectance],
+    /// What lights it.
+    pub lights: &'a [LightSource],
+}
+
+/// A point of a surface, and where it is seen from.
+pub(super) struct Vertex {
+    pub(super) position: Vec3,
+    pub(super) geometric: Vec3,
+    pub(super) shading: DVec3,
+    pub(super) outgoing: DVec3,
+    pub(super) material: Reflectance,
+}
+
+impl LitScene<'_> {
+    /// What a ray met; `is_smooth`: shaded by the interpolated normal.
+    pub(super) fn vertex(&self, hit: &Hit, direction: DVec3, is_smooth: bool) -> Vertex {
+        let surface = &self.geometry.surfaces[hit.triangle as usize];
+        let side = self.geometry.side(hit.triangle, direction);
+        let geometric = self.geometry.normal(side);
+        let [n0, n1, n2] = [surface.n0, surface.n1, surface.n2].map(|normal| normal.as_dvec3());
+        let smooth = hit.barycentric.x * n0 + hit.barycentric.y * n1 + hit.barycentric.z * n2;
+        let shading = match (is_smooth, side % 2) {
+            (false, _) => geometric.as_dvec3(),
+            (true, 0) => smooth.normalize(),
+            (true, _) => -smooth.normalize(),
+        };
+        Vertex {
+            position: hit.position.as_vec3(),
+            geometric,
+            shading,
+            outgoing: -direction.normalize(),
+            material: self.materials[surface.material as usize],
+        }
+    }
+
+    /// Light of all lights that a vertex reflects, W/m²/sr; `u` says by light number which point of it is asked. Counts shadow rays.
+    pub(super) fn reflected_light(&self, vertex: &Vertex, u: impl Fn(u32) -> DVec2, rays: &mut u32) -> DVec3 {
+        let mut radiance = DVec3::ZERO;
+        for (number, light) in (0_u32..).zip(self.lights) {
+            let Some(found) = sample_light(light, vertex.position.as_dvec3(), u(number)) else { continue };
+            let cosine = vertex.shading.dot(found.direction);
+            if cosine <= 0.0 || vertex.geometric.as_dvec3().dot(found.direction) <= 0.0 {
+                continue;
+            }
+            let reflected = brdf(&vertex.material, vertex.shading, vertex.outgoing, found.direction);
+            if reflected * found.irradiance == DVec3::ZERO {
+                continue;
+            }
+            *rays += 1;
+            if is_lit(self.geometry, vertex.position, vertex.geometric, &found) {
+                radiance += cosine * reflected * found.irradiance;
+            }
+        }
+        radiance
+    }
+}

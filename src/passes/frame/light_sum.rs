@@ -1,0 +1,94 @@
+//! Sums of rows that each light has, weighted by the lights' emissions: a change of colour traces no ray.
+
+use crate::error::Result;
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::gpu::{Buffer, Context, PassScope, Pipeline};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use glam::Vec3;
+use std::sync::Arc;
+
+gpu_struct! {
+    /// Push constants.
+    pub struct LightSumPush {
+        /// Values of a row.
+        pub count: u32,
+        /// 1: adds to the sums so far; 0: starts from zero.
+        pub adds: u32,
+        /// From one value of a row to the next; 0 where no light shines.
+        pub step: u32,
+        /// Of the whole.
+        pub scale: f32,
+        /// Of the first row's light.
+        pub emission_0: Vec3,
+        /// Of the second row's light; zero where there is none.
+        pub emission_1: Vec3,
+        /// Of the third.
+        pub emission_2: Vec3,
+        /// Of the fourth.
+        pub emission_3: Vec3,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[LightSumPush::LAYOUT];
+
+/// Rows that one dispatch reads.
+const ROWS: usize = 4;
+
+/// The pipeline.
+pub struct LightSum {
+    pipeline: Pipeline,
+    /// The row of no light: one value.
+    no_row: Buffer,
+}
+
+impl LightSum {
+    /// The name that shader and twin share.
+    pub const STEM: &str = "light_sum";
+
+    /// Prepares sums.
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub fn new(context: &Arc<Context>) -> Result<Self> {
+        Ok(Self {
+            pipeline: Pipeline::new(context, Self::STEM, &[])?,
+            no_row: Buffer::from_slice(context, "no row", &[0.0_f32])?,
+        })
+    }
+
+    /// Sums the first `count` values of every row, in order, each times its light's emission, and scales the whole; without
+    /// rows the sums are zero. Records into an open pass, with barriers between its own dispatches only.
+    pub fn record(
+        &self,
+        pass: &mut PassScope<'_>,
+        rows: &[(Vec3, &Buffer)],
+        count: u32,
+        scale: f32,
+        sums: &Buffer,
+    ) {
+        let no_rows = [(Vec3::ZERO, &self.no_row)];
+        let (rows, step) = if rows.is_empty() { (&no_rows[..], 0) } else { (rows, 1) };
+        let groups = rows.len().div_ceil(ROWS);
+        for (group, rows) in rows.chunks(ROWS).enumerate() {
+            let emission = |place: usize| rows.get(place).map_or(Vec3::ZERO, |row| row.0);
+            let row = |place: usize| rows.get(place).unwrap_or(&rows[0]).1;
+            let push = LightSumPush {
+                count,
+                adds: u32::from(group > 0),
+                step,
+                scale: if group + 1 == groups { scale } else { 1.0 },
+                emission_0: emission(0),
+                emission_1: emission(1),
+                emission_2: emission(2),
+                emission_3: emission(3),
+            };
+            if group > 0 {
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
+            let bindings =
+                [("Row0", row(0)), ("Row1", row(1)), ("Row2", row(2)), ("Row3", row(3)), ("LightSums", sums)];
+            pass.dispatch(&self.pipeline, [count, 1, 1], &push, &bindings);
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! What has changed since the last frame, and so what the next one must redo. Which rows of which lights are out of date, the
+//! lights know themselves.
+
+use super::lights::Lights;
+
+/// Work that can be asked for although nothing has changed: to measure what it takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Work {
+    /// All of it.
+    Everything,
+    /// What the movement of the light of that index makes necessary.
+    Light(usize),
+    /// What a change of a light's colour makes necessary.
+    Colour,
+    /// What a movement of the camera makes necessary.
+    View,
+    /// What a change of a material makes necessary.
+    Material,
+}
+
+/// What has changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Changes {
+    /// The camera.
+    pub(super) view: bool,
+    /// What lights emit: their colours, or which of them there are.
+    pub(super) emission: bool,
+    /// Materials.
+    pub(super) materials: bool,
+    /// The exposure of the displayed picture.
+    pub(super) exposure: bool,
+}
+
+impl Changes {
+    pub(super) const ALL: Self = Self { view: true, emission: true, materials: true, exposure: true };
+}
+
+/// Stages of a frame that changes make necessary. Rows and layers of lights are traced where a light has none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Stages {
+    /// Primary visibility, edges and splat weights.
+    pub(super) view: bool,
+    /// The sum of the lights' layers.
+    pub(super) direct: bool,
+    /// The sum of the lights' form factors: flux into the light paths.
+    pub(super) flux: bool,
+    /// The energy scan of the light paths.
+    pub(super) scan: bool,
+    /// Hierarchy, gather and blending.
+    pub(super) energy: bool,
+    /// Splat values.
+    pub(super) splat: bool,
+    /// Composition.
+    pub(super) compose: bool,
+    /// The displayed picture.
+    pub(super) display: bool,
+}
+
+impl Stages {
+    pub(super) fn new(changes: Changes, lights: &Lights) -> Self {
+        let direct = changes.emission || !lights.without_layer().is_empty();
+        let flux = changes.emission || !lights.without_factors().is_empty();
+        let energy = flux || changes.materials;
+        let splat = energy || changes.view;
+        let compose = splat || direct;
+        Self {
+            view: changes.view,
+            direct,
+            flux,
+            scan: changes.materials,
+            energy,
+            splat,
+            compose,
+            display: compose || changes.exposure,
+        }
+    }
+}

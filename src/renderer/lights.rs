@@ -1,0 +1,187 @@
+//! The lights as the renderer keeps them: the device's table, and for each light what was traced of it, free of its colour.
+
+use crate::error::Result;
+use crate::gpu::{Buffer, Context};
+use crate::passes::{OneLight, light_sources};
+use crate::scene::Light;
+use crate::types::LightSource;
+use glam::Vec3;
+use std::sync::Arc;
+
+/// What was traced of a light.
+struct Rows {
+    /// Its form factor at each entry point.
+    factors: Buffer,
+    /// Its light at each pixel and each edge sample.
+    layer: Buffer,
+    /// `factors` are those of the light as it is.
+    has_factors: bool,
+    /// `layer` is that of the light and the camera as they are.
+    has_layer: bool,
+    is_on: bool,
+}
+
+/// All lights, in the scene's order.
+pub(super) struct Lights {
+    context: Arc<Context>,
+    /// `LightSource`s; those of lights that are off emit nothing.
+    pub(super) table: Buffer,
+    sources: Vec<LightSource>,
+    rows: Vec<Rows>,
+    factor_count: u32,
+    point_count: u32,
+    /// Lights that are off and points that face away are traced, too, to no effect.
+    pub(super) traces_all: bool,
+}
+
+/// A light that is off or emits nothing is left out of every sum.
+fn shines(rows: &Rows, source: &LightSource) -> bool {
+    rows.is_on && source.emission != Vec3::ZERO
+}
+
+impl Lights {
+    /// Room for so many form factors and so many points that the camera sees, of each light.
+    pub(super) fn new(
+        context: &Arc<Context>,
+        lights: &[Light],
+        factor_count: u32,
+        point_count: u32,
+    ) -> Result<Self> {
+        let mut made = Self {
+            context: context.clone(),
+            table: Buffer::from_slice::<LightSource>(context, "lights", &[])?,
+            sources: Vec::new(),
+            rows: Vec::new(),
+            factor_count,
+            point_count,
+            traces_all: false,
+        };
+        for _ in lights {
+            made.add()?;
+        }
+        made.upload(lights)?;
+        Ok(made)
+    }
+
+    /// Makes room for one more light, the last; it is on.
+    pub(super) fn add(&mut self) -> Result<()> {
+        let row = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
+        let rows = Rows {
+            factors: row("form factors", self.factor_count)?,
+            layer: row("light layer", self.point_count)?,
+            has_factors: false,
+            has_layer: false,
+            is_on: true,
+        };
+        self.rows.push(rows);
+        Ok(())
+    }
+
+    /// Forgets a light.
+    pub(super) fn remove(&mut self, light: usize) {
+        self.rows.remove(light);
+    }
+
+    /// Switches a light; whether that is a change.
+    pub(super) fn switch(&mut self, light: usize, is_on: bool) -> bool {
+        std::mem::replace(&mut self.rows[light].is_on, is_on) != is_on
+    }
+
+    pub(super) fn is_on(&self, light: usize) -> bool {
+        self.rows[light].is_on
+    }
+
+    /// Of this light nothing that was traced holds any more.
+    pub(super) fn moved(&mut self, light: usize) {
+        (self.rows[light].has_factors, self.rows[light].has_layer) = (false, false);
+    }
+
+    /// The camera sees other points.
+    pub(super) fn view_changed(&mut self) {
+        self.rows.iter_mut().for_each(|rows| rows.has_layer = false);
+    }
+
+    /// The camera sees so many other points.
+    pub(super) fn resize_layers(&mut self, point_count: u32) -> Result<()> {
+        self.point_count = point_count;
+        for rows in &mut self.rows {
+            rows.layer = Buffer::storage(&self.context, "light layer", 4 * u64::from(point_count))?;
+            rows.has_layer = false;
+        }
+        Ok(())
+    }
+
+    /// All that was due has been traced.
+    pub(super) fn settle(&mut self) {
+        for (rows, source) in self.rows.iter_mut().zip(&self.sources) {
+            if self.traces_all || shines(rows, source) {
+                (rows.has_factors, rows.has_layer) = (true, true);
+            }
+        }
+    }
+
+    /// Writes the device's table.
+    pub(super) fn upload(&mut self, lights: &[Light]) -> Result<()> {
+        self.sources = light_sources(lights);
+        for (source, rows) in self.sources.iter_mut().zip(&self.rows) {
+            source.emission = if rows.is_on { source.emission } else { Vec3::ZERO };
+        }
+        if size_of_val(&*self.sources) as u64 > self.table.bytes() {
+            self.table = Buffer::from_slice(&self.context, "lights", &self.sources)?;
+        }
+        self.table.write(&self.sources)
+    }
+
+    /// How many there are, on or off.
+    pub(super) fn count(&self) -> u32 {
+        self.rows.len() as u32
+    }
+
+    /// Lights that shine and whose form factors are to be traced, with where they go.
+    pub(super) fn without_factors(&self) -> Vec<(OneLight<'_>, &Buffer)> {
+        self.shining()
+            .filter(|(_, rows)| !rows.has_factors)
+            .map(|(light, rows)| (light, &rows.factors))
+            .collect()
+    }
+
+    /// Lights that shine and whose layer is to be traced, with where it goes.
+    pub(super) fn without_layer(&self) -> Vec<(OneLight<'_>, &Buffer)> {
+        self.shining().filter(|(_, rows)| !rows.has_layer).map(|(light, rows)| (light, &rows.layer)).collect()
+    }
+
+    /// Emission and form factors of each light that shines.
+    pub(super) fn factors(&self) -> Vec<(Vec3, &Buffer)> {
+        self.shining().map(|(light, rows)| (self.emission(light), &rows.factors)).collect()
+    }
+
+    /// Emission and layer of each light that shines.
+    pub(super) fn layers(&self) -> Vec<(Vec3, &Buffer)> {
+        self.shining().map(|(light, rows)| (self.emission(light), &rows.layer)).collect()
+    }
+
+    /// Shares of the shining lights that have form factors, and a layer; 1 where none shines.
+    pub(super) fn unchanged(&self) -> [f64; 2] {
+        let shining = self.shining().count().max(1) as f64;
+        [self.without_factors().len(), self.without_layer().len()].map(|due| 1.0 - due as f64 / shining)
+    }
+
+    /// The lights that shine.
+    pub(super) fn shining_sources(&self) -> impl Iterator<Item = &LightSource> {
+        let lights = self.sources.iter().zip(&self.rows);
+        lights.filter(|(source, rows)| shines(rows, source)).map(|(source, _)| source)
+    }
+
+    fn emission(&self, light: OneLight<'_>) -> Vec3 {
+        self.sources[light.index as usize].emission
+    }
+
+    fn shining(&self) -> impl Iterator<Item = (OneLight<'_>, &Rows)> {
+        let lights = self.sources.iter().zip(&self.rows);
+        let shining = (0..).zip(lights).filter(|(_, (source, rows))| self.traces_all || shines(rows, source));
+        shining.map(|(index, (source, rows))| {
+            let (table, samples, traces_all) = (&self.table, source.samples, self.traces_all);
+            (OneLight { table, index, samples, traces_all }, rows)
+        })
+    }
+}

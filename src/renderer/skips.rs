@@ -1,0 +1,41 @@
+//! How much of the work with lights frames leave out, for people: counted when asked, not in frames.
+
+use super::Renderer;
+use crate::cpu::lights::{lattice_point, sample_light};
+use crate::error::Result;
+use crate::types::LightSource;
+use glam::Vec3;
+use std::collections::BTreeMap;
+
+impl Renderer {
+    /// Shares of work, 0..=1, that a frame in which all lights are new leaves out; of entry points that no light reaches, the
+    /// number is returned, too.
+    pub(super) fn skipped_light(&self) -> Result<(BTreeMap<String, f64>, u64)> {
+        let mut skipped = BTreeMap::new();
+        let shining: Vec<&LightSource> = self.lights.shining_sources().collect();
+        let lights = f64::from(self.lights.count());
+        if lights > 0.0 {
+            skipped.insert("lights that are off or black".into(), 1.0 - shining.len() as f64 / lights);
+        }
+        let points = self.form_factors.entry_points()?;
+        let (mut rays, mut turned_away) = (0_u64, 0_u64);
+        for light in shining {
+            for point in &points {
+                let surface = &self.surfaces[point.side as usize / 2];
+                let normal = if point.side % 2 == 1 { -surface.normal } else { surface.normal };
+                let is_turned = |number: &u32| {
+                    let found = sample_light(light, point.position.as_dvec3(), lattice_point(light, *number));
+                    found.is_none_or(|found| normal.as_dvec3().dot(found.direction) <= 0.0)
+                };
+                rays += u64::from(light.samples);
+                turned_away += (0..light.samples).filter(is_turned).count() as u64;
+            }
+        }
+        if rays > 0 {
+            let what = "shadow rays of entry points that face away from a light or stand outside its cone";
+            skipped.insert(what.into(), turned_away as f64 / rays as f64);
+        }
+        let flux: Vec<Vec3> = self.form_factors.flux.read()?;
+        Ok((skipped, flux.iter().filter(|flux| **flux == Vec3::ZERO).count() as u64))
+    }
+}

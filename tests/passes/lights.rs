@@ -1,0 +1,231 @@
+//! Form factors, direct light and the sums over lights: every kind of light.
+
+use crate::common::{assert_silent, context};
+use crate::path_trace;
+use crate::world::{FLOAT, Random, SUM, assert_near};
+use glam::Vec3;
+use lightpaths::cpu;
+use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
+use lightpaths::gpu::{Buffer, Recorder};
+use lightpaths::passes::frame::{direct::Direct, form_factors::FormFactors, light_sum::LightSum};
+use lightpaths::passes::{OneLight, light_sources};
+use lightpaths::scene::{Light, LightKind};
+use lightpaths::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LightSource, NO_SIDE, PathVertex};
+
+/// One in so many points sees a light past an edge that f32 moves to the other side; in practice hardly one does.
+const GRAZING: usize = 250;
+
+/// Lights of each kind, and one more area light of more samples than a dispatch takes.
+fn lights() -> Vec<LightSource> {
+    let mut lights = path_trace::lights();
+    let mut many = lights[2].kind;
+    if let LightKind::Area { samples, corner, .. } = &mut many {
+        (*samples, *corner) = (37, Vec3::new(-0.8, 0.2, -0.4));
+    }
+    lights.push(Light { name: "many".to_owned(), kind: many });
+    light_sources(&lights)
+}
+
+/// What a light would send to a surface that faces it if it faced that surface: what errors are measured against, for cosines
+/// cancel where light grazes.
+fn overhead(light: &LightSource, position: Vec3) -> f64 {
+    let distance = |number| {
+        let u = cpu::lights::lattice_point(light, number).as_vec2();
+        (light.position + u.x * light.edge_u + u.y * light.edge_v - position).length()
+    };
+    let inverse_squares = (0..light.samples).map(|number| f64::from(distance(number)).powi(-2)).sum::<f64>();
+    match light.kind {
+        LIGHT_DIRECTIONAL => 1.0,
+        LIGHT_AREA => f64::from(light.area) * inverse_squares / f64::from(light.samples),
+        _ => inverse_squares,
+    }
+}
+
+fn one<'a>(table: &'a Buffer, lights: &[LightSource], index: usize) -> OneLight<'a> {
+    OneLight { table, index: index as u32, samples: lights[index].samples, traces_all: false }
+}
+
+#[test]
+fn form_factors_equal_the_twin() {
+    let world = path_trace::world();
+    let mut random = Random::new(21);
+    let lights = lights();
+    let table = Buffer::from_slice(&world.context, "lights", &lights).unwrap();
+    let area_m2 = 0.013;
+    for count in [0, 1, 63, 64, 65, 997] {
+        let mut points: Vec<PathVertex> = (0..count)
+            .map(|_| {
+                let (position, _, side) = world.surface_point(&mut random);
+                PathVertex { position, side, incoming: Vec3::ZERO, weight: 1.0, cluster: 0 }
+            })
+            .collect();
+        if let [first, .., last] = &mut *points {
+            // A light on the surface itself, and one just off it.
+            first.position = lights[0].position;
+            last.position = lights[0].position - 1e-4 * world.geometry().normal(last.side);
+        }
+        let pass = FormFactors::new(&world.context, &points, area_m2).unwrap();
+        for (index, light) in lights.iter().enumerate() {
+            // What was there before does not matter.
+            let factors = Buffer::from_slice(&world.context, "factors", &vec![-7.0_f32; count]).unwrap();
+            let light_at = one(&table, &lights, index);
+            world
+                .context
+                .run(|rec| pass.record(&mut rec.pass("form_factors"), &world.buffers, light_at, &factors))
+                .unwrap();
+            let needed: Vec<f32> = factors.read().unwrap();
+            let light_at = OneLight { traces_all: true, ..light_at };
+            world
+                .context
+                .run(|rec| pass.record(&mut rec.pass("form_factors"), &world.buffers, light_at, &factors))
+                .unwrap();
+            let factors: Vec<f32> = factors.read().unwrap();
+            assert!(factors == needed, "rays that cannot bring light do not");
+            let (mut disagree, mut lit) = (0, 0);
+            for (point, &device) in points.iter().zip(&factors) {
+                let geometry = world.geometry();
+                let twin =
+                    cpu::form_factors::form_factor(geometry, point.position, point.side, light, area_m2);
+                let bound = FLOAT * overhead(light, point.position).min(1e3);
+                disagree += usize::from((f64::from(device) - twin).abs() > bound);
+                lit += usize::from(device > 0.0);
+            }
+            // Each of many samples may graze an edge.
+            let samples = light.samples as usize;
+            assert!(
+                disagree * GRAZING <= count * samples.min(5),
+                "light {index}: {disagree} of {count} points disagree"
+            );
+            assert!(count < 900 || lit > 50, "light {index}: {lit} of {count} points are lit");
+        }
+    }
+    assert_silent(&context());
+}
+
+#[test]
+fn direct_layers_equal_the_twin() {
+    let world = path_trace::world();
+    let mut random = Random::new(71);
+    let lights = lights();
+    let table = Buffer::from_slice(&world.context, "lights", &lights).unwrap();
+    for (size, sample_count) in
+        [([1, 1], 0), ([7, 9], 5), ([8, 8], 64), ([9, 7], 65), ([31, 17], 130), ([64, 3], 1)]
+    {
+        let pixel_count = (size[0] * size[1]) as usize;
+        let mut points = world.pixels(&mut random, pixel_count + sample_count as usize);
+        for point in points.iter_mut().step_by(7).skip(1) {
+            point.side = NO_SIDE;
+        }
+        let upload = |points| Buffer::from_slice(&world.context, "points", points).unwrap();
+        let (pixels, samples) = (upload(&points[..pixel_count]), upload(&points[pixel_count..]));
+        let pass = Direct::new(&world.context, size, sample_count).unwrap();
+        assert_eq!(pass.point_count() as usize, points.len());
+        for (index, light) in lights.iter().enumerate() {
+            let layer = Buffer::from_slice(&world.context, "layer", &vec![-7.0_f32; points.len()]).unwrap();
+            let light_at = one(&table, &lights, index);
+            world
+                .context
+                .run(|rec| {
+                    let mut scope = rec.pass("direct");
+                    pass.record(&mut scope, &world.buffers, light_at, &pixels, &layer);
+                    scope.barrier(COMPUTE_TO_COMPUTE);
+                    pass.record_samples(&mut scope, &world.buffers, light_at, &samples, &layer);
+                })
+                .unwrap();
+            let layer: Vec<f32> = layer.read().unwrap();
+            let mut disagree = 0;
+            for (&device, point) in layer.iter().zip(&points) {
+                let twin = cpu::direct::layer(world.geometry(), light, point);
+                disagree +=
+                    usize::from((f64::from(device) - twin).abs() > FLOAT * overhead(light, point.position));
+            }
+            let allowed = points.len() * (light.samples as usize).min(5);
+            assert!(
+                disagree * GRAZING <= allowed,
+                "light {index}: {disagree} of {} points differ",
+                points.len()
+            );
+            assert!(points.len() < 500 || layer.iter().filter(|value| **value > 0.0).count() > 30);
+        }
+    }
+    assert_silent(&context());
+}
+
+#[test]
+fn sums_over_lights_equal_the_twin() {
+    let context = context();
+    let mut random = Random::new(5);
+    let pass = LightSum::new(&context).unwrap();
+    for (count, light_count) in
+        [(0, 1), (1, 1), (63, 2), (64, 3), (65, 4), (997, 5), (997, 8), (257, 0), (10, 9)]
+    {
+        let rows: Vec<Vec<f32>> =
+            (0..light_count).map(|_| (0..count).map(|_| random.unit()).collect()).collect();
+        let emissions: Vec<Vec3> = rows.iter().map(|_| 1.5 + random.cube()).collect();
+        let upload = |row: &Vec<f32>| Buffer::from_slice(&context, "row", row).unwrap();
+        let buffers: Vec<Buffer> = rows.iter().map(upload).collect();
+        let sums = Buffer::from_slice(&context, "sums", &vec![Vec3::NAN; count]).unwrap();
+        let of_buffers: Vec<_> = emissions.iter().copied().zip(&buffers).collect();
+        let record = |rec: &mut Recorder| {
+            pass.record(&mut rec.pass("light_sum"), &of_buffers, count as u32, 0.25, &sums);
+        };
+        context.run(record).unwrap();
+        let of_rows: Vec<_> = emissions.iter().copied().zip(rows.iter().map(Vec::as_slice)).collect();
+        let twin = cpu::light_sum::light_sum(&of_rows, count, 0.25);
+        for (device, twin) in sums.read::<Vec3>().unwrap().into_iter().zip(twin) {
+            assert_near(device, twin, SUM, 0.0, "sum");
+        }
+    }
+    assert_silent(&context);
+}
+
+/// A light that is off is left out of the sum: to the bit what it is with a light that emits nothing.
+#[test]
+fn sums_do_not_depend_on_places() {
+    let context = context();
+    let mut random = Random::new(6);
+    let pass = LightSum::new(&context).unwrap();
+    let rows: Vec<Buffer> = (0..7)
+        .map(|_| {
+            let row: Vec<f32> = (0..1000).map(|_| random.unit()).collect();
+            Buffer::from_slice(&context, "row", &row).unwrap()
+        })
+        .collect();
+    let emissions: Vec<Vec3> = rows.iter().map(|_| 1.5 + random.cube()).collect();
+    let sum = |lights: &[usize], dark: &[usize]| {
+        let emission = |light: &usize| if dark.contains(light) { Vec3::ZERO } else { emissions[*light] };
+        let of_lights: Vec<_> = lights.iter().map(|light| (emission(light), &rows[*light])).collect();
+        let sums = Buffer::storage(&context, "sums", 12_000).unwrap();
+        context.run(|rec| pass.record(&mut rec.pass("light_sum"), &of_lights, 1000, 0.3, &sums)).unwrap();
+        sums.read::<u32>().unwrap()
+    };
+    let all = [0, 1, 2, 3, 4, 5, 6];
+    for on in [vec![0, 2, 3, 4, 5, 6], vec![1, 6], vec![5], vec![1, 2, 3, 4, 5]] {
+        let off: Vec<usize> = all.into_iter().filter(|light| !on.contains(light)).collect();
+        assert!(sum(&on, &[]) == sum(&all, &off), "{on:?}");
+    }
+    assert!(sum(&all, &[]) != sum(&[6, 5, 4, 3, 2, 1, 0], &[]), "order shows");
+    assert_silent(&context);
+}
+
+#[test]
+fn lattices_hold_a_point_in_every_row_and_column() {
+    for samples in [1, 2, 3, 4, 6, 10, 12, 16, 30, 37, 64, 4096] {
+        let mut kind = path_trace::lights()[2].kind;
+        if let LightKind::Area { samples: own, .. } = &mut kind {
+            *own = samples;
+        }
+        let light = light_sources(&[Light { name: "area".to_owned(), kind }])[0];
+        let points: Vec<_> = (0..samples).map(|number| cpu::lights::lattice_point(&light, number)).collect();
+        for axis in [0, 1] {
+            let mut places: Vec<u32> =
+                points.iter().map(|point| (point.to_array()[axis] * f64::from(samples)) as u32).collect();
+            places.sort_unstable();
+            assert!(places.into_iter().eq(0..samples), "{samples}");
+        }
+        let apart =
+            |a: usize| points[..a].iter().map(|b| (points[a] - *b).length()).fold(f64::INFINITY, f64::min);
+        let nearest = (0..points.len().min(200)).map(apart).fold(f64::INFINITY, f64::min);
+        assert!(nearest * f64::from(samples).sqrt() > 0.6, "{samples}: {nearest}");
+    }
+}

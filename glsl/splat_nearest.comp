@@ -35,8 +35,7 @@ void main() {
     for (uint bare = flat_workgroup(); bare < tally.bare; bare += gl_NumWorkGroups.x) {
         uint index = bare_pixels[bare];
         PixelSurface pixel = pixels[index];
-        vec3 facet = surfaces[pixel.side >> 1].normal;
-        if ((pixel.side & 1u) != 0u) facet = -facet;
+        vec3 facet = facet_of(surfaces[pixel.side >> 1], pixel.side);
         SplatWeight mine = SplatWeight(0xffffffffu, -1e30);
         for (uint record = thread; record < push.record_count; record += gl_WorkGroupSize.x) {
             // Behind or in front of the record's plane the metric knows no weight: there, the further, the worse.

@@ -80,9 +80,8 @@ void main() {
     vec3 facet = vec3(0.0);
     if (pixel.side != NO_SIDE) {
         Surface surface = surfaces[pixel.side >> 1];
-        bool back = (pixel.side & 1u) != 0u;
-        wants_records = side_is_active(surface.sides, back);
-        facet = back ? -surface.normal : surface.normal;
+        wants_records = side_is_active(surface.sides, (pixel.side & 1u) != 0u);
+        facet = facet_of(surface, pixel.side);
     }
 
     uint first = WRITES == 1u && in_image ? pixel_counts[index] : 0u;

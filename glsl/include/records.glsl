@@ -7,6 +7,9 @@ const float INVERSE_NORMAL_ERROR = 8.1131;
 // (1 - cos)/2, a twentieth of its hemisphere.
 const float FACETS_ALIKE = 0.9;
 
+// Geometric normal of a side.
+vec3 facet_of(Surface surface, uint side) { return (side & 1u) != 0u ? -surface.normal : surface.normal; }
+
 // Weight of a record at position x with shading normal n, on a facet with that geometric normal: positive inside its validity, 1
 // at its centre.
 // Points in front of or behind the record's plane lie on another surface and get none; nor do points behind the nearest

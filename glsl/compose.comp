@@ -9,8 +9,10 @@
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/antialias.glsl"
+#include "include/gloss_rays.glsl"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint SHINES = 0;  // 1: some surfaces may shine
 
 struct ComposePush {
     uint pixel_count;
@@ -28,13 +30,29 @@ layout(scalar, binding = 4) readonly buffer IndirectIrradiance { vec3 indirect_i
 layout(scalar, binding = 5) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 6) readonly buffer EdgeSurfaces { PixelSurface edge_surfaces[]; };
 layout(scalar, binding = 7) readonly buffer EdgeSources { uint edge_sources[]; };
-layout(scalar, binding = 8) writeonly buffer Radiance { vec3 radiance[]; };
+layout(scalar, binding = 8) readonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
+layout(scalar, binding = 9) writeonly buffer Radiance { vec3 radiance[]; };
 layout(scalar, push_constant) uniform Push { ComposePush push; };
 
-vec3 reflected(uint side, vec3 direct, uint source) {
+uint material_of(uint side) { return surfaces[side >> 1].material; }
+
+// `source` is the pixel whose indirect irradiance it takes, `shiner` the one that shines alike.
+vec3 reflected(uint side, vec3 direct, uint source, uint shiner) {
     if (side == NO_SIDE) return vec3(0.0);
     vec3 irradiance = push.direct_share * direct + push.indirect_share * indirect_irradiance[source];
-    return materials[surfaces[side >> 1].material].diffuse * irradiance * (1.0 / PI);
+    vec3 radiance = materials[material_of(side)].diffuse * irradiance * (1.0 / PI);
+    if (SHINES == 1u) {
+        GlossShine shine = gloss_radiance[shiner];
+        radiance += push.direct_share * shine.direct + push.indirect_share * shine.indirect;
+    }
+    return radiance;
+}
+
+// A pixel shines on average over all that it shows of its centre's material: so do samples of that. Others shine as their sources do.
+uint shiner_of(uint side, uint source, uint index) {
+    uint centre = pixels[index].side;
+    if (side == NO_SIDE || centre == NO_SIDE) return source;
+    return material_of(side) == material_of(centre) ? index : source;
 }
 
 void main() {
@@ -45,7 +63,11 @@ void main() {
     if (edge_offsets[index + 1u] == edge) count = 0u;
     vec3 sum = vec3(0.0);
     for (uint i = edge * count; i < (edge + 1u) * count; ++i) {
-        sum += reflected(edge_surfaces[i].side, direct_irradiance[push.pixel_count + i], edge_sources[i]);
+        uint side = edge_surfaces[i].side;
+        uint source = edge_sources[i];
+        uint shiner = SHINES == 1u ? shiner_of(side, source, index) : source;
+        sum += reflected(side, direct_irradiance[push.pixel_count + i], source, shiner);
     }
-    radiance[index] = count == 0u ? reflected(pixels[index].side, direct_irradiance[index], index) : sum / float(count);
+    radiance[index] =
+        count == 0u ? reflected(pixels[index].side, direct_irradiance[index], index, index) : sum / float(count);
 }

@@ -65,5 +65,5 @@ void main() {
 
     vec3 normal = back ? -surface.normal : surface.normal;
     uint cluster = base_cluster(grid_cell(push.grid, position, normal), side_code(surface.sides, back));
-    entry_points[index] = PathVertex(position, entry_patch.side, vec3(0.0), entry_patch.weight, cluster);
+    entry_points[index] = PathVertex(position, entry_patch.side, vec3(0.0), entry_patch.weight, cluster, 0.0);
 }

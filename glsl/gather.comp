@@ -6,16 +6,21 @@
 #include "include/types.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
+#include "include/sampling.glsl"
+#include "include/brdf.glsl"
+#include "include/gloss.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint RINGS = 0;
 layout(constant_id = 1) const uint SECTORS = 0;
+layout(constant_id = 2) const uint SHINES = 0;  // 1: targets beyond the clusters are slots
 
 struct GatherPush {
     uint first_point;      // of the bound part of the table of rays
     uint point_count;
     uint cluster_bits;     // width of the cluster field in GatherRay.target
     float least_distance;  // unit of GatherRay.gradient, metres
+    uint cluster_count;
 };
 
 layout(scalar, binding = 0) readonly buffer CachePoints { CachePoint cache_points[]; };
@@ -23,24 +28,36 @@ layout(scalar, binding = 1) readonly buffer Turns { vec2 turns[]; };  // of each
 layout(scalar, binding = 2) readonly buffer GatherRays { GatherRay gather_rays[]; };
 layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
 layout(scalar, binding = 4) readonly buffer Irradiance { vec3 irradiance[]; };
-layout(scalar, binding = 5) writeonly buffer Records { Record records[]; };
+layout(scalar, binding = 5) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
+layout(scalar, binding = 6) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
+layout(scalar, binding = 7) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };     // of slots, W
+layout(scalar, binding = 8) writeonly buffer Records { Record records[]; };
 layout(scalar, push_constant) uniform Push { GatherPush push; };
 
 const uint SUMS = 5u;  // irradiance; translation and rotation along tangent and bitangent
 shared vec3 sums[SUMS * gl_WorkGroupSize.x];
+
+// π times the radiance that comes back along a ray, W/m².
+vec3 radiosity(uint target) {
+    vec3 albedo = materials[target >> push.cluster_bits].diffuse;
+    uint cluster = target & ((1u << push.cluster_bits) - 1u);
+    if (SHINES == 0u || cluster < push.cluster_count) return albedo * irradiance[cluster];
+    uint slot = cluster - push.cluster_count;
+    cluster = gloss_slots[slot].cluster;
+    return albedo * irradiance[cluster] + gloss_fluxes[slot] * inverse_areas[cluster];
+}
 
 void main() {
     uint row = flat_workgroup();
     if (row >= push.point_count) return;
     uint index = push.first_point + row;
     uint thread = gl_LocalInvocationIndex;
-    uint mask = (1u << push.cluster_bits) - 1u;
 
     vec3 sum[SUMS] = vec3[](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
     for (uint i = thread; i < RINGS * SECTORS; i += gl_WorkGroupSize.x) {
         GatherRay ray = gather_rays[row * RINGS * SECTORS + i];
         if (ray.target == NO_TARGET) continue;
-        vec3 radiance = materials[ray.target >> push.cluster_bits].diffuse * irradiance[ray.target & mask] * (1.0 / PI);
+        vec3 radiance = radiosity(ray.target) * (1.0 / PI);
         vec2 movement = unpackHalf2x16(ray.gradient);
         vec2 turn = turns[i];
         sum[0] += radiance;

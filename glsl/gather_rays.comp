@@ -13,10 +13,6 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint RINGS = 0;
 layout(constant_id = 1) const uint SECTORS = 0;
 
-struct ClusterLink {
-    uint parent;    // cluster one level up; NO_CLUSTER at the root
-    float entry_points;  // on its surface, in expectation
-};
 struct GatherRaysPush {
     Grid grid;
     uint first_point;     // of this chunk
@@ -41,32 +37,10 @@ layout(scalar, push_constant) uniform Push { GatherRaysPush push; };
 #include "include/bvh.glsl"
 #include "include/grid.glsl"
 #include "include/gather.glsl"
+#include "include/target.glsl"
 
 const float FAR = 1e30;
 shared float distances[RINGS * SECTORS];
-
-// The cluster whose size fits the ray's footprint: the solid angle of one stratum, projected to the hit.
-uint cluster_for(Hit hit, vec3 direction, float cos_theta) {
-    Surface surface = surfaces[hit.triangle];
-    float facing = dot(surface.normal, direction);
-    bool back = facing > 0.0;
-    if (!side_is_active(surface.sides, back)) return NO_CLUSTER;
-    vec3 normal = back ? -surface.normal : surface.normal;
-    uint cell = grid_cell(push.grid, hit_position(hit), normal);
-    uint cluster = base_cluster(cell, side_code(surface.sides, back));
-    if (cluster == NO_CLUSTER) return NO_CLUSTER;
-
-    float solid_angle = PI / (float(RINGS * SECTORS) * cos_theta);
-    float footprint = sqrt(solid_angle / max(abs(facing), 0.1)) * hit.t;
-    float size = footprint * push.grid.inverse_cell;
-    for (; size >= 1.41421356 && links[cluster].parent != NO_CLUSTER; size *= 0.5) {
-        cluster = links[cluster].parent;
-    }
-    while (links[cluster].entry_points < push.least_entry_points && links[cluster].parent != NO_CLUSTER) {
-        cluster = links[cluster].parent;
-    }
-    return cluster;
-}
 
 // 1 / distance to the nearer end of an edge between two strata, in units of 1/least_distance so that a half can hold it
 // at any scale; zero where neither ray hit anything. Bounded because a record's radius is, too. [Krivanek]
@@ -126,7 +100,9 @@ void main() {
         // Where the shading normal leans away from the geometric one, part of its hemisphere lies inside the surface.
         if (dot(direction, normal) > 0.0 && trace(Ray(origin, direction, FAR), false, hit)) {
             distance = hit.t;
-            uint cluster = cluster_for(hit, direction, local.z);
+            // The solid angle of one stratum.
+            float footprint = sqrt(PI / (float(RINGS * SECTORS) * local.z)) * hit.t;
+            uint cluster = cluster_for(hit, direction, footprint);
             if (cluster != NO_CLUSTER) target = cluster | (surfaces[hit.triangle].material << push.cluster_bits);
         }
         distances[ray] = distance;

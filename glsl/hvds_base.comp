@@ -16,21 +16,22 @@ struct HvdsBasePush {
 };
 
 layout(scalar, binding = 0) readonly buffer PathFlux { vec3 path_flux[]; };
-layout(scalar, binding = 1) readonly buffer FirstDeposits { uint first_deposits[]; };  // entry points' and others' of each cluster
-layout(scalar, binding = 2) readonly buffer Deposits { Deposit deposits[]; };
-layout(scalar, binding = 3) writeonly buffer ClusterFluxes { ClusterFlux cluster_fluxes[]; };
+layout(scalar, binding = 1) readonly buffer ReflectedFlux { vec3 reflected_flux[]; };   // the same behind the entry point
+layout(scalar, binding = 2) readonly buffer FirstDeposits { uint first_deposits[]; };  // entry points' and others' of each cluster
+layout(scalar, binding = 3) readonly buffer Deposits { Deposit deposits[]; };
+layout(scalar, binding = 4) writeonly buffer ClusterFluxes { ClusterFlux cluster_fluxes[]; };
 layout(scalar, push_constant) uniform Push { HvdsBasePush push; };
-
-vec3 deposited(uint list) {
-    vec3 flux = vec3(0.0);
-    for (uint i = first_deposits[list]; i < first_deposits[list + 1u]; ++i) {
-        flux += deposits[i].throughput * path_flux[deposits[i].path];
-    }
-    return flux;
-}
 
 void main() {
     uint index = flat_invocation();
     if (index >= push.cluster_count) return;
-    cluster_fluxes[push.first_cluster + index] = ClusterFlux(deposited(2u * index), deposited(2u * index + 1u));
+    ClusterFlux flux = ClusterFlux(vec3(0.0), vec3(0.0));
+    uint first_other = first_deposits[2u * index + 1u];
+    for (uint i = first_deposits[2u * index]; i < first_other; ++i) {
+        flux.direct += deposits[i].throughput * path_flux[deposits[i].path];
+    }
+    for (uint i = first_other; i < first_deposits[2u * index + 2u]; ++i) {
+        flux.indirect += deposits[i].throughput * reflected_flux[deposits[i].path];
+    }
+    cluster_fluxes[push.first_cluster + index] = flux;
 }

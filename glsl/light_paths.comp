@@ -1,4 +1,5 @@
-// Light paths: extends every live path by up to STEPS vertices, by cosine sampling and Russian roulette. [Yue §1]
+// Light paths: extends every live path by up to STEPS vertices, by importance sampling of the reflection, by the cosine alone where a
+// material may be edited or the light is not known yet, and Russian roulette. [Yue §1]
 // Deterministic. One invocation = one live path. In and out: path states; out: vertices and how many there are.
 // Directions and roulette come from one scrambled Sobol sequence over the path index, a fresh scramble a bounce.
 #version 460
@@ -8,15 +9,19 @@
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
+#include "include/brdf.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint STEPS = 0;                 // vertices per path and dispatch
 layout(constant_id = 1) const uint ROULETTE_THRESHOLD = 0;    // float bits: roulette starts below this throughput
+layout(constant_id = 2) const uint EDITABLE_ALBEDO = 0;       // float bits: what roulette takes editable materials to reflect
+layout(constant_id = 3) const uint SHINES = 0;                // 1: a material of the scene has a Phong lobe or may get one
 
 struct PathState {
     vec3 position;
     uint side;
     vec3 throughput;  // product of f·cosθ/pdf so far, roulette included
+    vec3 incoming;    // unit direction of travel when it arrived; zero at an entry point
     uint path;        // path index: names its random numbers
     uint depth;       // vertices so far
     uint is_alive;
@@ -53,15 +58,34 @@ void main() {
         Surface surface = surfaces[state.side >> 1];
         vec3 normal = (state.side & 1u) != 0u ? -surface.normal : surface.normal;
 
-        // Lambert with a cosine-sampled direction: f·cosθ/pdf is the albedo. The walk goes on with a probability
-        // that falls with its throughput; dividing by it keeps the estimate right.
-        state.throughput *= materials[surface.material].diffuse;
+        // Lambert with a cosine-sampled direction: f·cosθ/pdf is the albedo.
+        Reflectance material = materials[surface.material];
+        vec3 direction = frame_around(normal) * sample_cosine(u.xy);
+        vec3 reflected = material.diffuse;
+        float weight = 1.0;
+        float lobe = 0.0;
+        if (SHINES == 1u && (material.flags & MAY_SHINE) != 0u) {
+            bool is_editable = (material.flags & EDITABLE) != 0u;
+            reflected = is_editable ? vec3(uintBitsToFloat(EDITABLE_ALBEDO)) : material.diffuse + material.specular;
+            if (state.depth > 0u) {
+                if (!is_editable) {
+                    BrdfSample found = sample_brdf(material, normal, -state.incoming, u.xy);
+                    direction = found.incident;
+                    reflected = found.weight;
+                    weight = dot(normal, direction) / (PI * max(found.pdf, 1e-30));
+                }
+                lobe = off_mirror(reflect(state.incoming, normal), direction);
+            }
+        }
+        // Also where a sampled lobe reaches below the surface.
+        if (!(max(reflected.x, max(reflected.y, reflected.z)) > 0.0)) { alive = false; break; }
+        // The walk goes on with a probability that falls with its throughput; dividing by it keeps the estimate right.
+        state.throughput *= reflected;
         float carried = max(state.throughput.x, max(state.throughput.y, state.throughput.z));
         float survival = min(1.0, carried / threshold);
         if (!(u.z < survival)) { alive = false; break; }
         state.throughput /= survival;
 
-        vec3 direction = frame_around(normal) * sample_cosine(u.xy);
         Hit hit;
         if (!trace(Ray(offset_origin(state.position, normal), direction, 1e30), false, hit)) { alive = false; break; }
 
@@ -69,9 +93,10 @@ void main() {
         bool back = dot(found.normal, direction) > 0.0;
         state.position = hit_position(hit);
         state.side = 2u * hit.triangle + uint(back);
+        state.incoming = direction;
         vec3 found_normal = back ? -found.normal : found.normal;
         uint cluster = base_cluster(grid_cell(push.grid, state.position, found_normal), side_code(found.sides, back));
-        vertices[index * STEPS + count] = PathVertex(state.position, state.side, direction, 1.0 / survival, cluster);
+        vertices[index * STEPS + count] = PathVertex(state.position, state.side, direction, weight / survival, cluster, lobe);
         ++count;
         ++state.depth;
     }

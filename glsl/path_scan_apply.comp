@@ -11,19 +11,20 @@ layout(local_size_x = 64) in;
 
 struct PathScanApplyPush {
     uint step_count;
-    uint block_count;
+    uint first_block;  // of this dispatch
+    uint end_block;
 };
 
 layout(scalar, binding = 0) readonly buffer Steps { PathStep steps[]; };
-layout(scalar, binding = 1) readonly buffer Blocks { Segment blocks[]; };
+layout(scalar, binding = 1) readonly buffer Entering { vec3 entering[]; };
 layout(scalar, binding = 2) buffer Deposits { Deposit deposits[]; };
 layout(scalar, push_constant) uniform Push { PathScanApplyPush push; };
 
 void main() {
-    uint block = flat_invocation();
-    if (block >= push.block_count) return;
+    uint block = push.first_block + flat_invocation();
+    if (block >= push.end_block) return;
     uint end = min((block + 1u) * BLOCK_STEPS, push.step_count);
     for (uint i = block * BLOCK_STEPS; i < end && steps[i].material != HEAD; ++i) {
-        deposits[steps[i].slot].throughput *= blocks[block].product;
+        deposits[steps[i].slot].throughput *= entering[block];
     }
 }

@@ -6,30 +6,45 @@
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
 #include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+#include "include/brdf.glsl"
 #include "include/path_scan.glsl"
 
 layout(local_size_x = 256) in;
+layout(constant_id = 0) const uint SHINES = 0;  // 1: some steps are reflected by Phong lobes
 
-struct PathScanPush { uint step_count; };
+struct PathScanPush {
+    uint step_count;
+    uint first_block;  // of this dispatch
+    uint end_block;
+};
 
 layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[]; };
 layout(scalar, binding = 1) readonly buffer Steps { PathStep steps[]; };
-layout(scalar, binding = 2) buffer Deposits { Deposit deposits[]; };
-layout(scalar, binding = 3) writeonly buffer Blocks { Segment blocks[]; };
+layout(scalar, binding = 2) readonly buffer Lobes { float lobes[]; };  // of each step: 1 - cosα off the mirror direction
+layout(scalar, binding = 3) buffer Deposits { Deposit deposits[]; };
+layout(scalar, binding = 4) writeonly buffer Blocks { Segment blocks[]; };
 layout(scalar, push_constant) uniform Push { PathScanPush push; };
 
 shared Segment segments[BLOCK_THREADS];
 
 void main() {
     uint thread = gl_LocalInvocationIndex;
-    uint first = flat_workgroup() * BLOCK_STEPS + thread * BLOCK_ITEMS;
+    uint block = push.first_block + flat_workgroup();
+    if (block >= push.end_block) return;
+    uint first = block * BLOCK_STEPS + thread * BLOCK_ITEMS;
     Segment scanned[BLOCK_ITEMS];
     Segment running = Segment(vec3(1.0), 0u);
     for (uint i = 0u; i < BLOCK_ITEMS; ++i) {
         if (first + i < push.step_count) {
             PathStep path_step = steps[first + i];
             bool head = path_step.material == HEAD;
-            vec3 factor = (head ? vec3(1.0) : materials[path_step.material].diffuse) * path_step.weight;
+            vec3 factor = vec3(path_step.weight);
+            if (path_step.material < FROM_ENTRY) {
+                Reflectance material = materials[path_step.material];
+                factor *= SHINES == 1u ? reflected_share(material, lobes[first + i]) : material.diffuse;
+            }
             running = join(running, Segment(factor, uint(head)));
         }
         scanned[i] = running;
@@ -47,5 +62,5 @@ void main() {
     for (uint i = 0u; i < BLOCK_ITEMS && first + i < push.step_count; ++i) {
         deposits[steps[first + i].slot].throughput = join(before, scanned[i]).product;
     }
-    if (thread == BLOCK_THREADS - 1u) blocks[flat_workgroup()] = segments[thread];
+    if (thread == BLOCK_THREADS - 1u) blocks[block] = segments[thread];
 }

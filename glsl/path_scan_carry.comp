@@ -1,5 +1,5 @@
 // Light-path energy scan, second of three: exclusive segmented product over the blocks. Deterministic. One workgroup in all.
-// In: each block's product. Out: in its place, the product that enters the block from the left.
+// In: each block's product. Out: the product that enters each block from the left.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -9,7 +9,8 @@ layout(local_size_x = 256) in;
 
 struct PathScanCarryPush { uint block_count; };
 
-layout(scalar, binding = 0) buffer Blocks { Segment blocks[]; };
+layout(scalar, binding = 0) readonly buffer Blocks { Segment blocks[]; };
+layout(scalar, binding = 1) writeonly buffer Entering { vec3 entering[]; };
 layout(scalar, push_constant) uniform Push { PathScanCarryPush push; };
 
 shared Segment segments[BLOCK_THREADS];
@@ -30,7 +31,7 @@ void main() {
         }
         Segment before = thread > 0u ? join(carry, segments[thread - 1u]) : carry;
         carry = join(carry, segments[BLOCK_THREADS - 1u]);
-        if (index < push.block_count) blocks[index] = before;
+        if (index < push.block_count) entering[index] = before.product;
         barrier();
     }
 }

@@ -92,10 +92,13 @@ gpu_struct! {
         pub side: u32,
         /// Unit direction of travel when it arrived; zero at an entry point.
         pub incoming: Vec3,
-        /// 1 / survival probability of the step that led here; at an entry point, its area over the mean of all.
+        /// cosθ/(π·pdf) over the survival probability of the step that led here; at an entry point, its area over the mean of all.
         pub weight: f32,
         /// Base cluster that it deposits into.
         pub cluster: u32,
+        /// 1 − cosα of the step that led here, α between the direction it took and the mirror direction at the vertex before; zero
+        /// where that vertex does not shine or is an entry point.
+        pub lobe: f32,
     }
 }
 
@@ -194,10 +197,15 @@ gpu_struct! {
         pub exponent: f32,
         /// Specular albedo.
         pub specular: Vec3,
-        /// Bit 0: editable.
+        /// [`EDITABLE`] and [`MAY_SHINE`].
         pub flags: u32,
     }
 }
+
+/// Flag of a material whose paths are cosine sampled, whatever it reflects.
+pub const EDITABLE: u32 = 1;
+/// Flag of a material that has a Phong lobe or may get one: light paths and clusters keep what that needs.
+pub const MAY_SHINE: u32 = 2;
 
 gpu_struct! {
     /// A light of any kind; fields that its kind does not name are zero.

@@ -3,20 +3,42 @@
 
 float luminance(vec3 rgb) { return dot(rgb, vec3(0.2126, 0.7152, 0.0722)); }
 
-// cosⁿα between two unit directions, zero from 90° on. From their difference: the cosine itself has no digits left where a
-// narrow lobe varies.
-float phong_lobe(vec3 mirror, vec3 direction, float exponent) {
-    vec3 apart = mirror - direction;
-    float x = 0.5 * dot(apart, apart);  // 1 - cosα
+// cosⁿα, zero from 90° on, of x = 1 - cosα: the cosine itself has no digits left where a narrow lobe varies.
+float phong_lobe(float x, float exponent) {
     float logarithm = x < 0.02 ? -x * (1.0 + x * (0.5 + x * (1.0 / 3.0 + 0.25 * x))) : log(max(1.0 - x, 1e-30));
     return x < 1.0 ? exp(exponent * logarithm) : 0.0;
+}
+
+// 1 - cosα between two unit directions, from their difference.
+float off_mirror(vec3 mirror, vec3 direction) {
+    vec3 apart = mirror - direction;
+    return 0.5 * dot(apart, apart);
+}
+
+float phong_lobe(vec3 mirror, vec3 direction, float exponent) {
+    return phong_lobe(off_mirror(mirror, direction), exponent);
+}
+
+bool has_lobe(Reflectance material) { return any(greaterThan(material.specular, vec3(0.0))); }
+
+// π times the BRDF, for a direction whose 1 - cosα off the mirror direction is x: the albedo, where there is no lobe.
+vec3 reflected_share(Reflectance material, float x) {
+    return material.diffuse + material.specular * (0.5 * (material.exponent + 2.0) * phong_lobe(x, material.exponent));
 }
 
 // BRDF, 1/sr, of light from `incident` that leaves along `outgoing`; zero for light from below the surface.
 vec3 brdf(Reflectance material, vec3 normal, vec3 outgoing, vec3 incident) {
     if (dot(normal, incident) <= 0.0) return vec3(0.0);
-    float lobe = phong_lobe(reflect(-outgoing, normal), incident, material.exponent);
-    return material.diffuse / PI + material.specular * (lobe * (material.exponent + 2.0) / (2.0 * PI));
+    return reflected_share(material, off_mirror(reflect(-outgoing, normal), incident)) * (1.0 / PI);
+}
+
+// A direction around `mirror`, of density (n+1)/(2π)·cosⁿα.
+vec3 sample_phong_lobe(vec3 mirror, float exponent, vec2 u) {
+    float azimuth = 2.0 * PI * u.y;
+    // 1 - cosα, in terms that do not cancel in narrow lobes.
+    float power = log(max(1.0 - u.x, 1e-8)) / (exponent + 1.0);
+    float height = power > -0.02 ? -power * (1.0 + power * (0.5 + power * (1.0 / 6.0 + power / 24.0))) : 1.0 - exp(power);
+    return frame_around(mirror) * vec3(sqrt(height * (2.0 - height)) * vec2(cos(azimuth), sin(azimuth)), 1.0 - height);
 }
 
 // A direction that light may have come from.
@@ -36,12 +58,8 @@ BrdfSample sample_brdf(Reflectance material, vec3 normal, vec3 outgoing, vec2 u)
     // The part of the unit interval that chose the lobe, stretched to all of it.
     float v = is_phong ? u.x / share : (u.x - share) / (1.0 - share);
     vec3 mirror = reflect(-outgoing, normal);
-    float azimuth = 2.0 * PI * u.y;
-    // 1 - cosα, of density ∝ cosⁿα, in terms that do not cancel in narrow lobes.
-    float power = log(max(1.0 - v, 1e-8)) / (material.exponent + 1.0);
-    float height = power > -0.02 ? -power * (1.0 + power * (0.5 + power * (1.0 / 6.0 + power / 24.0))) : 1.0 - exp(power);
-    vec3 local = vec3(sqrt(height * (2.0 - height)) * vec2(cos(azimuth), sin(azimuth)), 1.0 - height);
-    vec3 incident = is_phong ? frame_around(mirror) * local : frame_around(normal) * sample_cosine(vec2(min(v, 1.0), u.y));
+    vec3 incident = is_phong ? sample_phong_lobe(mirror, material.exponent, vec2(v, u.y))
+                             : frame_around(normal) * sample_cosine(vec2(min(v, 1.0), u.y));
     float cosine = dot(normal, incident);
     float lobe = phong_lobe(mirror, incident, material.exponent);
     float pdf = (1.0 - share) * max(cosine, 0.0) / PI + share * lobe * (material.exponent + 1.0) / (2.0 * PI);

@@ -6,11 +6,13 @@ const uint BLOCK_STEPS = BLOCK_THREADS * BLOCK_ITEMS;   // per workgroup
 
 // One step of a light path: how the energy of the vertex before turns into that of this one.
 struct PathStep {
-    uint material;  // that reflected the path towards this vertex; HEAD where the path starts here
-    float weight;   // 1 / survival probability; at the head, the path's own weight
+    uint material;  // that reflected the path towards this vertex; HEAD where the path starts here, FROM_ENTRY where an entry
+                    // point that may shine did: what it reflects depends on the light
+    float weight;   // cosθ/(π·pdf) over the survival probability; at the head, the path's own weight
     uint slot;      // where the vertex stands in its cluster's list
 };
 const uint HEAD = 0xffffffffu;
+const uint FROM_ENTRY = 0xfffffffeu;
 
 // Product of steps since the last path start among them.
 struct Segment {

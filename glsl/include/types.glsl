@@ -46,8 +46,9 @@ struct PathVertex {
     vec3 position;
     uint side;      // 2·triangle + (1 if the back side)
     vec3 incoming;  // unit direction of travel when it arrived; zero at an entry point
-    float weight;   // 1 / survival probability of the step that led here; at an entry point, its area over the mean of all
+    float weight;   // cosθ/(π·pdf) over the survival probability of the step that led here; at an entry point, its area over the mean
     uint cluster;   // base cluster that it deposits into
+    float lobe;     // 1 - cosα of the step that led here, α off the mirror direction at the vertex before; zero where that cannot shine
 };
 
 // What a path vertex adds to its cluster; listed cluster by cluster.
@@ -64,6 +65,12 @@ struct CachePoint {
     uint side;      // 2·triangle + (1 if the back side)
     vec3 wall;      // the nearest wall that stands on its surface: the plane dot(x - position, wall) = 1; zero: none
     vec3 facet;     // unit geometric normal on its side
+};
+
+// Where a cluster stands in the hierarchy.
+struct ClusterLink {
+    uint parent;         // cluster one level up; NO_CLUSTER at the root
+    float entry_points;  // on its surface, in expectation
 };
 
 // One final gather ray: all that a frame needs of it.
@@ -104,8 +111,11 @@ struct Reflectance {
     vec3 diffuse;
     float exponent;
     vec3 specular;
-    uint flags;      // bit 0: editable
+    uint flags;      // EDITABLE, MAY_SHINE
 };
+
+const uint EDITABLE = 1u;   // its paths are cosine sampled, whatever it reflects
+const uint MAY_SHINE = 2u;  // it has a Phong lobe, or may get one
 
 // A light of any kind; fields that its kind does not name are zero.
 struct LightSource {

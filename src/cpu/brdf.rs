@@ -22,8 +22,22 @@ fn phong_lobe(mirror: DVec3, direction: DVec3, exponent: f64) -> f64 {
 }
 
 fn reflected(material: &Reflectance, lobe: f64) -> DVec3 {
-    let scale = lobe * (f64::from(material.exponent) + 2.0) / TAU;
-    material.diffuse.as_dvec3() / PI + material.specular.as_dvec3() * scale
+    material.diffuse.as_dvec3() / PI + lobe_scale(material, lobe) / PI
+}
+
+fn lobe_scale(material: &Reflectance, lobe: f64) -> DVec3 {
+    material.specular.as_dvec3() * (0.5 * lobe * (f64::from(material.exponent) + 2.0))
+}
+
+/// π times the Phong lobe's share of the BRDF.
+pub fn lobe_share(material: &Reflectance, mirror: DVec3, toward: DVec3) -> DVec3 {
+    lobe_scale(material, phong_lobe(mirror, toward, f64::from(material.exponent)))
+}
+
+/// π times the BRDF, for a direction whose 1 − cosα off the mirror direction is `off_mirror`.
+pub fn reflected_share(material: &Reflectance, off_mirror: f64) -> DVec3 {
+    let lobe = (1.0 - off_mirror).clamp(0.0, 1.0).powf(f64::from(material.exponent));
+    material.diffuse.as_dvec3() + lobe_scale(material, lobe)
 }
 
 /// BRDF, 1/sr, of light from `incident` that leaves along `outgoing`; zero for light from below the surface.
@@ -32,6 +46,14 @@ pub fn brdf(material: &Reflectance, normal: DVec3, outgoing: DVec3, incident: DV
         return DVec3::ZERO;
     }
     reflected(material, phong_lobe(mirror(normal, outgoing), incident, f64::from(material.exponent)))
+}
+
+/// A direction around `mirror`, of density (n+1)/(2π)·cosⁿα.
+pub fn sample_phong_lobe(mirror: DVec3, exponent: f64, u: DVec2) -> DVec3 {
+    let height = -((1.0 - u.x).max(1e-8).ln() / (exponent + 1.0)).exp_m1();
+    let (sin, cos) = (TAU * u.y).sin_cos();
+    let radius = (height * (2.0 - height)).sqrt();
+    frame(mirror.as_vec3()) * DVec3::new(radius * cos, radius * sin, 1.0 - height)
 }
 
 /// A direction that light may have come from.
@@ -55,11 +77,7 @@ pub fn sample_brdf(material: &Reflectance, normal: DVec3, outgoing: DVec3, u: DV
     let (share, exponent) = (shine / total, f64::from(material.exponent));
     let mirror = mirror(normal, outgoing);
     let incident = if u.x < share {
-        let v = u.x / share;
-        let height = -((1.0 - v).max(1e-8).ln() / (exponent + 1.0)).exp_m1();
-        let (sin, cos) = (TAU * u.y).sin_cos();
-        let radius = (height * (2.0 - height)).sqrt();
-        frame(mirror.as_vec3()) * DVec3::new(radius * cos, radius * sin, 1.0 - height)
+        sample_phong_lobe(mirror, exponent, DVec2::new(u.x / share, u.y))
     } else {
         frame(normal.as_vec3()) * sample_cosine(DVec2::new((u.x - share) / (1.0 - share), u.y))
     };

@@ -6,6 +6,29 @@ use crate::types::{LightSource, NO_SIDE, PixelSurface};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
+/// Of each point sample of a light that lights a surface point of that extent (m²): its number, the unit direction towards it and
+/// its share of the irradiance per unit of the light's emission.
+pub fn lit_samples(
+    geometry: Geometry<'_>,
+    light: &LightSource,
+    position: Vec3,
+    normal: Vec3,
+    shading: Vec3,
+    area_m2: f32,
+) -> Vec<(u32, DVec3, f64)> {
+    let white = LightSource { emission: Vec3::ONE, ..*light };
+    let sample = |number: u32| {
+        let found = sample_light(&white, position.as_dvec3(), lattice_point(light, number))?;
+        let cosine = shading.as_dvec3().dot(found.direction);
+        let faces = cosine > 0.0 && normal.as_dvec3().dot(found.direction) > 0.0;
+        // [Wallace]
+        let bound = 1.0 + f64::from(area_m2) / PI / found.distance.powi(2);
+        let factor = cosine * found.irradiance.x / bound / f64::from(light.samples);
+        (faces && is_lit(geometry, position, normal, &found)).then_some((number, found.direction, factor))
+    };
+    (0..light.samples).filter_map(sample).collect()
+}
+
 /// Irradiance of a surface point of that extent (m²) per unit of a light's emission, from all its point samples.
 pub fn light_factor(
     geometry: Geometry<'_>,
@@ -15,16 +38,7 @@ pub fn light_factor(
     shading: Vec3,
     area_m2: f32,
 ) -> f64 {
-    let white = LightSource { emission: Vec3::ONE, ..*light };
-    let sample = |number: u32| {
-        let found = sample_light(&white, position.as_dvec3(), lattice_point(light, number))?;
-        let cosine = shading.as_dvec3().dot(found.direction);
-        let faces = cosine > 0.0 && normal.as_dvec3().dot(found.direction) > 0.0;
-        // [Wallace]
-        let bound = 1.0 + f64::from(area_m2) / PI / found.distance.powi(2);
-        (faces && is_lit(geometry, position, normal, &found)).then_some(cosine * found.irradiance.x / bound)
-    };
-    (0..light.samples).filter_map(sample).sum::<f64>() / f64::from(light.samples)
+    lit_samples(geometry, light, position, normal, shading, area_m2).iter().map(|sample| sample.2).sum()
 }
 
 /// Direct irradiance at a pixel per unit of a light's emission.

@@ -30,7 +30,7 @@ pub fn entry_points(
             // Off the edges by a hair.
             let position = inside.lerp(middle, 1.0 / 32_768.0).as_vec3();
             let cluster = geometry.cluster(hvds, position, side);
-            points.push(PathVertex { position, side, incoming: Vec3::ZERO, weight, cluster });
+            points.push(PathVertex { position, side, incoming: Vec3::ZERO, weight, cluster, lobe: 0.0 });
         }
     }
     points

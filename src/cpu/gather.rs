@@ -27,6 +27,8 @@ pub struct Sources<'a> {
     pub cluster_bits: u32,
     /// Unit of the rays' gradients, metres.
     pub least_distance: f32,
+    /// Of each slot, which targets beyond the clusters name: its cluster, and what that shines there, W/m².
+    pub slots: &'a [(u32, DVec3)],
 }
 
 /// Gathers the rays of one point with that shading normal.
@@ -40,10 +42,14 @@ pub fn gather(sources: Sources<'_>, strata: Strata, normal: Vec3, rays: &[Gather
             continue;
         }
         let material = ray.target >> sources.cluster_bits;
-        let cluster = ray.target & ((1 << sources.cluster_bits) - 1);
-        let radiance = sources.albedos[material as usize].as_dvec3()
-            * sources.irradiance[cluster as usize].as_dvec3()
-            / PI;
+        let read = (ray.target & ((1 << sources.cluster_bits) - 1)) as usize;
+        let (cluster, shine) = match sources.irradiance.len() {
+            clusters if read < clusters => (read, DVec3::ZERO),
+            clusters => (sources.slots[read - clusters].0 as usize, sources.slots[read - clusters].1),
+        };
+        let reflected =
+            sources.albedos[material as usize].as_dvec3() * sources.irradiance[cluster].as_dvec3();
+        let radiance = (reflected + shine) / PI;
         irradiance += stratum * radiance;
 
         // [Krivanek]

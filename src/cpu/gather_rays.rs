@@ -1,7 +1,7 @@
 //! Twin of the gather rays: what each ray reads, and the gradient of stratified hemisphere sampling.
 
 use crate::cpu::hemisphere::{Strata, frame};
-use crate::cpu::rays::Geometry;
+use crate::cpu::rays::{Geometry, Hit};
 use crate::cpu::sampling::hash_pair;
 use crate::scene::hvds::Hvds;
 use crate::types::{CachePoint, NO_CLUSTER};
@@ -48,20 +48,20 @@ impl Tracing<'_> {
         else {
             return nothing;
         };
+        let solid_angle = PI / (f64::from(self.strata.rays()) * local.z);
+        Found { target: self.target(&hit, direction, hit.t * solid_angle.sqrt()), distance: hit.t }
+    }
+
+    /// Cluster and material that a ray reads where it hits, with that footprint before it is projected to the surface, metres.
+    pub fn target(&self, hit: &Hit, direction: DVec3, footprint: f64) -> Option<(u32, u32)> {
         let surface = &self.geometry.surfaces[hit.triangle as usize];
         let side = self.geometry.side(hit.triangle, direction);
         let mut cluster = NO_CLUSTER;
         if surface.side_is_active(side % 2 == 1) {
             cluster = self.geometry.cluster(self.hvds, hit.position.as_vec3(), side);
         }
-        if cluster == NO_CLUSTER {
-            return Found { target: None, distance: hit.t };
-        }
         let facing = surface.normal.as_dvec3().dot(direction).abs().max(0.1);
-        let solid_angle = PI / (f64::from(self.strata.rays()) * local.z);
-        let footprint = hit.t * (solid_angle / facing).sqrt();
-        let cluster = self.coarsen(cluster, footprint);
-        Found { target: Some((cluster, surface.material)), distance: hit.t }
+        (cluster != NO_CLUSTER).then(|| (self.coarsen(cluster, footprint / facing.sqrt()), surface.material))
     }
 
     /// The cluster of the level whose cells are nearest to the footprint in size, in octaves; or coarser, until it is

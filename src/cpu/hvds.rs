@@ -5,10 +5,10 @@ use crate::types::{Deposit, NO_CLUSTER};
 use glam::{DVec3, Vec3};
 
 /// Flux of every cluster, W, direct and indirect: of a base cluster the sum of its deposits, of a coarser one the sum of all
-/// base clusters below it.
+/// base clusters below it. `path_flux` of each path at its entry point, and behind it.
 pub fn cluster_flux(
     hvds: &Hvds,
-    path_flux: &[Vec3],
+    path_flux: [&[Vec3]; 2],
     first_deposits: &[u32],
     deposits: &[Deposit],
 ) -> Vec<[DVec3; 2]> {
@@ -16,7 +16,9 @@ pub fn cluster_flux(
     for (list, run) in first_deposits.windows(2).enumerate() {
         let own: DVec3 = deposits[run[0] as usize..run[1] as usize]
             .iter()
-            .map(|deposit| deposit.throughput.as_dvec3() * path_flux[deposit.path as usize].as_dvec3())
+            .map(|deposit| {
+                deposit.throughput.as_dvec3() * path_flux[list % 2][deposit.path as usize].as_dvec3()
+            })
             .sum();
         let mut cluster = list / 2;
         while let Some(sum) = flux.get_mut(cluster) {

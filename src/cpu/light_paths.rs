@@ -1,11 +1,13 @@
 //! Twin of the light paths: one vertex at a time.
 
+use crate::cpu::brdf::sample_brdf;
 use crate::cpu::hemisphere::frame;
 use crate::cpu::rays::Geometry;
 use crate::cpu::sampling::{hash_pair, sample_3d, sample_cosine};
-use crate::scene::{Material, hvds::Hvds};
-use crate::types::PathVertex;
+use crate::scene::hvds::Hvds;
+use crate::types::{EDITABLE, MAY_SHINE, PathVertex, Reflectance};
 use glam::{DVec3, Vec3};
+use std::f64::consts::PI;
 
 /// Where a path stands.
 #[derive(Clone, Copy, Debug)]
@@ -14,8 +16,10 @@ pub struct Walker {
     pub position: Vec3,
     /// Of the last vertex: 2·triangle + (1 if the back side).
     pub side: u32,
-    /// Product of albedos and roulette weights so far.
+    /// Product of what was reflected and of roulette weights so far.
     pub throughput: DVec3,
+    /// Unit direction of travel when it arrived; zero at an entry point.
+    pub incoming: DVec3,
     /// Names its random numbers.
     pub path: u32,
     /// Vertices behind the entry point.
@@ -28,13 +32,15 @@ pub struct Walk<'a> {
     /// What they hit.
     pub geometry: Geometry<'a>,
     /// What it reflects.
-    pub materials: &'a [Material],
+    pub materials: &'a [Reflectance],
     /// The clusters that vertices fall into.
     pub hvds: &'a Hvds,
     /// Seed of all decisions.
     pub seed: u32,
     /// Throughput below which roulette may end a path.
     pub roulette_threshold: f64,
+    /// What roulette takes editable materials to reflect.
+    pub editable_albedo: f64,
 }
 
 impl Walk<'_> {
@@ -44,24 +50,49 @@ impl Walk<'_> {
         let surface = &self.geometry.surfaces[walker.side as usize / 2];
         let normal = self.geometry.normal(walker.side);
 
-        walker.throughput *= self.materials[surface.material as usize].diffuse.as_dvec3();
+        let material = &self.materials[surface.material as usize];
+        let mut direction = frame(normal) * sample_cosine(u.truncate().as_dvec2());
+        let mut reflected = material.diffuse.as_dvec3();
+        let (mut weight, mut lobe) = (1.0, 0.0);
+        if material.flags & MAY_SHINE != 0 {
+            let is_editable = material.flags & EDITABLE != 0;
+            reflected += material.specular.as_dvec3();
+            if is_editable {
+                reflected = DVec3::splat(self.editable_albedo);
+            }
+            if walker.depth > 0 {
+                let normal = normal.as_dvec3();
+                if !is_editable {
+                    let found = sample_brdf(material, normal, -walker.incoming, u.truncate().as_dvec2());
+                    (direction, reflected) = (found.incident, found.weight);
+                    weight = direction.dot(normal) / (PI * found.pdf);
+                }
+                let mirror = walker.incoming - 2.0 * walker.incoming.dot(normal) * normal;
+                lobe = 0.5 * (mirror - direction).length_squared();
+            }
+        }
+        walker.throughput *= reflected;
+        if walker.throughput.max_element() <= 0.0 {
+            return None;
+        }
         let survival = (walker.throughput.max_element() / self.roulette_threshold).min(1.0);
         if f64::from(u.z) >= survival {
             return None;
         }
         walker.throughput /= survival;
 
-        let direction = frame(normal) * sample_cosine(u.truncate().as_dvec2());
         let hit = self.geometry.closest(self.geometry.offset_origin(walker.position, normal), direction)?;
         walker.position = hit.position.as_vec3();
         walker.side = self.geometry.side(hit.triangle, direction);
         walker.depth += 1;
+        walker.incoming = direction;
         Some(PathVertex {
             position: walker.position,
             side: walker.side,
             incoming: direction.as_vec3(),
-            weight: (1.0 / survival) as f32,
+            weight: (weight / survival) as f32,
             cluster: self.geometry.cluster(self.hvds, walker.position, walker.side),
+            lobe: lobe as f32,
         })
     }
 }

@@ -13,6 +13,8 @@ pub mod entry_points;
 pub mod form_factors;
 pub mod gather;
 pub mod gather_rays;
+pub mod gloss;
+pub mod gloss_pixels;
 pub mod hemisphere;
 pub mod hvds;
 pub mod irradiance_probe;

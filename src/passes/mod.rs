@@ -31,6 +31,8 @@ pub fn layouts() -> Vec<Layout> {
         frame::path_scan::LAYOUTS,
         frame::hvds::LAYOUTS,
         frame::near_field::LAYOUTS,
+        frame::gloss::LAYOUTS,
+        frame::gloss_pixels::LAYOUTS,
         frame::gather::LAYOUTS,
         frame::blend::LAYOUTS,
         frame::prefix_sum::LAYOUTS,

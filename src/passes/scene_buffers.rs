@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::scene::{Light, LightKind, Material, Triangle, bvh::Bvh};
-use crate::types::{self, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource};
+use crate::types::{self, EDITABLE, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource, MAY_SHINE};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -78,7 +78,7 @@ pub fn reflectances(materials: &[Material]) -> Vec<types::Reflectance> {
         diffuse: m.diffuse,
         exponent: m.exponent,
         specular: m.specular,
-        flags: u32::from(m.editable),
+        flags: if m.editable { EDITABLE } else { 0 } | if m.may_shine() { MAY_SHINE } else { 0 },
     };
     materials.iter().map(reflectance).collect()
 }

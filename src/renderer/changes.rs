@@ -18,6 +18,21 @@ pub enum Work {
     Material,
 }
 
+/// Which materials were edited, as far as light paths are concerned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Edited {
+    /// Editable ones, by their bits.
+    Some(u32),
+    /// Any.
+    All,
+}
+
+impl Default for Edited {
+    fn default() -> Self {
+        Self::Some(0)
+    }
+}
+
 /// What has changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Changes {
@@ -27,12 +42,23 @@ pub(super) struct Changes {
     pub(super) emission: bool,
     /// Materials.
     pub(super) materials: bool,
+    /// Of these, editable ones by their bits; all paths are scanned again where others changed.
+    pub(super) edited: Edited,
+    /// Which surfaces shine, or how sharply.
+    pub(super) lobes: bool,
     /// The exposure of the displayed picture.
     pub(super) exposure: bool,
 }
 
 impl Changes {
-    pub(super) const ALL: Self = Self { view: true, emission: true, materials: true, exposure: true };
+    pub(super) const ALL: Self = Self {
+        view: true,
+        emission: true,
+        materials: true,
+        edited: Edited::All,
+        lobes: true,
+        exposure: true,
+    };
 }
 
 /// Stages of a frame that changes make necessary. Rows and layers of lights are traced where a light has none.
@@ -48,6 +74,10 @@ pub(super) struct Stages {
     pub(super) scan: bool,
     /// Hierarchy, gather and blending.
     pub(super) energy: bool,
+    /// Rays into the lobes of pixels.
+    pub(super) lobes: bool,
+    /// What pixels shine.
+    pub(super) shine: bool,
     /// Splat values.
     pub(super) splat: bool,
     /// Composition.
@@ -62,13 +92,17 @@ impl Stages {
         let flux = changes.emission || !lights.without_factors().is_empty();
         let energy = flux || changes.materials;
         let splat = energy || changes.view;
-        let compose = splat || direct;
+        let lobes = changes.view || changes.lobes;
+        let shine = splat || direct || lobes;
+        let compose = shine;
         Self {
             view: changes.view,
             direct,
             flux,
             scan: changes.materials,
             energy,
+            lobes,
+            shine,
             splat,
             compose,
             display: compose || changes.exposure,

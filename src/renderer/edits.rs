@@ -1,11 +1,13 @@
 //! What can be edited between frames. Each edit marks what it puts out of date; the next frame redoes that.
 
 use super::Renderer;
-use super::changes::{Changes, Work};
-use crate::error::Result;
-use crate::scene::{Light, LightKind};
+use super::changes::{Changes, Edited, Work};
+use crate::error::{Error, Result};
+use crate::passes::precompute::light_paths::editable_bits;
+use crate::scene::{Light, LightKind, Material};
 use crate::types::View;
 use glam::Vec3;
+use std::ops::Range;
 
 impl Renderer {
     /// Moves the light of that index, of any kind but the directional one.
@@ -70,18 +72,64 @@ impl Renderer {
         Ok(removed)
     }
 
-    /// Changes a material's diffuse albedo. Exact downwards; far above the albedo at
-    /// load, paths that would matter were ended early, and indirect light comes out low.
+    /// Changes a material's diffuse albedo, as [`Self::set_material`] does.
     ///
     /// # Errors
     /// The device failed.
     pub fn set_diffuse(&mut self, material: usize, diffuse: Vec3) -> Result<()> {
-        let old = std::mem::replace(&mut self.scene.materials[material].diffuse, diffuse);
-        if old == diffuse {
+        let Material { specular, exponent, .. } = self.scene.materials[material];
+        self.set_material(material, diffuse, specular, exponent)
+    }
+
+    /// Changes what a material reflects: diffuse and specular albedo, scaled down where they reflect more than they receive,
+    /// and Phong exponent. Of an editable material, the picture is to the bit that of a cold start. Of others the paths were
+    /// traced for what it was: far above that, indirect light is noisier and tends to come out low.
+    ///
+    /// # Errors
+    /// A lobe is given to a material that had none and is not editable; the device failed.
+    pub fn set_material(
+        &mut self,
+        material: usize,
+        diffuse: Vec3,
+        specular: Vec3,
+        exponent: f32,
+    ) -> Result<()> {
+        let old = &self.scene.materials[material];
+        let mut new = Material { diffuse, specular, exponent, ..old.clone() };
+        new.conserve_energy();
+        if new == *old {
             return Ok(());
         }
+        let may_shine = self.shine.as_ref().is_some_and(|shine| shine.may_shine(material));
+        if new.specular != Vec3::ZERO && !may_shine {
+            return Err(Error::Usage(format!(
+                "material `{}` cannot start to shine: its light paths were traced for a matt surface; declare `editable = true` in the scene file",
+                new.name
+            )));
+        }
+        let has_lobe = |material: &Material| material.specular != Vec3::ZERO;
+        let lobes = has_lobe(old) != has_lobe(&new) || (has_lobe(&new) && old.exponent != new.exponent);
+        self.scene.materials[material] = new;
+        let bit = editable_bits(&self.scene.materials)[material];
+        self.changes.edited = match self.changes.edited {
+            Edited::Some(bits) if bit != 0 => Edited::Some(bits | bit),
+            _ => Edited::All,
+        };
         self.changes.materials = true;
+        if lobes {
+            self.lobes_changed();
+        }
+        if let Some(shine) = &mut self.shine {
+            shine.edited(&self.scene.materials);
+        }
         self.buffers.materials.write(&crate::passes::reflectances(&self.scene.materials))
+    }
+
+    /// Parts of the vertex array whose paths edited materials reflect; none where that may be all.
+    pub(super) fn edited_paths(&self) -> Option<Vec<Range<u32>>> {
+        let Edited::Some(bits) = self.changes.edited else { return None };
+        let groups = self.path_groups.iter().filter(|group| group.materials & bits != 0);
+        Some(groups.map(|group| group.steps.clone()).collect())
     }
 
     /// Looks from elsewhere; the image keeps its size.
@@ -111,7 +159,10 @@ impl Renderer {
             Work::Light(light) => self.lights.moved(light),
             Work::Colour => self.changes.emission = true,
             Work::View => self.view_changed(),
-            Work::Material => self.changes.materials = true,
+            Work::Material => {
+                self.changes.materials = true;
+                self.changes.edited = Edited::All;
+            }
         }
     }
 
@@ -120,6 +171,11 @@ impl Renderer {
     pub fn set_skipping(&mut self, skips: bool) {
         self.skips = skips;
         self.lights.traces_all = !skips;
+    }
+
+    fn lobes_changed(&mut self) {
+        self.changes.lobes = true;
+        self.lights.lobes_changed();
     }
 
     pub(super) fn view_changed(&mut self) {

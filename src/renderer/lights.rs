@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
+use crate::passes::frame::gloss::GlossLight;
 use crate::passes::{OneLight, light_sources};
 use crate::scene::Light;
 use crate::types::LightSource;
@@ -14,10 +15,16 @@ struct Rows {
     factors: Buffer,
     /// Its light at each pixel and each edge sample.
     layer: Buffer,
-    /// `factors` are those of the light as it is.
+    /// Its beams at entry points that may shine, if any may.
+    beams: Option<Buffer>,
+    /// Its highlight at each sample of shining pixels, if any may shine.
+    highlights: Option<Buffer>,
+    /// `factors` and `beams` are those of the light as it is.
     has_factors: bool,
     /// `layer` is that of the light and the camera as they are.
     has_layer: bool,
+    /// `highlights` are those of the light, the camera and the materials as they are.
+    has_highlights: bool,
     is_on: bool,
 }
 
@@ -30,8 +37,18 @@ pub(super) struct Lights {
     rows: Vec<Rows>,
     factor_count: u32,
     point_count: u32,
+    gloss: Option<GlossRoom>,
     /// Lights that are off and points that face away are traced, too, to no effect.
     pub(super) traces_all: bool,
+}
+
+/// What a light needs where surfaces may shine.
+#[derive(Clone, Copy)]
+pub(super) struct GlossRoom {
+    /// Bytes of its beams for each of its point samples.
+    pub(super) beam_bytes: u64,
+    /// Samples of shining pixels.
+    pub(super) sample_count: u32,
 }
 
 /// A light that is off or emits nothing is left out of every sum.
@@ -46,6 +63,7 @@ impl Lights {
         lights: &[Light],
         factor_count: u32,
         point_count: u32,
+        gloss: Option<GlossRoom>,
     ) -> Result<Self> {
         let mut made = Self {
             context: context.clone(),
@@ -54,6 +72,7 @@ impl Lights {
             rows: Vec::new(),
             factor_count,
             point_count,
+            gloss,
             traces_all: false,
         };
         for _ in lights {
@@ -69,8 +88,11 @@ impl Lights {
         let rows = Rows {
             factors: row("form factors", self.factor_count)?,
             layer: row("light layer", self.point_count)?,
+            beams: None,
+            highlights: self.gloss.map(|gloss| row("light highlights", gloss.sample_count)).transpose()?,
             has_factors: false,
             has_layer: false,
+            has_highlights: false,
             is_on: true,
         };
         self.rows.push(rows);
@@ -93,12 +115,19 @@ impl Lights {
 
     /// Of this light nothing that was traced holds any more.
     pub(super) fn moved(&mut self, light: usize) {
-        (self.rows[light].has_factors, self.rows[light].has_layer) = (false, false);
+        let rows = &mut self.rows[light];
+        (rows.has_factors, rows.has_layer, rows.has_highlights) = (false, false, false);
     }
 
     /// The camera sees other points.
     pub(super) fn view_changed(&mut self) {
         self.rows.iter_mut().for_each(|rows| rows.has_layer = false);
+        self.lobes_changed();
+    }
+
+    /// The camera sees other lobes.
+    pub(super) fn lobes_changed(&mut self) {
+        self.rows.iter_mut().for_each(|rows| rows.has_highlights = false);
     }
 
     /// The camera sees so many other points.
@@ -115,7 +144,7 @@ impl Lights {
     pub(super) fn settle(&mut self) {
         for (rows, source) in self.rows.iter_mut().zip(&self.sources) {
             if self.traces_all || shines(rows, source) {
-                (rows.has_factors, rows.has_layer) = (true, true);
+                (rows.has_factors, rows.has_layer, rows.has_highlights) = (true, true, true);
             }
         }
     }
@@ -125,6 +154,15 @@ impl Lights {
         self.sources = light_sources(lights);
         for (source, rows) in self.sources.iter_mut().zip(&self.rows) {
             source.emission = if rows.is_on { source.emission } else { Vec3::ZERO };
+        }
+        if let Some(gloss) = self.gloss {
+            for (source, rows) in self.sources.iter().zip(&mut self.rows) {
+                let bytes = u64::from(source.samples) * gloss.beam_bytes;
+                if rows.beams.as_ref().is_none_or(|beams| beams.bytes() < bytes) {
+                    rows.beams = Some(Buffer::storage(&self.context, "gloss beams", bytes)?);
+                    rows.has_factors = false;
+                }
+            }
         }
         if size_of_val(&*self.sources) as u64 > self.table.bytes() {
             self.table = Buffer::from_slice(&self.context, "lights", &self.sources)?;
@@ -170,6 +208,34 @@ impl Lights {
     pub(super) fn shining_sources(&self) -> impl Iterator<Item = &LightSource> {
         let lights = self.sources.iter().zip(&self.rows);
         lights.filter(|(source, rows)| shines(rows, source)).map(|(source, _)| source)
+    }
+
+    /// Lights that shine and whose beams are to be traced, with where they go; none where nothing may shine.
+    pub(super) fn without_beams(&self) -> Vec<(OneLight<'_>, &Buffer)> {
+        let due = self.shining().filter(|(_, rows)| !rows.has_factors);
+        due.filter_map(|(light, rows)| Some((light, rows.beams.as_ref()?))).collect()
+    }
+
+    /// Lights that shine and whose highlights are to be traced, with where they go; none where nothing may shine.
+    pub(super) fn without_highlights(&self) -> Vec<(OneLight<'_>, &Buffer)> {
+        let due = self.shining().filter(|(_, rows)| !rows.has_highlights);
+        due.filter_map(|(light, rows)| Some((light, rows.highlights.as_ref()?))).collect()
+    }
+
+    /// Emission and beams of each light that shines; none where nothing may shine.
+    pub(super) fn beams(&self) -> Vec<GlossLight<'_>> {
+        let beams = self.shining().filter_map(|(light, rows)| {
+            let beams = rows.beams.as_ref()?;
+            Some(GlossLight { emission: self.emission(light), samples: light.samples, beams })
+        });
+        beams.collect()
+    }
+
+    /// Emission and highlights of each light that shines; none where nothing may shine.
+    pub(super) fn highlights(&self) -> Vec<(Vec3, &Buffer)> {
+        self.shining()
+            .filter_map(|(light, rows)| Some((self.emission(light), rows.highlights.as_ref()?)))
+            .collect()
     }
 
     fn emission(&self, light: OneLight<'_>) -> Vec3 {

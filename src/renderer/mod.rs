@@ -6,6 +6,7 @@ mod edits;
 mod lights;
 mod precompute;
 mod report;
+mod shine;
 mod skips;
 mod twins;
 
@@ -23,7 +24,7 @@ use crate::passes::frame::{
     compose::{Compose, Irradiances},
     direct::Direct,
     form_factors::FormFactors,
-    gather::Gather,
+    gather::{Gather, GatherSources},
     hvds::Pyramid,
     near_field::NearField,
     path_scan::PathScan,
@@ -32,12 +33,14 @@ use crate::passes::frame::{
     tonemap::Tonemap,
 };
 use crate::passes::precompute::gather_rays::RayTable;
+use crate::passes::precompute::light_paths::PathGroup;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::Scene;
 use crate::types::{NO_SIDE, PixelSurface, Surface, View};
 use changes::{Changes, Stages};
 use glam::Vec3;
 use lights::Lights;
+use shine::Shine;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -54,11 +57,15 @@ pub struct Renderer {
     antialias: Antialias,
     form_factors: FormFactors,
     path_scan: PathScan,
+    /// Paths by which editable materials reflect them.
+    path_groups: Vec<PathGroup>,
     pyramid: Pyramid,
     near_field: NearField,
     /// Cache points that see the near field: the first so many.
     near_count: u32,
     gather: Gather,
+    /// None where no material may shine.
+    shine: Option<Shine>,
     blend: Blend,
     splat: Splat,
     compose: Compose,
@@ -84,15 +91,26 @@ impl Renderer {
         let direct = Direct::new(context, size, antialias.capacity)?;
         let form_factors = FormFactors::new(context, &made.entry_points, made.area_m2)?;
         let (factor_count, point_count) = (form_factors.point_count(), direct.point_count());
+        let shines = made.gloss.is_some();
+        let (paths, bits) = ((factor_count, made.area_m2), made.code.cluster_bits);
+        let shine = |tables| Shine::new(context, &scene, &tables, paths, bits);
+        let shine = made.gloss.map(shine).transpose()?;
+        let gloss_room = shine.as_ref().map(Shine::room);
         Ok(Self {
             context: context.clone(),
             view: View::from(&scene.cameras[0]),
-            lights: Lights::new(context, &scene.lights, factor_count, point_count)?,
+            lights: Lights::new(context, &scene.lights, factor_count, point_count, gloss_room)?,
             primary: Primary::new(context, pixels)?,
             direct,
             antialias,
             form_factors,
-            path_scan: PathScan::new(context, &made.paths.steps, &made.paths.deposits)?,
+            path_scan: PathScan::new(
+                context,
+                &made.paths.steps,
+                &made.paths.arrivals.lobes,
+                &made.paths.deposits,
+            )?,
+            path_groups: made.paths.groups,
             pyramid: Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2)?,
             near_count: made.near_count,
             near_field: NearField::new(context, &made.near_clusters)?,
@@ -103,10 +121,12 @@ impl Renderer {
                 made.rays,
                 made.hemisphere,
                 made.code,
+                shines,
             )?,
             blend: Blend::new(context, &made.neighbourhoods)?,
             splat: Splat::new(context, made.point_count, size)?,
-            compose: Compose::new(context, pixels)?,
+            shine,
+            compose: Compose::new(context, pixels, shines)?,
             tonemap: Tonemap::new(context, pixels)?,
             exposure_stops: 0.0,
             clusters: made.clusters,
@@ -153,6 +173,12 @@ impl Renderer {
             self.antialias.record(rec, &self.buffers, &self.view, pixels);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
+        if let Some(shine) = self.shine.as_ref().filter(|_| stages.lobes) {
+            shine.record_rays(rec, &self.buffers, &self.clusters, pixels, &self.view);
+        }
+        if let Some(shine) = &self.shine {
+            shine.record_highlights(rec, &self.buffers, &self.lights, self.view.position);
+        }
         if !self.lights.without_layer().is_empty() {
             self.record_layers(rec);
         }
@@ -167,24 +193,38 @@ impl Renderer {
                 self.form_factors.record(&mut pass, &self.buffers, light, factors);
             }
             pass.barrier(COMPUTE_TO_COMPUTE);
+            drop(pass);
+            if let Some(shine) = &self.shine {
+                shine.record_beams(rec, &self.buffers, &self.lights);
+            }
         }
         if stages.flux {
-            self.form_factors.record_flux(rec, &self.lights.factors());
+            let reflected_flux = self.shine.as_ref().map(|shine| &shine.clusters.reflected_flux);
+            self.form_factors.record_flux(rec, &self.lights.factors(), reflected_flux);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.scan {
-            self.path_scan.record(rec, &self.buffers.materials);
+            self.path_scan.record(rec, &self.buffers.materials, self.edited_paths().as_deref());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.energy {
-            self.pyramid.record(rec, &self.form_factors.flux, &self.path_scan.deposits);
+            let materials = &self.buffers.materials;
+            let (flux, deposits) = (&self.form_factors.flux, &self.path_scan.deposits);
+            if let Some(shine) = &self.shine {
+                shine.record_entries(rec, materials, &self.lights);
+            }
+            let reflected_flux = self.shine.as_ref().map_or(flux, |shine| &shine.clusters.reflected_flux);
+            self.pyramid.record(rec, flux, reflected_flux, deposits);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            let (materials, clusters) = (&self.buffers.materials, &self.pyramid.irradiance);
-            self.gather.record(rec, materials, clusters, self.gather.point_count());
+            if let Some(shine) = &self.shine {
+                shine.record_clusters(rec, stages, materials, &self.pyramid, deposits, &self.lights);
+            }
+            let sources = self.gather_sources();
+            self.gather.record(rec, sources, self.gather.point_count());
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.near_field.record(rec, &self.pyramid, &self.gather.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            self.gather.record(rec, materials, clusters, self.near_count);
+            self.gather.record(rec, sources, self.near_count);
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.blend.record(rec, &self.gather.cache_points, &self.gather.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
@@ -198,12 +238,25 @@ impl Renderer {
             self.splat.record_apply(rec, &self.primary.pixels, &self.blend.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
+        if let Some(shine) = self.shine.as_ref().filter(|_| stages.shine) {
+            let deposits = &self.path_scan.deposits;
+            shine.record_pixels(rec, &self.buffers, pixels, &self.pyramid, deposits, &self.lights);
+        }
         if stages.compose {
             self.compose.record(rec, &self.buffers, self.irradiances(), [1.0, 1.0]);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.display {
             self.tonemap.record(rec, &self.compose.radiance, self.exposure_stops);
+        }
+    }
+
+    fn gather_sources(&self) -> GatherSources<'_> {
+        GatherSources {
+            materials: &self.buffers.materials,
+            irradiance: &self.pyramid.irradiance,
+            inverse_areas: &self.pyramid.inverse_areas,
+            gloss: self.shine.as_ref().map(|shine| &shine.clusters),
         }
     }
 
@@ -230,6 +283,7 @@ impl Renderer {
             pixels: &self.primary.pixels,
             direct: &self.direct.irradiance,
             indirect: &self.splat.irradiance,
+            gloss: self.shine.as_ref().map(|shine| &shine.pixels.radiance),
             antialias: &self.antialias,
         }
     }

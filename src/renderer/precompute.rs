@@ -8,11 +8,12 @@ use crate::passes::frame::near_field::NearCluster;
 use crate::passes::precompute::cache_points::{self, Geometry, Placed, Placement, Survey};
 use crate::passes::precompute::entry_points::{self, Strata};
 use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, RayTable};
+use crate::passes::precompute::gloss::{self, GlossTables};
 use crate::passes::precompute::light_paths::{self, LightPaths};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::{Progress, near_clusters, rays::Rays, sides};
 use crate::passes::{ClusterBuffers, SceneBuffers};
-use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, surfaces};
+use crate::scene::{Scene, Triangle, bvh::Bvh, directions::Directions, grid, hvds::Hvds, surfaces};
 use crate::types::{CachePoint, PathVertex, Surface};
 use std::sync::Arc;
 use std::time::Instant;
@@ -39,6 +40,8 @@ pub(super) struct Precomputed {
     pub(super) cache_points: Buffer,
     pub(super) neighbourhoods: Neighbourhoods,
     pub(super) rays: RayTable,
+    /// None where no material may shine.
+    pub(super) gloss: Option<GlossTables>,
     pub(super) hemisphere: Hemisphere,
     pub(super) code: GatherCode,
     pub(super) clusters: ClusterBuffers,
@@ -111,12 +114,21 @@ pub(super) fn precompute(
     let strata = Strata::new(&hvds, &densities, quality.entry_points);
     let clusters = ClusterBuffers::new(context, &hvds, &strata.in_clusters)?;
     let area_m2 = (strata.area_m2 / f64::from(quality.entry_points)) as f32;
-    let entry_points = entry_points::place(context, &buffers, &clusters, &strata, seed)?;
+    let mut entry_points = entry_points::place(context, &buffers, &clusters, &strata, seed)?;
     watch.lap("entry points");
 
     let base = hvds.levels[0].len() as u32;
-    let paths =
-        light_paths::trace(context, &buffers, &clusters, &surfaces, base, &entry_points, seed, progress)?;
+    let paths = light_paths::trace(
+        context,
+        &buffers,
+        &clusters,
+        &surfaces,
+        &scene.materials,
+        base,
+        &mut entry_points,
+        seed,
+        progress,
+    )?;
     watch.lap("light paths");
 
     let mut placement =
@@ -154,6 +166,24 @@ pub(super) fn precompute(
         progress,
     )?;
     watch.lap("gather rays");
+    let directions = Directions::new(quality.directions);
+    let (gloss, code) = gloss::build(
+        gloss::Sources {
+            hvds: &hvds,
+            surfaces: &surfaces,
+            materials: &scene.materials,
+            paths: &paths,
+            entry_points: &entry_points,
+            cache_points: &points,
+            hemisphere,
+            seed,
+            directions,
+        },
+        &rays,
+        code,
+    )?
+    .map_or((None, code), |(tables, code)| (Some(tables), code));
+    watch.lap("outgoing directions");
     progress.finish();
 
     let mut statistics = Statistics {
@@ -174,6 +204,7 @@ pub(super) fn precompute(
         cache_points,
         neighbourhoods,
         rays,
+        gloss,
         hemisphere,
         code,
         clusters,

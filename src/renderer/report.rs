@@ -3,8 +3,8 @@
 use crate::gpu::PassTiming;
 use crate::passes::frame::{
     antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
-    gather::Gather, hvds::Pyramid, near_field::NearField, path_scan::PathScan, primary::Primary,
-    splat::Splat, tonemap::Tonemap,
+    gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid, near_field::NearField,
+    path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 
@@ -51,10 +51,16 @@ impl Columns {
                 | Direct::STEM
                 | Direct::SUM_STEM
                 | Antialias::STEM
-                | Antialias::SHADOW_STEM => &mut columns.Tdi,
-                FormFactors::STEM | FormFactors::FLUX_STEM | PathScan::STEM => &mut columns.Tlpe,
-                Pyramid::STEM => &mut columns.Thvds,
-                Gather::STEM | NearField::STEM | Blend::STEM => &mut columns.Tfg,
+                | Antialias::SHADOW_STEM
+                | GlossPixels::RAYS_STEM
+                | GlossPixels::HIGHLIGHTS_STEM => &mut columns.Tdi,
+                FormFactors::STEM
+                | FormFactors::FLUX_STEM
+                | PathScan::STEM
+                | Gloss::BEAMS_STEM
+                | Gloss::ENTRIES_STEM => &mut columns.Tlpe,
+                Pyramid::STEM | Gloss::STEM => &mut columns.Thvds,
+                Gather::STEM | NearField::STEM | Blend::STEM | GlossPixels::STEM => &mut columns.Tfg,
                 Splat::STEM | Splat::APPLY_STEM | Compose::STEM | Tonemap::STEM => &mut columns.Tsplat,
                 other => unreachable!("pass `{other}` has no column"),
             } += pass.ms;

@@ -162,9 +162,9 @@ impl Renderer {
             self.scene.quality.seed,
             &mut Silent,
         )?;
-        let gather = Gather::new(&self.context, buffer, count, rays, hemisphere, code)?;
-        self.context
-            .run(|rec| gather.record(rec, &self.buffers.materials, &self.pyramid.irradiance, count))?;
+        // These rays read clusters, not slots: what surfaces shine is not in it.
+        let gather = Gather::new(&self.context, buffer, count, rays, hemisphere, code, false)?;
+        self.context.run(|rec| gather.record(rec, self.gather_sources(), count))?;
         gather.records.read()
     }
 }

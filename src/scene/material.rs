@@ -29,8 +29,13 @@ impl Material {
         Self { name: name.to_owned(), diffuse: NEUTRAL, specular: Vec3::ZERO, exponent: 1.0, editable: false }
     }
 
+    /// Whether it has a Phong lobe or may get one at run time.
+    pub fn may_shine(&self) -> bool {
+        self.editable || self.specular != Vec3::ZERO
+    }
+
     /// Scales a material that would reflect more than it receives. True where that was needed.
-    pub(super) fn conserve_energy(&mut self) -> bool {
+    pub fn conserve_energy(&mut self) -> bool {
         let albedo = (self.diffuse + self.specular).max_element();
         if albedo <= 1.0 {
             return false;

@@ -9,6 +9,7 @@ pub mod builtin;
 pub mod bvh;
 pub mod camera;
 pub mod clip;
+pub mod directions;
 mod file;
 mod fit;
 mod geometry;

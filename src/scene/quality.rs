@@ -16,6 +16,8 @@ pub struct Quality {
     pub gather_rays: u32,
     /// Discretised outgoing directions of glossy cells.
     pub directions: u32,
+    /// Rays of a pixel that shines into its Phong lobe.
+    pub gloss_rays: u32,
     /// Base cells of the volumetric hierarchy along the scene's longest axis: a power of two.
     pub cells: u32,
     /// Samples of a pixel that shows an edge; 0 turns antialiasing off.
@@ -31,7 +33,8 @@ impl Quality {
         entry_points: 100_000,
         cache_points: 16_000,
         gather_rays: 144,
-        directions: 128,
+        directions: 144,
+        gloss_rays: 16,
         cells: 32,
         edge_samples: 16,
         seed: 0,
@@ -43,6 +46,7 @@ impl Quality {
         cache_points: 40_000,
         gather_rays: 256,
         directions: 256,
+        gloss_rays: 32,
         cells: 64,
         edge_samples: 16,
         seed: 0,
@@ -54,6 +58,7 @@ impl Quality {
         cache_points: 80_000,
         gather_rays: 576,
         directions: 256,
+        gloss_rays: 64,
         cells: 128,
         edge_samples: 64,
         seed: 0,
@@ -75,6 +80,7 @@ impl Quality {
             "cache_points",
             "gather_rays",
             "directions",
+            "gloss_rays",
             "cells",
             "edge_samples",
             "seed",
@@ -90,6 +96,7 @@ impl Quality {
             ("cache_points", 1..=1_000_000, &mut quality.cache_points),
             ("gather_rays", 4..=65_536, &mut quality.gather_rays),
             ("directions", 1..=65_536, &mut quality.directions),
+            ("gloss_rays", 1..=4096, &mut quality.gloss_rays),
             ("cells", 8..=256, &mut quality.cells),
             ("edge_samples", 0..=256, &mut quality.edge_samples),
             ("seed", 0..=u32::MAX, &mut quality.seed),
@@ -102,6 +109,11 @@ impl Quality {
             let message =
                 format!("{} is not 4·k²: the nearest is {}", quality.gather_rays, 4 * rings * rings);
             return Err(section.fault_at("gather_rays", message));
+        }
+        let side = f64::from(quality.directions).sqrt().round() as u32;
+        if quality.directions != side * side {
+            let message = format!("{} is not a square: the nearest is {}", quality.directions, side * side);
+            return Err(section.fault_at("directions", message));
         }
         if !quality.cells.is_power_of_two() {
             let message = format!("{} is not a power of two: 8 to 256 expected", quality.cells);

@@ -11,6 +11,7 @@ use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::antialias::{Antialias, CONTRAST, CREASE, STEP};
 use lightpaths::passes::frame::compose::{Compose, Irradiances};
 use lightpaths::passes::frame::direct::Direct;
+use lightpaths::passes::frame::gloss_pixels::GlossShine;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::{Camera, shapes};
@@ -316,22 +317,36 @@ fn pictures_equal_the_twin() {
         let frame = Frame::new(&world, &lights(), &camera(size, 1.0), most);
         let indirect: Vec<Vec3> = frame.pixels.iter().map(|_| 1.0 + random.cube()).collect();
         let buffer = Buffer::from_slice(&world.context, "indirect", &indirect).unwrap();
-        let pass = Compose::new(&world.context, frame.pixels.len() as u32).unwrap();
+        let pass = Compose::new(&world.context, frame.pixels.len() as u32, true).unwrap();
+        let shine =
+            |random: &mut Random| GlossShine { direct: 1.0 + random.cube(), indirect: 1.0 + random.cube() };
+        let shine: Vec<GlossShine> = frame.pixels.iter().map(|_| shine(&mut random)).collect();
+        let gloss = Buffer::from_slice(&world.context, "gloss radiance", &shine).unwrap();
         let irradiances = Irradiances {
             pixels: &frame.buffers[0],
             direct: &frame.buffers[1],
             indirect: &buffer,
+            gloss: Some(&gloss),
             antialias: &frame.antialias,
         };
         world.context.run(|rec| pass.record(rec, &world.buffers, irradiances, share)).unwrap();
         let radiance: Vec<Vec3> = pass.radiance.read().unwrap();
-        let reflected = |side: u32, direct: Vec3, source: usize| {
+        let material_of = |side: u32| world.surfaces[side as usize / 2].material;
+        let reflected = |pixel: usize, side: u32, direct: Vec3, source: usize| {
             if side == NO_SIDE {
                 return DVec3::ZERO;
             }
-            let material = world.surfaces[side as usize / 2].material;
-            let albedo = world.materials[material as usize].diffuse;
-            cpu::compose::compose(albedo, share[0] * direct, share[1] * indirect[source])
+            let albedo = world.materials[material_of(side) as usize].diffuse;
+            // A pixel's shine is that of its centre's material.
+            let centre = frame.pixels[pixel].side;
+            let is_own = centre != NO_SIDE && material_of(centre) == material_of(side);
+            let shine = shine[if is_own { pixel } else { source }];
+            cpu::compose::compose(
+                albedo,
+                share[0] * direct,
+                share[1] * indirect[source],
+                share[0] * shine.direct + share[1] * shine.indirect,
+            )
         };
         let count = frame.samples_per_edge(frame.edge_count()) as usize;
         let samples = frame.samples();
@@ -341,7 +356,7 @@ fn pictures_equal_the_twin() {
             let is_sampled = count > 0 && frame.offsets[index + 1] as usize > first;
             if !is_sampled {
                 let pixel = &frame.pixels[index];
-                let twin = reflected(pixel.side, frame.irradiance[index], index);
+                let twin = reflected(index, pixel.side, frame.irradiance[index], index);
                 assert_near(*device, twin, FLOAT, 0.0, "centre");
                 continue;
             }
@@ -349,7 +364,7 @@ fn pictures_equal_the_twin() {
             let lit = frame.irradiance[frame.pixels.len()..][own.clone()].iter();
             let sum: DVec3 = lit
                 .zip(&samples[own])
-                .map(|(direct, (surface, source))| reflected(surface.side, *direct, *source as usize))
+                .map(|(direct, (surface, source))| reflected(index, surface.side, *direct, *source as usize))
                 .sum();
             assert_near(*device, sum / count as f64, SUM, 0.0, "edge");
         }

@@ -84,15 +84,16 @@ fn no_vertex_of_a_box_is_lost_wherever_its_walls_lie_in_the_grid() {
         };
         let world = World::on_grid(&scene, grid, 16);
         let strata = Strata::new(&world.hvds, &world.densities, 1_009);
-        let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
+        let mut points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
         assert!(points.iter().all(|point| point.cluster != NO_CLUSTER), "{offset}/64 of a cell");
         let paths = light_paths::trace(
             &world.context,
             &world.buffers,
             &world.clusters,
             &world.surfaces,
+            &world.materials,
             world.hvds.levels[0].len() as u32,
-            &points,
+            &mut points,
             0,
             &mut Silent,
         )

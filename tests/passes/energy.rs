@@ -49,13 +49,18 @@ fn cluster_energies_equal_the_twin_and_parents_their_children() {
         let least_area_m2 = 0.01;
 
         let pyramid = Pyramid::new(&context, &hvds, &first_deposits, least_area_m2).unwrap();
+        // Behind the entry point paths may carry another flux.
+        let reflected_flux: Vec<Vec3> = path_flux.iter().map(|&flux| flux * random.unit()).collect();
+        let reflected_flux_buffer = Buffer::from_slice(&context, "reflected flux", &reflected_flux).unwrap();
         let path_flux_buffer = Buffer::from_slice(&context, "path flux", &path_flux).unwrap();
         let deposit_buffer = Buffer::from_slice(&context, "deposits", &deposits).unwrap();
         context.take_redundant_barriers();
-        context.run(|rec| pyramid.record(rec, &path_flux_buffer, &deposit_buffer)).unwrap();
+        context
+            .run(|rec| pyramid.record(rec, &path_flux_buffer, &reflected_flux_buffer, &deposit_buffer))
+            .unwrap();
         assert_eq!(context.take_redundant_barriers(), [""; 0]);
 
-        let twin = cpu::hvds::cluster_flux(&hvds, &path_flux, &first_deposits, &deposits);
+        let twin = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &first_deposits, &deposits);
         let sources = cpu::hvds::indirect_sources(&hvds, &first_deposits, LEAST_VERTICES);
         assert_eq!(indirect_sources(&hvds, &first_deposits, LEAST_VERTICES), sources);
         let borrowing = (0..base as u32).zip(&sources).filter(|(cluster, source)| cluster != *source).count();

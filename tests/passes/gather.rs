@@ -6,7 +6,7 @@ use glam::{DMat3, Mat3, Vec3};
 use lightpaths::cpu::gather::{Sources, gather, unpack};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::frame::gather::Gather;
+use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
 use lightpaths::types::{CachePoint, GatherRay, NO_TARGET, Record, Reflectance};
 
@@ -48,7 +48,9 @@ fn irradiance_and_gradients_equal_the_twin() {
         irradiance: &irradiance,
         cluster_bits: code.cluster_bits,
         least_distance: code.least_distance,
+        slots: &[],
     };
+    let inverse_areas = Buffer::from_slice(&context, "inverse areas", &[1.0_f32; CLUSTERS as usize]).unwrap();
     for (rings, point_count) in [(1, 0), (1, 1), (1, 65), (3, 17), (4, 63), (8, 1), (8, 67)] {
         let strata = Strata { rings, sectors: 4 * rings };
         let points = random_points(&mut random, point_count);
@@ -67,9 +69,16 @@ fn irradiance_and_gradients_equal_the_twin() {
             RayTable { rows_per_buffer: rows, buffers: buffers.collect() },
             Hemisphere { rings, sectors: strata.sectors },
             code,
+            false,
         )
         .unwrap();
-        context.run(|rec| pass.record(rec, &materials, &irradiance_buffer, point_count)).unwrap();
+        let buffers = GatherSources {
+            materials: &materials,
+            irradiance: &irradiance_buffer,
+            inverse_areas: &inverse_areas,
+            gloss: None,
+        };
+        context.run(|rec| pass.record(rec, buffers, point_count)).unwrap();
         let records: Vec<Record> = pass.records.read().unwrap();
         assert_eq!(records.len(), points.len());
         for ((record, point), row) in
@@ -107,8 +116,13 @@ fn the_rotational_gradient_is_a_derivative() {
     let strata = Strata { rings: 64, sectors: 256 };
     // A radiance field that depends on the direction in the world only, one cluster for each of 64 steps of height.
     let irradiance: Vec<Vec3> = (0..64).map(|step| Vec3::splat(step as f32)).collect();
-    let sources =
-        Sources { albedos: &[Vec3::ONE], irradiance: &irradiance, cluster_bits: 8, least_distance: 1.0 };
+    let sources = Sources {
+        albedos: &[Vec3::ONE],
+        irradiance: &irradiance,
+        cluster_bits: 8,
+        least_distance: 1.0,
+        slots: &[],
+    };
     let gathered = |normal: Vec3| {
         let frame = lightpaths::cpu::hemisphere::frame(normal);
         let ray = |ray| {

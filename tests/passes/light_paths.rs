@@ -2,13 +2,14 @@
 
 use crate::common::assert_silent;
 use crate::world::{Random, World};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use lightpaths::cpu::light_paths::{Walk, Walker};
 use lightpaths::cpu::sampling::{owen_scramble, sample_3d, sobol};
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::frame::path_scan::HEAD;
+use lightpaths::passes::frame::path_scan::{FROM_ENTRY, HEAD};
 use lightpaths::passes::precompute::Silent;
-use lightpaths::passes::precompute::light_paths::{self, LightPathsPush, PathState};
+use lightpaths::passes::precompute::light_paths::{self, LightPathsPush, PathGroup, PathState};
+use lightpaths::scene::Material;
 use lightpaths::types::{NO_CLUSTER, PathVertex};
 
 const SEED: u32 = 77;
@@ -23,7 +24,7 @@ fn entry_points(world: &World, count: usize) -> Vec<PathVertex> {
         // The outside of the room has no clusters.
         if cluster != NO_CLUSTER {
             let weight = [1.0, 4.0, 0.5][points.len() % 3];
-            points.push(PathVertex { position, side, incoming: Vec3::ZERO, weight, cluster });
+            points.push(PathVertex { position, side, incoming: Vec3::ZERO, weight, cluster, lobe: 0.0 });
         }
     }
     points
@@ -37,7 +38,12 @@ fn extend(world: &World, states: &mut Vec<PathState>) -> Vec<Vec<PathVertex>> {
     let counts = Buffer::storage(&world.context, "counts", 4 * states.len() as u64).unwrap();
     world.dispatch(
         light_paths::STEM,
-        &[("STEPS", STEPS as u32), ("ROULETTE_THRESHOLD", light_paths::ROULETTE_THRESHOLD.to_bits())],
+        &[
+            ("STEPS", STEPS as u32),
+            ("ROULETTE_THRESHOLD", light_paths::ROULETTE_THRESHOLD.to_bits()),
+            ("EDITABLE_ALBEDO", light_paths::EDITABLE_ALBEDO.to_bits()),
+            ("SHINES", u32::from(world.materials.iter().any(Material::may_shine))),
+        ],
         |_| states.len() as u32,
         &LightPathsPush { grid: world.hvds.grid, path_count: states.len() as u32, seed: SEED },
         &[
@@ -69,6 +75,7 @@ fn parts(walk: &Walk<'_>, walker: &mut Walker, found: &[PathVertex], goes_on: bo
             || error > 1e-4
             || weight_error > 1e-5 * twin.weight
             || (twin.incoming - vertex.incoming).length() > 1e-4
+            || (twin.lobe - vertex.lobe).abs() > 1e-5
         {
             return true;
         }
@@ -77,41 +84,49 @@ fn parts(walk: &Walk<'_>, walker: &mut Walker, found: &[PathVertex], goes_on: bo
             return true;
         }
         walker.position = vertex.position;
+        walker.incoming = vertex.incoming.as_dvec3();
     }
     !goes_on && walk.step(&mut walker.clone()).is_some()
 }
 
 #[test]
 fn vertices_equal_the_twin() {
-    let world = World::room();
+    follow(&World::room());
+    follow(&World::shining_room());
+}
+
+fn follow(world: &World) {
     let walk = Walk {
         geometry: world.geometry(),
-        materials: &world.materials,
+        materials: &world.reflectances(),
         hvds: &world.hvds,
         seed: SEED,
         roulette_threshold: f64::from(light_paths::ROULETTE_THRESHOLD),
+        editable_albedo: f64::from(light_paths::EDITABLE_ALBEDO),
     };
     for count in [0, 1, 63, 64, 65, 4_999] {
         let state = |(path, entry): (u32, &PathVertex)| PathState {
             position: entry.position,
             side: entry.side,
             throughput: Vec3::splat(entry.weight),
+            incoming: Vec3::ZERO,
             path,
             depth: 0,
             is_alive: 1,
         };
-        let mut states: Vec<_> = (0..).zip(&entry_points(&world, count)).map(state).collect();
+        let mut states: Vec<_> = (0..).zip(&entry_points(world, count)).map(state).collect();
         let walker = |state: &PathState| Walker {
             position: state.position,
             side: state.side,
             throughput: state.throughput.as_dvec3(),
+            incoming: DVec3::ZERO,
             path: state.path,
             depth: 0,
         };
         let mut walkers: Vec<_> = states.iter().map(walker).collect();
         let (mut parted, mut vertices, mut rounds) = (0, 0, 0);
         while !states.is_empty() {
-            let rows = extend(&world, &mut states);
+            let rows = extend(world, &mut states);
             let mut survivors = Vec::new();
             for (state, row) in states.iter().zip(&rows) {
                 let walker = &mut walkers[state.path as usize];
@@ -138,17 +153,24 @@ fn vertices_equal_the_twin() {
 
 #[test]
 fn paths_are_stored_whole_in_both_orders() {
-    let world = World::room();
+    store(&World::room());
+    store(&World::shining_room());
+}
+
+fn store(world: &World) {
+    let shines = world.materials.iter().any(Material::may_shine);
     for count in [0, 1, 64, 65, 9_001] {
-        let entries = entry_points(&world, count);
+        let mut entries = entry_points(world, count);
+        let traced = entries.clone();
         let base = world.hvds.levels[0].len();
         let paths = light_paths::trace(
             &world.context,
             &world.buffers,
             &world.clusters,
             &world.surfaces,
+            &world.materials,
             base as u32,
-            &entries,
+            &mut entries,
             SEED,
             &mut Silent,
         )
@@ -159,33 +181,68 @@ fn paths_are_stored_whole_in_both_orders() {
         assert_eq!(paths.steps.len() as u64, u64::from(paths.first_deposits[2 * base]) + paths.lost);
 
         // The same walk in rounds of our own.
-        let mut expected: Vec<Vec<PathVertex>> = entries.iter().map(|&entry| vec![entry]).collect();
+        let mut expected: Vec<Vec<PathVertex>> = traced.iter().map(|&entry| vec![entry]).collect();
         let mut states: Vec<_> = (0..)
-            .zip(&entries)
+            .zip(&traced)
             .map(|(path, e)| PathState {
                 position: e.position,
                 side: e.side,
                 throughput: Vec3::splat(e.weight),
+                incoming: Vec3::ZERO,
                 path,
                 depth: 0,
                 is_alive: 1,
             })
             .collect();
         while !states.is_empty() {
-            for (row, state) in extend(&world, &mut states).into_iter().zip(&states) {
+            for (row, state) in extend(world, &mut states).into_iter().zip(&states) {
                 expected[state.path as usize].extend(row);
             }
             states.retain(|state| state.is_alive == 1);
         }
+        // Material 1 is the editable one: the paths that it reflects behind their entry points come last.
+        let is_edited = |vertices: &Vec<PathVertex>| {
+            let reflectors = vertices.get(1..vertices.len() - 1).unwrap_or(&[]);
+            let material = |vertex: &PathVertex| world.surfaces[vertex.side as usize / 2].material;
+            shines && reflectors.iter().any(|vertex| material(vertex) == 1)
+        };
+        expected.sort_by_key(is_edited);
+        assert!(expected.iter().zip(&entries).all(|(path, entry)| path[0].position == entry.position));
+        let first_edited: usize =
+            expected.iter().filter(|path| !is_edited(path)).map(|path| path.len()).sum();
+        let groups = [
+            PathGroup { materials: 0, steps: 0..first_edited as u32 },
+            PathGroup { materials: 1, steps: first_edited as u32..paths.steps.len() as u32 },
+        ];
+        let groups: Vec<_> = groups.into_iter().filter(|group| shines && !group.steps.is_empty()).collect();
+        assert_eq!(paths.groups, groups);
+        assert!(count < 1_000 || !shines || groups.len() == 2);
+
         let mut steps = paths.steps.iter();
         let mut taken = vec![false; paths.deposits.len()];
         for (path, vertices) in expected.iter().enumerate() {
             let mut material = HEAD;
             for vertex in vertices {
                 let step = steps.next().unwrap();
+                if shines {
+                    let arrivals = &paths.arrivals;
+                    let slot = step.slot as usize;
+                    assert_eq!(arrivals.lobes[paths.steps.len() - steps.len() - 1], vertex.lobe);
+                    assert_eq!(
+                        (arrivals.incoming[slot], arrivals.sides[slot]),
+                        (vertex.incoming, vertex.side)
+                    );
+                    if let [_, second, ..] = &**vertices {
+                        assert_eq!(arrivals.departures[path], second.incoming);
+                    }
+                }
                 let list = 2 * vertex.cluster as usize + usize::from(material != HEAD);
                 assert_eq!((step.material, step.weight), (material, vertex.weight));
+                let is_entry = material == HEAD;
                 material = world.surfaces[vertex.side as usize / 2].material;
+                if is_entry && world.materials[material as usize].may_shine() {
+                    material = FROM_ENTRY;
+                }
                 assert_ne!(vertex.cluster, NO_CLUSTER, "no vertex is lost");
                 assert!((paths.first_deposits[list]..paths.first_deposits[list + 1]).contains(&step.slot));
                 assert!(!std::mem::replace(&mut taken[step.slot as usize], true), "slots are used once");
@@ -194,6 +251,7 @@ fn paths_are_stored_whole_in_both_orders() {
         }
         assert!(steps.next().is_none());
         assert_eq!(paths.lost, 0);
+        assert_eq!(paths.arrivals.lobes.is_empty(), !shines || count == 0);
     }
     assert_silent(&world.context);
 }

@@ -56,7 +56,7 @@ fn form_factors_equal_the_twin() {
         let mut points: Vec<PathVertex> = (0..count)
             .map(|_| {
                 let (position, _, side) = world.surface_point(&mut random);
-                PathVertex { position, side, incoming: Vec3::ZERO, weight: 1.0, cluster: 0 }
+                PathVertex { position, side, incoming: Vec3::ZERO, weight: 1.0, cluster: 0, lobe: 0.0 }
             })
             .collect();
         if let [first, .., last] = &mut *points {

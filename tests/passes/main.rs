@@ -16,6 +16,7 @@ mod entry_points;
 mod frame;
 mod gather;
 mod gather_rays;
+mod gloss;
 mod irradiance_probe;
 mod light_paths;
 mod lights;

@@ -2,10 +2,10 @@
 
 use crate::common::{assert_silent, context};
 use crate::world::{FLOAT, Random, assert_near};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::frame::path_scan::{HEAD, PathScan, PathStep};
+use lightpaths::passes::frame::path_scan::{FROM_ENTRY, HEAD, PathScan, PathStep};
 use lightpaths::types::{Deposit, Reflectance};
 
 /// Steps of paths of those lengths; slots are a permutation. A stride that no length here shares a factor with.
@@ -23,19 +23,24 @@ fn steps(lengths: &[usize], mut step: impl FnMut() -> (u32, f32)) -> Vec<PathSte
     steps
 }
 
-/// Scans on the device, twice because the result must not depend on what was there: throughputs in path order.
+/// Scans paths among diffuse materials.
 fn scan(albedos: &[Vec3], steps: &[PathStep]) -> Vec<Vec3> {
-    const UNTOUCHED: Vec3 = Vec3::splat(-7.0);
-    let context = context();
     let reflectance =
         |&diffuse: &Vec3| Reflectance { diffuse, exponent: 1.0, specular: Vec3::ZERO, flags: 0 };
     let materials: Vec<_> = albedos.iter().map(reflectance).collect();
-    let materials = Buffer::from_slice(&context, "materials", &materials).unwrap();
+    scan_among(&materials, steps, &[])
+}
+
+/// Scans on the device, twice because the result must not depend on what was there: throughputs in path order.
+fn scan_among(materials: &[Reflectance], steps: &[PathStep], lobes: &[f32]) -> Vec<Vec3> {
+    const UNTOUCHED: Vec3 = Vec3::splat(-7.0);
+    let context = context();
+    let materials = Buffer::from_slice(&context, "materials", materials).unwrap();
     let deposit = |path: usize| Deposit { throughput: UNTOUCHED, path: path as u32 };
     let deposits: Vec<_> = (0..=steps.len()).map(deposit).collect();
-    let scan = PathScan::new(&context, steps, &deposits).unwrap();
+    let scan = PathScan::new(&context, steps, lobes, &deposits).unwrap();
     for _ in 0..2 {
-        context.run(|rec| scan.record(rec, &materials)).unwrap();
+        context.run(|rec| scan.record(rec, &materials, None)).unwrap();
     }
     let found: Vec<Deposit> = scan.deposits.read().unwrap();
     assert!((0..).zip(&found).all(|(path, deposit)| deposit.path == path), "paths stay as they are");
@@ -43,8 +48,9 @@ fn scan(albedos: &[Vec3], steps: &[PathStep]) -> Vec<Vec3> {
     steps.iter().map(|step| found[step.slot as usize].throughput).collect()
 }
 
-fn twin(albedos: &[Vec3], steps: &[PathStep]) -> Vec<glam::DVec3> {
-    let albedo = |step: &PathStep| (step.material != HEAD).then(|| albedos[step.material as usize]);
+fn twin(albedos: &[Vec3], steps: &[PathStep]) -> Vec<DVec3> {
+    let albedo =
+        |step: &PathStep| (step.material != HEAD).then(|| albedos[step.material as usize].as_dvec3());
     cpu::path_scan::path_scan(steps.iter().map(|step| (albedo(step), step.weight)))
 }
 
@@ -76,6 +82,41 @@ fn short_paths_equal_the_twin() {
         let found = scan(&albedos, &steps);
         for (index, (device, twin)) in found.iter().zip(twin(&albedos, &steps)).enumerate() {
             assert_near(*device, twin, FLOAT, 0.0, &format!("vertex {index} of {count}"));
+        }
+    }
+    assert_silent(&context());
+}
+
+#[test]
+fn paths_among_shining_surfaces_equal_the_twin() {
+    let mut random = Random::new(3);
+    let material = |exponent| Reflectance {
+        diffuse: Vec3::new(0.4, 0.2, 0.0),
+        exponent,
+        specular: Vec3::new(0.1, 0.5, 0.6),
+        flags: 0,
+    };
+    let materials = [1.0, 7.5, 40.0, 1000.0].map(material);
+    for count in [0, 1, 1023, 1025, 9_973] {
+        let lengths = lengths(&mut random, count, 8);
+        let steps = steps(&lengths, || {
+            let material = random.below(5);
+            (if material == 4 { FROM_ENTRY } else { material }, 0.5 + random.unit())
+        });
+        // From the mirror direction itself, by way of where a sharp lobe falls off, to the opposite direction.
+        let lobes: Vec<f32> =
+            (0..count).map(|_| 2.0 * random.unit().powi(1 + random.below(12) as i32)).collect();
+        let found = scan_among(&materials, &steps, &lobes);
+        let reflected = |step: &PathStep, lobe: f32| match step.material {
+            HEAD => None,
+            FROM_ENTRY => Some(DVec3::ONE),
+            material => Some(cpu::brdf::reflected_share(&materials[material as usize], f64::from(lobe))),
+        };
+        let pairs = steps.iter().zip(&lobes);
+        let twin = cpu::path_scan::path_scan(pairs.map(|(step, &lobe)| (reflected(step, lobe), step.weight)));
+        for (index, (device, twin)) in found.iter().zip(twin).enumerate() {
+            // The power of an exponent of 1000 has lost two digits.
+            assert_near(*device, twin, 10.0 * FLOAT, 1e-9, &format!("vertex {index} of {count}"));
         }
     }
     assert_silent(&context());
@@ -133,4 +174,45 @@ fn a_path_of_many_blocks_carries_its_throughput_through_all() {
     assert!(found[..2].iter().all(|&throughput| throughput == Vec3::ONE));
     assert!(found[2..].iter().all(|&throughput| throughput == albedos[1]));
     assert_silent(&context());
+}
+
+/// Scanning the edited part only leaves the same bits as scanning all.
+#[test]
+fn a_part_scanned_again_equals_a_whole_scan() {
+    let context = context();
+    let mut random = Random::new(4);
+    let lengths = lengths(&mut random, 30_011, 12);
+    // Material 2 reflects the paths of two parts of the array only.
+    let ends: Vec<u32> = lengths
+        .iter()
+        .scan(0, |end, &length| {
+            *end += length as u32;
+            Some(*end)
+        })
+        .collect();
+    let bounds = [ends[900], ends[1_000], ends[2_500], ends[2_600]];
+    let parts = [bounds[0]..bounds[1], bounds[2]..bounds[3]];
+    let mut place = 0;
+    let steps = steps(&lengths, || {
+        let is_inside = parts.iter().any(|part| part.contains(&place));
+        place += 1;
+        (random.below(if is_inside { 3 } else { 2 }), 1.0 + random.unit())
+    });
+    let material = |diffuse| Reflectance { diffuse, exponent: 1.0, specular: Vec3::ZERO, flags: 0 };
+    let mut table = [Vec3::splat(0.7), Vec3::new(0.3, 0.5, 0.9), Vec3::splat(0.1)].map(material);
+    let deposits: Vec<_> =
+        (0..=steps.len()).map(|path| Deposit { throughput: Vec3::ZERO, path: path as u32 }).collect();
+    let whole = PathScan::new(&context, &steps, &[], &deposits).unwrap();
+    let part = PathScan::new(&context, &steps, &[], &deposits).unwrap();
+    let materials = Buffer::from_slice(&context, "materials", &table).unwrap();
+    context.run(|rec| part.record(rec, &materials, None)).unwrap();
+    let before: Vec<Deposit> = part.deposits.read().unwrap();
+    table[2].diffuse = Vec3::new(0.8, 0.6, 0.4);
+    materials.write(&table).unwrap();
+    context.run(|rec| part.record(rec, &materials, Some(&parts))).unwrap();
+    context.run(|rec| whole.record(rec, &materials, None)).unwrap();
+    let [part, whole] = [part, whole].map(|scan| scan.deposits.read::<Deposit>().unwrap());
+    let same = |a: &[Deposit], b: &[Deposit]| a.iter().zip(b).all(|(a, b)| a.throughput == b.throughput);
+    assert!(same(&part, &whole) && !same(&part, &before));
+    assert_silent(&context);
 }

@@ -70,10 +70,15 @@ fn radiance_equals_the_twin() {
         let upload = |name: &str, values: &[Vec3]| Buffer::from_slice(&world.context, name, values).unwrap();
         let [direct, indirect] = [upload("direct", &irradiances[0]), upload("indirect", &irradiances[1])];
         let surfaces = Buffer::from_slice(&world.context, "pixels", &pixels).unwrap();
-        let pass = Compose::new(&world.context, count as u32).unwrap();
+        let pass = Compose::new(&world.context, count as u32, false).unwrap();
         let antialias = Antialias::new(&world.context, [count as u32, 1], 0).unwrap();
-        let irradiances_of =
-            Irradiances { pixels: &surfaces, direct: &direct, indirect: &indirect, antialias: &antialias };
+        let irradiances_of = Irradiances {
+            pixels: &surfaces,
+            direct: &direct,
+            indirect: &indirect,
+            gloss: None,
+            antialias: &antialias,
+        };
         world.context.run(|rec| pass.record(rec, &world.buffers, irradiances_of, [1.0, 1.0])).unwrap();
         let radiance: Vec<Vec3> = pass.radiance.read().unwrap();
         for (index, (device, pixel)) in radiance.iter().zip(&pixels).enumerate() {
@@ -83,7 +88,8 @@ fn radiance_equals_the_twin() {
             }
             let material = world.surfaces[pixel.side as usize / 2].material;
             let albedo = world.materials[material as usize].diffuse;
-            let twin = cpu::compose::compose(albedo, irradiances[0][index], irradiances[1][index]);
+            let twin =
+                cpu::compose::compose(albedo, irradiances[0][index], irradiances[1][index], Vec3::ZERO);
             assert_near(*device, twin, FLOAT, 0.0, "radiance");
         }
     }

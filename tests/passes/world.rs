@@ -9,11 +9,11 @@ use lightpaths::cpu::rays::Geometry;
 use lightpaths::gpu::{Buffer, Context, Pipeline, Recorder};
 use lightpaths::layout::GpuStruct;
 use lightpaths::passes::precompute::entry_points::Strata;
-use lightpaths::passes::{ClusterBuffers, SceneBuffers};
+use lightpaths::passes::{ClusterBuffers, SceneBuffers, reflectances};
 use lightpaths::scene::bvh::Bvh;
 use lightpaths::scene::hvds::Hvds;
 use lightpaths::scene::{Material, Scene, Triangle, grid, shapes, surfaces};
-use lightpaths::types::{CachePoint, Grid, PixelSurface, Surface};
+use lightpaths::types::{CachePoint, Grid, PixelSurface, Reflectance, Surface};
 
 /// Relative tolerance of a value that a few operations lead to.
 pub(crate) const FLOAT: f64 = 1e-5;
@@ -118,6 +118,22 @@ impl World {
     /// A closed room of 2×1.5×1 m with sixty triangles adrift in it, whose shading normals lean away from their planes.
     pub(crate) fn room() -> Self {
         Self::new(&room(), 16)
+    }
+
+    /// The room, one of its materials shining, one editable and shining.
+    pub(crate) fn shining_room() -> Self {
+        let mut scene = room();
+        for (material, exponent) in scene.materials.iter_mut().zip([20.0, 5.0]) {
+            material.diffuse *= 0.5;
+            material.specular = Vec3::new(0.3, 0.2, 0.4);
+            material.exponent = exponent;
+        }
+        scene.materials[1].editable = true;
+        Self::new(&scene, 16)
+    }
+
+    pub(crate) fn reflectances(&self) -> Vec<Reflectance> {
+        reflectances(&self.materials)
     }
 
     pub(crate) fn geometry(&self) -> Geometry<'_> {

@@ -36,6 +36,8 @@ pub struct Irradiances<'a> {
     pub direct: &'a Buffer,
     /// Indirect irradiance of each pixel, W/m².
     pub indirect: &'a Buffer,
+    /// What each pixel shines, W/m²/sr; none where nothing may.
+    pub gloss: Option<&'a Buffer>,
     /// Samples of the pixels that show an edge.
     pub antialias: &'a Antialias,
 }
@@ -52,13 +54,13 @@ impl Compose {
     /// The name that shader, twin and timing share.
     pub const STEM: &str = "compose";
 
-    /// Makes room for an image of `pixel_count` pixels.
+    /// Makes room for an image of `pixel_count` pixels; `shines` where some surfaces may.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, pixel_count: u32) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, pixel_count: u32, shines: bool) -> Result<Self> {
         Ok(Self {
-            pipeline: Pipeline::new(context, Self::STEM, &[])?,
+            pipeline: Pipeline::new(context, Self::STEM, &[("SHINES", u32::from(shines))])?,
             pixel_count,
             radiance: Buffer::storage(context, "radiance", u64::from(pixel_count) * 12)?,
         })
@@ -72,7 +74,7 @@ impl Compose {
         irradiances: Irradiances<'_>,
         [direct_share, indirect_share]: [f32; 2],
     ) {
-        let Irradiances { pixels, direct, indirect, antialias } = irradiances;
+        let Irradiances { pixels, direct, indirect, gloss, antialias } = irradiances;
         rec.pass(Self::STEM).dispatch(
             &self.pipeline,
             [self.pixel_count, 1, 1],
@@ -92,6 +94,8 @@ impl Compose {
                 ("EdgeOffsets", &antialias.offsets),
                 ("EdgeSurfaces", &antialias.edge_surfaces),
                 ("EdgeSources", &antialias.edge_sources),
+                // Where nothing shines nobody reads it.
+                ("GlossRadiance", gloss.unwrap_or(indirect)),
                 ("Radiance", &self.radiance),
             ],
         );

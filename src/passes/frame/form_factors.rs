@@ -130,9 +130,13 @@ impl FormFactors {
         }
     }
 
-    /// Sums the lights' rows, each with its emission, in order: flux that enters each path.
-    pub fn record_flux(&self, rec: &mut Recorder, rows: &[(Vec3, &Buffer)]) {
+    /// Sums the lights' rows, each with its emission, in order: flux that enters each path; and once more, where some entry points
+    /// may shine and the flux behind them is another.
+    pub fn record_flux(&self, rec: &mut Recorder, rows: &[(Vec3, &Buffer)], reflected_flux: Option<&Buffer>) {
         let mut pass = rec.pass(Self::FLUX_STEM);
         self.sum.record(&mut pass, rows, self.point_count, self.area_m2, &self.flux);
+        if let Some(reflected_flux) = reflected_flux {
+            self.sum.record(&mut pass, rows, self.point_count, self.area_m2, reflected_flux);
+        }
     }
 }

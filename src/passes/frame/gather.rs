@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::frame::gloss::Gloss;
 use crate::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
 use crate::types::Record;
 use glam::{DVec2, Vec2};
@@ -21,11 +22,26 @@ gpu_struct! {
         pub cluster_bits: u32,
         /// Unit of `GatherRay::gradient`, metres.
         pub least_distance: f32,
+        /// Clusters; targets beyond are slots.
+        pub cluster_count: u32,
     }
 }
 
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[GatherPush::LAYOUT];
+
+/// Where the radiance at the ends of gather rays comes from.
+#[derive(Clone, Copy)]
+pub struct GatherSources<'a> {
+    /// `Reflectance` of each material.
+    pub materials: &'a Buffer,
+    /// Irradiance of each cluster, W/m².
+    pub irradiance: &'a Buffer,
+    /// 1/area of each cluster, 1/m².
+    pub inverse_areas: &'a Buffer,
+    /// What clusters that shine send towards directions; none where rays read no slots.
+    pub gloss: Option<&'a Gloss>,
+}
 
 /// The pipeline, the cache points with their rays, and the result.
 pub struct Gather {
@@ -48,7 +64,7 @@ impl Gather {
     /// The name that shader, twin and timing share.
     pub const STEM: &str = "gather";
 
-    /// Takes over what the precomputation found.
+    /// Takes over what the precomputation found; `shines` where some rays read slots.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -59,9 +75,11 @@ impl Gather {
         rays: RayTable,
         hemisphere: Hemisphere,
         code: GatherCode,
+        shines: bool,
     ) -> Result<Self> {
+        let [rings, sectors] = hemisphere.constants();
         Ok(Self {
-            pipeline: Pipeline::new(context, Self::STEM, &hemisphere.constants())?,
+            pipeline: Pipeline::new(context, Self::STEM, &[rings, sectors, ("SHINES", u32::from(shines))])?,
             point_count,
             code,
             hemisphere,
@@ -82,7 +100,11 @@ impl Gather {
     }
 
     /// Gathers at the first `point_count` cache points.
-    pub fn record(&self, rec: &mut Recorder, materials: &Buffer, irradiance: &Buffer, point_count: u32) {
+    pub fn record(&self, rec: &mut Recorder, sources: GatherSources<'_>, point_count: u32) {
+        let GatherSources { materials, irradiance, inverse_areas, gloss } = sources;
+        let cluster_count = (inverse_areas.bytes() / 4) as u32;
+        // Where no ray reads a slot nobody looks at what is bound for it.
+        let (slots, fluxes) = gloss.map_or((irradiance, irradiance), |gloss| (&gloss.slots, &gloss.fluxes));
         let mut pass = rec.pass(Self::STEM);
         for (first_point, point_count, rays) in self.rays.parts(point_count) {
             let push = GatherPush {
@@ -90,6 +112,7 @@ impl Gather {
                 point_count,
                 cluster_bits: self.code.cluster_bits,
                 least_distance: self.code.least_distance,
+                cluster_count,
             };
             if first_point > 0 {
                 // The parts write different records, but the hazard check counts in buffers.
@@ -105,6 +128,9 @@ impl Gather {
                     ("GatherRays", rays),
                     ("Materials", materials),
                     ("Irradiance", irradiance),
+                    ("InverseAreas", inverse_areas),
+                    ("GlossSlots", slots),
+                    ("GlossFluxes", fluxes),
                     ("Records", &self.records),
                 ],
             );

@@ -63,7 +63,8 @@ pub struct Pyramid {
     level: Pipeline,
     resolve: Pipeline,
     levels: Vec<Range<u32>>,
-    first_deposits: Buffer,
+    /// First deposit of each base cluster by an entry point, then its first by another vertex, and the end.
+    pub first_deposits: Buffer,
     first_children: Buffer,
     /// 1/area of each cluster, 1/m².
     pub inverse_areas: Buffer,
@@ -112,7 +113,8 @@ impl Pyramid {
     }
 
     /// Sums the base level, then each coarser one from the level below it; then divides.
-    pub fn record(&self, rec: &mut Recorder, path_flux: &Buffer, deposits: &Buffer) {
+    /// `reflected_flux` is what the paths carry on from their entry points: where nothing shines, the same as `path_flux`.
+    pub fn record(&self, rec: &mut Recorder, path_flux: &Buffer, reflected_flux: &Buffer, deposits: &Buffer) {
         let mut pass = rec.pass(Self::STEM);
         let base = &self.levels[0];
         pass.dispatch(
@@ -121,6 +123,7 @@ impl Pyramid {
             &HvdsBasePush { first_cluster: base.start, cluster_count: base.len() as u32 },
             &[
                 ("PathFlux", path_flux),
+                ("ReflectedFlux", reflected_flux),
                 ("FirstDeposits", &self.first_deposits),
                 ("Deposits", deposits),
                 ("ClusterFluxes", &self.flux),

@@ -6,6 +6,8 @@ pub mod compose;
 pub mod direct;
 pub mod form_factors;
 pub mod gather;
+pub mod gloss;
+pub mod gloss_pixels;
 pub mod hvds;
 pub mod light_sum;
 pub mod near_field;

@@ -141,6 +141,20 @@ impl RayTable {
         self.buffers.iter().map(Buffer::bytes).sum()
     }
 
+    /// Replaces all rows.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn write(&self, rays: &[GatherRay]) -> Result<()> {
+        let mut rest = rays;
+        for buffer in &self.buffers {
+            let (part, others) = rest.split_at(buffer.bytes() as usize / size_of::<GatherRay>());
+            buffer.write(part)?;
+            rest = others;
+        }
+        Ok(())
+    }
+
     /// All rows.
     ///
     /// # Errors

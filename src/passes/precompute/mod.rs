@@ -6,6 +6,7 @@ pub mod clearance;
 mod coverage;
 pub mod entry_points;
 pub mod gather_rays;
+pub mod gloss;
 pub mod light_paths;
 pub mod near_clusters;
 pub mod neighbours;

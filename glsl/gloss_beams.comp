@@ -1,0 +1,46 @@
+// Light from one light at the entry points that may shine, point sample by point sample: their first reflection depends on where it
+// comes from, so that it cannot be a constant of the path. [Yue §1] Deterministic. One invocation = one point sample at one entry
+// point. In: entry points, a light. Out: beams, free of the light's colour.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+#include "include/brdf.glsl"
+#include "include/gloss.glsl"
+
+layout(local_size_x = 64) in;
+
+struct GlossBeamsPush {
+    uint entry_count;
+    uint light;
+    float area_m2;  // that each entry point stands for, in the mean
+};
+
+layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
+layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar, binding = 2) readonly buffer Lights { LightSource lights[]; };
+layout(scalar, binding = 3) readonly buffer GlossEntries { GlossEntry gloss_entries[]; };
+layout(scalar, binding = 4) writeonly buffer GlossBeams { GlossBeam gloss_beams[]; };  // one a point sample, entry by entry
+layout(scalar, push_constant) uniform Push { GlossBeamsPush push; };
+
+#include "include/bvh.glsl"
+#include "include/lights.glsl"
+#include "include/direct.glsl"
+
+void main() {
+    uint index = flat_invocation();
+    LightSource light = lights[push.light];
+    if (index >= push.entry_count * light.samples) return;
+    GlossEntry entry = gloss_entries[index / light.samples];
+    uint number = index % light.samples;
+    GlossBeam beam = GlossBeam(entry.normal, 0.0);
+    LightSample found;
+    if (sample_light(light, entry.position, lattice_point(light, number), found)) {
+        beam.mirror = reflect(-found.direction, entry.normal);
+        beam.factor = light_factor(light, number, number + 1u, false, entry.position, entry.normal, entry.normal, push.area_m2);
+    }
+    gloss_beams[index] = beam;
+}

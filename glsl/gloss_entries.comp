@@ -1,0 +1,39 @@
+// First reflection of one light at the entry points that may shine: adds to the flux that their paths carry on. [Yue §1]
+// Deterministic. One invocation = one such entry point. In: beams. Out: flux, W; the first light starts from zero.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+#include "include/brdf.glsl"
+#include "include/gloss.glsl"
+
+layout(local_size_x = 64) in;
+
+struct GlossEntriesPush {
+    vec3 emission;  // of the light, times the area that each entry point stands for, in the mean
+    uint entry_count;
+    uint beam_count;  // of an entry point
+    uint adds;        // 1: to the flux so far
+};
+
+layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[]; };
+layout(scalar, binding = 1) readonly buffer GlossEntries { GlossEntry gloss_entries[]; };
+layout(scalar, binding = 2) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
+layout(scalar, binding = 3) buffer ReflectedFlux { vec3 reflected_flux[]; };
+layout(scalar, push_constant) uniform Push { GlossEntriesPush push; };
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= push.entry_count) return;
+    GlossEntry entry = gloss_entries[index];
+    Reflectance material = materials[entry.material];
+    vec3 reflected = vec3(0.0);
+    for (uint i = index * push.beam_count; i < (index + 1u) * push.beam_count; ++i) {
+        reflected += gloss_beams[i].factor * reflected_share(material, off_mirror(gloss_beams[i].mirror, entry.departure));
+    }
+    vec3 before = push.adds != 0u ? reflected_flux[entry.path] : vec3(0.0);
+    reflected_flux[entry.path] = before + push.emission * reflected;
+}

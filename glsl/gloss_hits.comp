@@ -1,0 +1,57 @@
+// Shining pixels, step 4: what rays find on surfaces that shine themselves: π times what these send back by their Phong lobes. Too few
+// rays meet such surfaces to prepare directions for them. Deterministic. One invocation = one ray. In: rays, beams of a light, or
+// deposits and flux of paths (W). Out: W/m², for the rays that meet what shines.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+#include "include/brdf.glsl"
+#include "include/gloss.glsl"
+#include "include/gloss_rays.glsl"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint ENTRY_POINTS = 0;  // 1: light straight from one light; 0: light from surfaces
+
+layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[]; };
+layout(scalar, binding = 1) readonly buffer GlossOffsets { uint gloss_offsets[]; };
+layout(scalar, binding = 2) readonly buffer GlossRays { GlossRay gloss_rays[]; };
+layout(scalar, binding = 3) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
+layout(scalar, binding = 4) readonly buffer BaseRanges { uvec2 base_ranges[]; };      // base clusters below each cluster
+layout(scalar, binding = 5) readonly buffer GlossShifts { uint gloss_shifts[]; };     // of each base cluster; NO_ENTRY: does not shine
+layout(scalar, binding = 6) readonly buffer ReflectedFlux { vec3 reflected_flux[]; };
+layout(scalar, binding = 7) readonly buffer FirstDeposits { uint first_deposits[]; };
+layout(scalar, binding = 8) readonly buffer Deposits { Deposit deposits[]; };
+layout(scalar, binding = 9) readonly buffer GlossVertices { GlossVertex gloss_vertices[]; };
+layout(scalar, binding = 10) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
+layout(scalar, binding = 11) buffer GlossHits { vec3 gloss_hits[]; };
+
+#include "include/gloss_flux.glsl"
+
+struct GlossHitsPush {
+    GlossPart part;
+    uint pixel_count;   // of the image
+    uint most_samples;  // of a pixel
+    uint capacity;      // samples that there is room for
+    uint cluster_bits;  // width of the cluster field in GlossRay.target
+};
+layout(scalar, push_constant) uniform Push { GlossHitsPush push; };
+
+void main() {
+    uint index = flat_invocation();
+    uint count = gloss_offsets[push.pixel_count];
+    if (index >= LOBE_RAYS * count * gloss_samples_per_pixel(count, push.most_samples, push.capacity)) return;
+    GlossRay ray = gloss_rays[index];
+    if (ray.target == NO_TARGET || !has_lobe(materials[ray.target >> push.cluster_bits])) return;
+    uint cluster = ray.target & ((1u << push.cluster_bits) - 1u);
+    vec3 toward = unpack_direction(ray.direction);
+    vec3 flux = vec3(0.0);
+    for (uint base = base_ranges[cluster].x; base < base_ranges[cluster].y; ++base) {
+        uint shift = gloss_shifts[base];
+        if (shift != NO_ENTRY) flux += gloss_flux(base, shift, toward, push.part);
+    }
+    vec3 before = push.part.adds != 0u ? gloss_hits[index] : vec3(0.0);
+    gloss_hits[index] = before + flux * inverse_areas[cluster];
+}

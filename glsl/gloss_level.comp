@@ -1,0 +1,30 @@
+// One coarser level of the outgoing directions: what a cluster sends there is the sum of what its children send. Deterministic.
+// One invocation = one direction of one cluster. In: flux one level down (W). Out: flux (W).
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/dispatch.glsl"
+
+layout(local_size_x = 64) in;
+
+struct GlossLevelPush {
+    uint first_slot;  // of the level
+    uint slot_count;
+    uint base_count;  // slots of the base level, which have no children
+};
+
+layout(scalar, binding = 0) readonly buffer FirstChildren { uint first_children[]; };
+layout(scalar, binding = 1) readonly buffer Children { uint children[]; };
+layout(scalar, binding = 2) buffer GlossFluxes { vec3 gloss_fluxes[]; };
+layout(scalar, push_constant) uniform Push { GlossLevelPush push; };
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= push.slot_count) return;
+    uint slot = push.first_slot + index;
+    vec3 sum = vec3(0.0);
+    for (uint i = first_children[slot - push.base_count]; i < first_children[slot - push.base_count + 1u]; ++i) {
+        sum += gloss_fluxes[children[i]];
+    }
+    gloss_fluxes[slot] = sum;
+}

@@ -1,0 +1,21 @@
+// Shining pixels, step 2: lists them, in order. One invocation = one pixel. Deterministic.
+// In: shining pixels before each pixel, and the end. Out: their indices.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/dispatch.glsl"
+
+layout(local_size_x = 64) in;
+
+struct GlossListPush { uint pixel_count; };
+
+layout(scalar, binding = 0) readonly buffer GlossOffsets { uint gloss_offsets[]; };
+layout(scalar, binding = 1) writeonly buffer GlossPixels { uint gloss_pixels[]; };
+layout(scalar, push_constant) uniform Push { GlossListPush push; };
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= push.pixel_count) return;
+    uint place = gloss_offsets[index];
+    if (gloss_offsets[index + 1u] != place) gloss_pixels[place] = index;
+}

@@ -1,0 +1,28 @@
+// Shining pixels, step 1: marks those whose material has a Phong lobe, and forgets what the others may have shone before.
+// Deterministic. One invocation = one pixel. In: what the pixels see. Out: 1 for a shining pixel, else 0; radiance of the others: 0.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/gloss_rays.glsl"
+
+layout(local_size_x = 64) in;
+
+struct GlossMarkPush { uint pixel_count; };
+
+layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
+layout(scalar, binding = 1) readonly buffer Materials { Reflectance materials[]; };
+layout(scalar, binding = 2) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(scalar, binding = 3) writeonly buffer GlossOffsets { uint gloss_offsets[]; };
+layout(scalar, binding = 4) writeonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
+layout(scalar, push_constant) uniform Push { GlossMarkPush push; };
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= push.pixel_count) return;
+    uint side = pixels[index].side;
+    bool shines = side != NO_SIDE && any(greaterThan(materials[surfaces[side >> 1].material].specular, vec3(0.0)));
+    gloss_offsets[index] = uint(shines);
+    gloss_radiance[index] = GlossShine(vec3(0.0), vec3(0.0));
+}

@@ -1,0 +1,57 @@
+// Shining pixels, step 5: radiance that their Phong lobes send to the camera of what surfaces around them send there: all that a
+// light edit under a still camera has to do. Deterministic. One invocation = one shining pixel.
+// In: rays, irradiance of clusters and what the shining ones send back (W/m²). Out: radiance, W/m²/sr.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+#include "include/brdf.glsl"
+#include "include/gloss_rays.glsl"
+
+layout(local_size_x = 64) in;
+
+struct GlossPixelsPush {
+    uint pixel_count;   // of the image
+    uint most_samples;  // of a pixel
+    uint capacity;      // samples that there is room for
+    uint cluster_bits;  // width of the cluster field in GlossRay.target
+};
+
+layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
+layout(scalar, binding = 1) readonly buffer Materials { Reflectance materials[]; };
+layout(scalar, binding = 2) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(scalar, binding = 3) readonly buffer GlossOffsets { uint gloss_offsets[]; };
+layout(scalar, binding = 4) readonly buffer GlossPixels { uint gloss_pixels[]; };
+layout(scalar, binding = 5) readonly buffer GlossRays { GlossRay gloss_rays[]; };
+layout(scalar, binding = 6) readonly buffer Irradiance { vec3 irradiance[]; };
+layout(scalar, binding = 7) readonly buffer GlossHits { vec3 gloss_hits[]; };  // of each ray that meets what shines
+layout(scalar, binding = 8) readonly buffer Highlights { vec3 highlights[]; };  // of each sample, per unit of specular albedo, W/m²/sr
+layout(scalar, binding = 9) writeonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
+layout(scalar, push_constant) uniform Push { GlossPixelsPush push; };
+
+void main() {
+    uint index = flat_invocation();
+    uint count = gloss_offsets[push.pixel_count];
+    if (index >= count) return;
+    uint samples = gloss_samples_per_pixel(count, push.most_samples, push.capacity);
+    uint rays = LOBE_RAYS * samples;
+    uint pixel = gloss_pixels[index];
+    vec3 sum = vec3(0.0);
+    for (uint i = index * rays; i < (index + 1u) * rays; ++i) {
+        GlossRay ray = gloss_rays[i];
+        if (ray.target == NO_TARGET) continue;
+        uint cluster = ray.target & ((1u << push.cluster_bits) - 1u);
+        Reflectance material = materials[ray.target >> push.cluster_bits];
+        vec3 radiosity = material.diffuse * irradiance[cluster];
+        if (has_lobe(material)) radiosity += gloss_hits[i];
+        sum += ray.weight * radiosity;
+    }
+    vec3 direct = vec3(0.0);
+    for (uint i = index * samples; i < (index + 1u) * samples; ++i) direct += highlights[i];
+    vec3 specular = materials[surfaces[pixels[pixel].side >> 1].material].specular;
+    float share = 1.0 / float(max(samples, 1u));
+    gloss_radiance[pixel] = GlossShine(share * specular * direct, share / (PI * float(LOBE_RAYS)) * specular * sum);
+}

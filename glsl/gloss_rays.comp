@@ -1,0 +1,90 @@
+// Shining pixels, step 3: samples what each sees over its area, because a curved mirror turns within a pixel; and from each sample traces
+// rays into the Phong lobe towards the camera and keeps the clusters that they will read; everything but the light.
+// Deterministic. One invocation = every so-many-th sample. In: shining pixels. Out: samples and rays, pixel by pixel.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+#include "include/brdf.glsl"
+#include "include/gloss_rays.glsl"
+
+layout(local_size_x = 64) in;
+
+struct GlossRaysPush {
+    View view;
+    Grid grid;
+    uint most_samples;         // of a pixel
+    uint capacity;             // samples that there is room for
+    uint stride;               // invocations
+    uint seed;
+    uint cluster_bits;         // width of the cluster field in GlossRay.target
+    float least_entry_points;  // clusters with fewer of them are not trusted
+};
+
+layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
+layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
+layout(scalar, binding = 4) readonly buffer CellFirst { uint cell_first[]; };
+layout(scalar, binding = 5) readonly buffer CellClusters { uint cell_clusters[]; };
+layout(scalar, binding = 6) readonly buffer ClusterLinks { ClusterLink links[]; };
+layout(scalar, binding = 7) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(scalar, binding = 8) readonly buffer GlossOffsets { uint gloss_offsets[]; };
+layout(scalar, binding = 9) readonly buffer GlossPixels { uint gloss_pixels[]; };
+layout(scalar, binding = 10) writeonly buffer GlossSamples { PixelSurface gloss_samples[]; };
+layout(scalar, binding = 11) writeonly buffer GlossRays { GlossRay gloss_rays[]; };
+layout(scalar, push_constant) uniform Push { GlossRaysPush push; };
+
+#include "include/bvh.glsl"
+#include "include/grid.glsl"
+#include "include/target.glsl"
+#include "include/primary.glsl"
+
+uint material_of(uint side) { return surfaces[side >> 1].material; }
+
+// A ray from a point that the camera sees; `rays` of them share the pixel's lobe.
+GlossRay traced(PixelSurface point, vec2 u, uint rays) {
+    vec3 geometric = surfaces[point.side >> 1].normal;
+    if ((point.side & 1u) != 0u) geometric = -geometric;
+    float exponent = materials[material_of(point.side)].exponent;
+    vec3 mirror = reflect(normalize(point.position - push.view.position), point.normal);
+    vec3 direction = sample_phong_lobe(mirror, exponent, u);
+    float cosine = dot(direction, point.normal);
+
+    GlossRay ray = GlossRay(NO_TARGET, 0.0, pack_direction(-direction));
+    Hit hit;
+    if (cosine > 0.0 && dot(direction, geometric) > 0.0
+        && trace(Ray(offset_origin(point.position, geometric), direction, 1e30), false, hit)) {
+        // The lobe's solid angle, 2π/(n+1), divided among its rays; half as wide, because they do not divide it evenly.
+        float footprint = 0.5 * hit.t * sqrt(2.0 * PI / ((exponent + 1.0) * float(rays)));
+        uint cluster = cluster_for(hit, direction, footprint);
+        if (cluster != NO_CLUSTER) ray.target = cluster | (surfaces[hit.triangle].material << push.cluster_bits);
+        ray.weight = cosine * (exponent + 2.0) / (exponent + 1.0);
+    }
+    return ray;
+}
+
+void main() {
+    uint count = gloss_offsets[push.view.width * push.view.height];
+    uint samples = gloss_samples_per_pixel(count, push.most_samples, push.capacity);
+    for (uint index = flat_invocation(); index < count * samples; index += push.stride) {
+        uint pixel = gloss_pixels[index / samples];
+        uint number = index % samples;
+        uint seed = hash(push.seed, pixel);
+        vec2 corner = vec2(pixel % push.view.width, pixel / push.view.width);
+        PixelSurface point = seen_through(push.view, corner + sample_3d(number, hash(seed, 1u)).xy);
+        // Where the pixel shows an edge: what is beyond is not what shines here.
+        PixelSurface centre = pixels[pixel];
+        bool is_other = point.side == NO_SIDE;
+        if (!is_other) is_other = material_of(point.side) != material_of(centre.side);
+        if (is_other) point = centre;
+        gloss_samples[index] = point;
+        for (uint i = index * LOBE_RAYS; i < (index + 1u) * LOBE_RAYS; ++i) {
+            vec2 u = sample_3d(number * LOBE_RAYS + i % LOBE_RAYS, seed).xy;
+            gloss_rays[i] = traced(point, u, samples * LOBE_RAYS);
+        }
+    }
+}

@@ -1,0 +1,38 @@
+// What the passes of shining surfaces share. Include after types.glsl, math.glsl, sampling.glsl and brdf.glsl.
+
+// An entry point that may shine.
+struct GlossEntry {
+    vec3 position;
+    uint path;
+    vec3 normal;     // unit, geometric, of its side
+    float weight;    // its area over the mean of all
+    vec3 departure;  // unit direction in which its path leaves; zero where that ends at once
+    uint material;
+};
+
+// Light that arrives at such an entry point from one point sample of a light.
+struct GlossBeam {
+    vec3 mirror;   // unit direction in which a mirror would send it on
+    float factor;  // irradiance per unit of the light's emission, see light_factor for units
+};
+
+// A path vertex in a cluster that may shine.
+struct GlossVertex {
+    vec3 mirror;    // unit direction in which a mirror would send its light on; idle at entry points
+    uint material;
+    uint entry;     // at an entry point that may shine: its index
+};
+
+// One outgoing direction of one cluster.
+struct GlossSlot {
+    uint cluster;
+    uint direction;
+    uint shift;  // base level: added to the index of a deposit it gives that of its vertex, modulo 2³²
+};
+
+const uint NO_ENTRY = 0xffffffffu;
+
+// π times the Phong lobe's share of the BRDF.
+vec3 lobe_share(Reflectance material, vec3 mirror, vec3 toward) {
+    return material.specular * (0.5 * (material.exponent + 2.0) * phong_lobe(mirror, toward, material.exponent));
+}

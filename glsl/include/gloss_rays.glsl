@@ -1,0 +1,35 @@
+// Rays from shining pixels into their Phong lobes.
+
+// One of them: all that a frame under a still camera needs of it.
+struct GlossRay {
+    uint target;     // cluster | material << cluster_bits; NO_TARGET where the ray left the scene
+    float weight;    // (n+2)/(n+1)·cosθ
+    uint direction;  // unit direction back towards the pixel, octahedral, two 16-bit integers
+};
+
+// What a pixel shines, W/m²/sr.
+struct GlossShine {
+    vec3 direct;    // of light straight from the lights
+    vec3 indirect;  // of light from surfaces
+};
+
+// Rays from each sample of a shining pixel.
+const uint LOBE_RAYS = 4u;
+
+// Samples of each shining pixel: as many as there is room for.
+uint gloss_samples_per_pixel(uint pixel_count, uint most, uint capacity) {
+    return min(most, capacity / max(pixel_count, 1u));
+}
+
+uint pack_direction(vec3 direction) {
+    vec3 d = direction / (abs(direction.x) + abs(direction.y) + abs(direction.z));
+    vec2 signs = vec2(d.x >= 0.0 ? 1.0 : -1.0, d.y >= 0.0 ? 1.0 : -1.0);
+    return packSnorm2x16(d.z >= 0.0 ? d.xy : (1.0 - abs(d.yx)) * signs);
+}
+
+vec3 unpack_direction(uint word) {
+    vec2 p = unpackSnorm2x16(word);
+    float z = 1.0 - abs(p.x) - abs(p.y);
+    vec2 signs = vec2(p.x >= 0.0 ? 1.0 : -1.0, p.y >= 0.0 ? 1.0 : -1.0);
+    return normalize(vec3(z >= 0.0 ? p : (1.0 - abs(p.yx)) * signs, z));
+}

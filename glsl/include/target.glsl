@@ -1,0 +1,24 @@
+// The cluster that a ray reads where it hits. Include after bvh.glsl and grid.glsl. The including shader binds
+// `ClusterLink links[]`; its push block `push` has `grid` and `least_entry_points`.
+
+// The cluster whose size fits a footprint as wide as that before it is projected to the surface, metres; or coarser, until it is
+// rich enough to be trusted. NO_CLUSTER on a side without light.
+uint cluster_for(Hit hit, vec3 direction, float footprint) {
+    Surface surface = surfaces[hit.triangle];
+    float facing = dot(surface.normal, direction);
+    bool back = facing > 0.0;
+    if (!side_is_active(surface.sides, back)) return NO_CLUSTER;
+    vec3 normal = back ? -surface.normal : surface.normal;
+    uint cell = grid_cell(push.grid, hit_position(hit), normal);
+    uint cluster = base_cluster(cell, side_code(surface.sides, back));
+    if (cluster == NO_CLUSTER) return NO_CLUSTER;
+
+    float size = footprint * inversesqrt(max(abs(facing), 0.1)) * push.grid.inverse_cell;
+    for (; size >= 1.41421356 && links[cluster].parent != NO_CLUSTER; size *= 0.5) {
+        cluster = links[cluster].parent;
+    }
+    while (links[cluster].entry_points < push.least_entry_points && links[cluster].parent != NO_CLUSTER) {
+        cluster = links[cluster].parent;
+    }
+    return cluster;
+}

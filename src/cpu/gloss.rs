@@ -1,0 +1,26 @@
+//! Twin of the passes of surfaces that shine.
+
+use crate::cpu::brdf::{lobe_share, reflected_share};
+use crate::types::Reflectance;
+use glam::{DVec3, Vec3};
+
+/// Light that arrives at a path vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Beam {
+    /// Unit direction in which a mirror would send it on.
+    pub mirror: DVec3,
+    /// W.
+    pub flux: DVec3,
+}
+
+/// Flux that a path carries on from its entry point in the direction `departure`, W.
+pub fn reflected_flux(material: &Reflectance, beams: &[Beam], departure: Vec3) -> DVec3 {
+    let share =
+        |beam: &Beam| reflected_share(material, 0.5 * (beam.mirror - departure.as_dvec3()).length_squared());
+    beams.iter().map(|beam| beam.flux * share(beam)).sum()
+}
+
+/// π times what the Phong lobes at vertices send towards a unit direction, W; for each vertex its material and its beam.
+pub fn shine<'a>(vertices: impl IntoIterator<Item = (&'a Reflectance, Beam)>, toward: DVec3) -> DVec3 {
+    vertices.into_iter().map(|(material, beam)| beam.flux * lobe_share(material, beam.mirror, toward)).sum()
+}

@@ -1,0 +1,365 @@
+//! Surfaces that shine: their first reflection at entry points, and what clusters send towards the directions in which they are
+//! read. [Yue §1, §2] Scenes without such surfaces have none of this.
+//! In: lights, deposits. Out: reflected flux of paths (W), flux of slots (W).
+
+use crate::error::Result;
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::precompute::gloss::GlossTables;
+use crate::passes::{OneLight, SceneBuffers};
+use crate::scene::directions::Directions;
+use glam::Vec3;
+use std::ops::Range;
+use std::sync::Arc;
+
+gpu_struct! {
+    /// An entry point that may shine.
+    pub struct GlossEntry {
+        /// Where it is.
+        pub position: Vec3,
+        /// Its path.
+        pub path: u32,
+        /// Unit geometric normal of its side.
+        pub normal: Vec3,
+        /// Its area over the mean of all.
+        pub weight: f32,
+        /// Unit direction in which its path leaves; zero where that ends at once.
+        pub departure: Vec3,
+        /// Its material.
+        pub material: u32,
+    }
+}
+
+gpu_struct! {
+    /// Light that arrives at such an entry point from one point sample of a light.
+    pub struct GlossBeam {
+        /// Unit direction in which a mirror would send it on.
+        pub mirror: Vec3,
+        /// Irradiance per unit of the light's emission: 1/m² of point and spot lights, sr of area lights, 1 of directional ones.
+        pub factor: f32,
+    }
+}
+
+gpu_struct! {
+    /// A path vertex in a cluster that may shine.
+    pub struct GlossVertex {
+        /// Unit direction in which a mirror would send its light on; idle at entry points.
+        pub mirror: Vec3,
+        /// Its material.
+        pub material: u32,
+        /// At an entry point that may shine: its index; else [`NO_ENTRY`].
+        pub entry: u32,
+    }
+}
+
+gpu_struct! {
+    /// One outgoing direction of one cluster.
+    pub struct GlossSlot {
+        /// The cluster.
+        pub cluster: u32,
+        /// Index of the direction.
+        pub direction: u32,
+        /// Base level: added to the index of a deposit it gives that of its vertex, modulo 2³².
+        pub shift: u32,
+    }
+}
+
+gpu_struct! {
+    /// What an invocation takes of a cluster's vertices in one dispatch.
+    pub struct GlossPart {
+        /// Entry points: emission of the light, times the area that each of them stands for, in the mean.
+        pub emission: Vec3,
+        /// Entry points: beams of each.
+        pub beam_count: u32,
+        /// First vertex.
+        pub first: u32,
+        /// How many vertices: bounds the work of an invocation.
+        pub count: u32,
+        /// 1: adds to what was found so far.
+        pub adds: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `gloss_beams`.
+    pub struct GlossBeamsPush {
+        /// Entry points that may shine.
+        pub entry_count: u32,
+        /// Which light.
+        pub light: u32,
+        /// That each entry point stands for, in the mean.
+        pub area_m2: f32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `gloss_entries`.
+    pub struct GlossEntriesPush {
+        /// Emission of the light, times the area that each entry point stands for, in the mean.
+        pub emission: Vec3,
+        /// Entry points that may shine.
+        pub entry_count: u32,
+        /// Beams of an entry point.
+        pub beam_count: u32,
+        /// 1: adds to the flux so far.
+        pub adds: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `gloss_base`.
+    pub struct GlossBasePush {
+        /// What to take.
+        pub part: GlossPart,
+        /// Slots of the base level.
+        pub slot_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `gloss_level`.
+    pub struct GlossLevelPush {
+        /// First slot of the level.
+        pub first_slot: u32,
+        /// Its slots.
+        pub slot_count: u32,
+        /// Slots of the base level.
+        pub base_count: u32,
+    }
+}
+
+/// What these passes share with their shaders.
+pub const LAYOUTS: &[Layout] = &[
+    GlossEntry::LAYOUT,
+    GlossBeam::LAYOUT,
+    GlossVertex::LAYOUT,
+    GlossSlot::LAYOUT,
+    GlossPart::LAYOUT,
+    GlossBeamsPush::LAYOUT,
+    GlossEntriesPush::LAYOUT,
+    GlossBasePush::LAYOUT,
+    GlossLevelPush::LAYOUT,
+];
+
+/// Turns of the loop over a cluster's vertices and their beams in one dispatch.
+const MOST_TURNS: u32 = 1 << 14;
+
+/// Marks a vertex that is no entry point that may shine, and a base cluster without vertices that may.
+pub const NO_ENTRY: u32 = u32::MAX;
+
+/// A light, as far as surfaces that shine are concerned.
+#[derive(Clone, Copy)]
+pub struct GlossLight<'a> {
+    /// In units that its kind has.
+    pub emission: Vec3,
+    /// Point samples, and so beams at each entry point that may shine.
+    pub samples: u32,
+    /// `GlossBeam`s, entry point by entry point.
+    pub beams: &'a Buffer,
+}
+
+/// A dispatch over the vertices of clusters.
+pub(super) struct Dispatch<'a> {
+    /// Over entry points, or over other vertices.
+    pub(super) entry_points: bool,
+    pub(super) part: GlossPart,
+    pub(super) beams: &'a Buffer,
+}
+
+/// The pipelines, the tables, and the light that they hold.
+pub struct Gloss {
+    trace: Pipeline,
+    reflect: Pipeline,
+    /// Over other vertices, and over entry points.
+    base: [Pipeline; 2],
+    level: Pipeline,
+    entries: Buffer,
+    entry_count: u32,
+    area_m2: f32,
+    /// `GlossVertex`s.
+    pub vertices: Buffer,
+    /// Added to the index of a deposit of each base cluster it gives that of its vertex; [`NO_ENTRY`] where nothing shines.
+    pub shifts: Buffer,
+    /// First base cluster below each cluster, and the end.
+    pub base_ranges: Buffer,
+    directions: Buffer,
+    /// Vertices of a base cluster at most.
+    most_vertices: u32,
+    levels: Vec<Range<u32>>,
+    first_children: Buffer,
+    children: Buffer,
+    /// `GlossSlot`s.
+    pub slots: Buffer,
+    /// Flux that each path carries on from its entry point, albedo included where that may shine, W; three floats.
+    pub reflected_flux: Buffer,
+    /// Of each slot, W; three floats: over the cluster's area it adds to albedo times irradiance.
+    pub fluxes: Buffer,
+}
+
+impl Gloss {
+    /// What tracing the beams is called in timings.
+    pub const BEAMS_STEM: &str = "gloss_beams";
+    /// What the first reflection is called in timings.
+    pub const ENTRIES_STEM: &str = "gloss_entries";
+    /// What the outgoing directions of clusters are called in timings.
+    pub const STEM: &str = "gloss_base";
+
+    /// Uploads the tables; each of `path_count` entry points stands for `area_m2` in the mean.
+    ///
+    /// # Errors
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn new(
+        context: &Arc<Context>,
+        tables: &GlossTables,
+        directions: Directions,
+        path_count: u32,
+        area_m2: f32,
+    ) -> Result<Self> {
+        let middles: Vec<Vec3> =
+            (0..directions.count()).map(|bin| directions.middle(bin).as_vec3()).collect();
+        let base = |entry_points| Pipeline::new(context, Self::STEM, &[("ENTRY_POINTS", entry_points)]);
+        Ok(Self {
+            trace: Pipeline::new(context, Self::BEAMS_STEM, &[])?,
+            reflect: Pipeline::new(context, Self::ENTRIES_STEM, &[])?,
+            base: [base(0)?, base(1)?],
+            level: Pipeline::new(context, "gloss_level", &[])?,
+            entries: Buffer::from_slice(context, "gloss entries", &tables.entries)?,
+            entry_count: tables.entries.len() as u32,
+            area_m2,
+            vertices: Buffer::from_slice(context, "gloss vertices", &tables.vertices)?,
+            shifts: Buffer::from_slice(context, "gloss shifts", &tables.shifts)?,
+            base_ranges: Buffer::from_slice(context, "base ranges", &tables.base_ranges)?,
+            directions: Buffer::from_slice(context, "directions", &middles)?,
+            most_vertices: tables.most_vertices,
+            levels: tables.levels.clone(),
+            first_children: Buffer::from_slice(context, "gloss first children", &tables.first_children)?,
+            children: Buffer::from_slice(context, "gloss children", &tables.children)?,
+            slots: Buffer::from_slice(context, "gloss slots", &tables.slots)?,
+            reflected_flux: Buffer::storage(context, "reflected flux", u64::from(path_count) * 12)?,
+            fluxes: Buffer::storage(context, "gloss fluxes", tables.slots.len() as u64 * 12)?,
+        })
+    }
+
+    /// Room for the beams of a light of so many point samples.
+    pub fn beam_bytes(&self, samples: u32) -> u64 {
+        u64::from(self.entry_count) * u64::from(samples) * size_of::<GlossBeam>() as u64
+    }
+
+    /// Traces a light's beams. Records into an open pass.
+    pub fn record_beams(
+        &self,
+        pass: &mut PassScope<'_>,
+        scene: &SceneBuffers,
+        light: OneLight<'_>,
+        beams: &Buffer,
+    ) {
+        pass.dispatch(
+            &self.trace,
+            [self.entry_count * light.samples, 1, 1],
+            &GlossBeamsPush { entry_count: self.entry_count, light: light.index, area_m2: self.area_m2 },
+            &[
+                ("Nodes", &scene.nodes),
+                ("Triangles", &scene.triangles),
+                ("Lights", light.table),
+                ("GlossEntries", &self.entries),
+                ("GlossBeams", beams),
+            ],
+        );
+    }
+
+    /// The first reflection at entry points that may shine. Other paths' reflected flux is their path flux.
+    pub fn record_entries(&self, rec: &mut Recorder, materials: &Buffer, lights: &[GlossLight<'_>]) {
+        let mut pass = rec.pass(Self::ENTRIES_STEM);
+        for (index, light) in lights.iter().enumerate() {
+            if index > 0 {
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
+            pass.dispatch(
+                &self.reflect,
+                [self.entry_count, 1, 1],
+                &GlossEntriesPush {
+                    emission: self.area_m2 * light.emission,
+                    entry_count: self.entry_count,
+                    beam_count: light.samples,
+                    adds: u32::from(index > 0),
+                },
+                &[
+                    ("Materials", materials),
+                    ("GlossEntries", &self.entries),
+                    ("GlossBeams", light.beams),
+                    ("ReflectedFlux", &self.reflected_flux),
+                ],
+            );
+        }
+    }
+
+    /// Dispatches over all vertices of clusters and all lights, in order. Each is cut so that an invocation's work is bounded: lavapipe
+    /// ends all loops of a shader, silently, once they have turned 65 535 times in all.
+    pub(super) fn dispatches<'a>(&'a self, lights: &[GlossLight<'a>]) -> Vec<Dispatch<'a>> {
+        let windows = |beams: u32| {
+            let count = (MOST_TURNS / beams.max(1)).max(1);
+            (0..self.most_vertices.max(1)).step_by(count as usize).map(move |first| (first, count))
+        };
+        let mut dispatches = Vec::new();
+        for (first, count) in windows(1) {
+            // No beams are looked at.
+            let part =
+                GlossPart { emission: Vec3::ZERO, beam_count: 0, first, count, adds: u32::from(first > 0) };
+            dispatches.push(Dispatch { entry_points: false, part, beams: &self.vertices });
+        }
+        for light in lights {
+            for (first, count) in windows(light.samples) {
+                let emission = self.area_m2 * light.emission;
+                let part = GlossPart { emission, beam_count: light.samples, first, count, adds: 1 };
+                dispatches.push(Dispatch { entry_points: true, part, beams: light.beams });
+            }
+        }
+        dispatches
+    }
+
+    /// What clusters send towards the directions that are read: the base level, then each coarser one.
+    pub fn record(
+        &self,
+        rec: &mut Recorder,
+        materials: &Buffer,
+        first_deposits: &Buffer,
+        deposits: &Buffer,
+        lights: &[GlossLight<'_>],
+    ) {
+        let mut pass = rec.pass(Self::STEM);
+        let base_count = self.levels[0].len() as u32;
+        for Dispatch { entry_points, part, beams } in self.dispatches(lights) {
+            pass.dispatch(
+                &self.base[usize::from(entry_points)],
+                [base_count, 1, 1],
+                &GlossBasePush { part, slot_count: base_count },
+                &[
+                    ("Materials", materials),
+                    ("ReflectedFlux", &self.reflected_flux),
+                    ("FirstDeposits", first_deposits),
+                    ("Deposits", deposits),
+                    ("GlossVertices", &self.vertices),
+                    ("GlossBeams", beams),
+                    ("GlossSlots", &self.slots),
+                    ("Directions", &self.directions),
+                    ("GlossFluxes", &self.fluxes),
+                ],
+            );
+            pass.barrier(COMPUTE_TO_COMPUTE);
+        }
+        for level in self.levels[1..].iter().filter(|level| !level.is_empty()) {
+            pass.dispatch(
+                &self.level,
+                [level.len() as u32, 1, 1],
+                &GlossLevelPush { first_slot: level.start, slot_count: level.len() as u32, base_count },
+                &[
+                    ("FirstChildren", &self.first_children),
+                    ("Children", &self.children),
+                    ("GlossFluxes", &self.fluxes),
+                ],
+            );
+            pass.barrier(COMPUTE_TO_COMPUTE);
+        }
+    }
+}

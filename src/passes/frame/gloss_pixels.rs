@@ -1,0 +1,413 @@
+//! Pixels whose surface shines: rays into their Phong lobes, traced once a view, and the light that comes back along them.
+//! In: pixels, clusters. Out: radiance (W/m²/sr) beside what the albedo reflects.
+
+use crate::error::Result;
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::frame::gloss::{Dispatch, Gloss, GlossLight, GlossPart};
+use crate::passes::frame::light_sum::LightSum;
+use crate::passes::frame::prefix_sum::PrefixSum;
+use crate::passes::precompute::gather_rays::LEAST_ENTRY_POINTS;
+use crate::passes::{ClusterBuffers, OneLight, SceneBuffers};
+use crate::types::{Grid, PixelSurface, View};
+use glam::Vec3;
+use std::sync::Arc;
+
+gpu_struct! {
+    /// A ray into the lobe of a pixel: all that a frame under a still camera needs of it.
+    pub struct GlossRay {
+        /// `cluster | material << cluster_bits`; `NO_TARGET` where the ray left the scene.
+        pub target: u32,
+        /// (n+2)/(n+1)·cosθ.
+        pub weight: f32,
+        /// Unit direction back towards the pixel: octahedral, two 16-bit integers.
+        pub direction: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `gloss_mark`.
+    pub struct GlossMarkPush {
+        /// Of the image.
+        pub pixel_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `gloss_list`.
+    pub struct GlossListPush {
+        /// Of the image.
+        pub pixel_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// What a pixel shines, W/m²/sr.
+    pub struct GlossShine {
+        /// Of light straight from the lights.
+        pub direct: Vec3,
+        /// Of light from surfaces.
+        pub indirect: Vec3,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `gloss_rays`.
+    pub struct GlossRaysPush {
+        /// The camera.
+        pub view: View,
+        /// Base grid.
+        pub grid: Grid,
+        /// Samples of a pixel at most.
+        pub most_samples: u32,
+        /// Samples that there is room for.
+        pub capacity: u32,
+        /// Invocations.
+        pub stride: u32,
+        /// Seed of all decisions.
+        pub seed: u32,
+        /// Width of the cluster field in `GlossRay::target`.
+        pub cluster_bits: u32,
+        /// Clusters with fewer of them are not trusted.
+        pub least_entry_points: f32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `highlights`.
+    pub struct HighlightsPush {
+        /// The camera, metres.
+        pub eye: Vec3,
+        /// Of the image.
+        pub pixel_count: u32,
+        /// Samples of a pixel at most.
+        pub most_samples: u32,
+        /// Samples that there is room for.
+        pub capacity: u32,
+        /// Which light.
+        pub light: u32,
+        /// First point sample of the light.
+        pub first_sample: u32,
+        /// Behind the last.
+        pub end_sample: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `gloss_hits`.
+    pub struct GlossHitsPush {
+        /// What to take of the clusters.
+        pub part: GlossPart,
+        /// Of the image.
+        pub pixel_count: u32,
+        /// Samples of a pixel at most.
+        pub most_samples: u32,
+        /// Samples that there is room for.
+        pub capacity: u32,
+        /// Width of the cluster field in `GlossRay::target`.
+        pub cluster_bits: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `gloss_pixels`.
+    pub struct GlossPixelsPush {
+        /// Of the image.
+        pub pixel_count: u32,
+        /// Samples of a pixel at most.
+        pub most_samples: u32,
+        /// Samples that there is room for.
+        pub capacity: u32,
+        /// Width of the cluster field in `GlossRay::target`.
+        pub cluster_bits: u32,
+    }
+}
+
+/// What these passes share with their shaders.
+pub const LAYOUTS: &[Layout] = &[
+    GlossRay::LAYOUT,
+    GlossShine::LAYOUT,
+    GlossMarkPush::LAYOUT,
+    GlossListPush::LAYOUT,
+    GlossRaysPush::LAYOUT,
+    HighlightsPush::LAYOUT,
+    GlossHitsPush::LAYOUT,
+    GlossPixelsPush::LAYOUT,
+];
+
+/// Rays from each sample (`glsl/include/gloss_rays.glsl`).
+pub const LOBE_RAYS: u32 = 4;
+/// There is room for all the samples of so large a share of the pixels: where more shine, each gets fewer.
+const SHARE: u64 = 8;
+/// But there is room for so many at the least, 5 MB.
+const LEAST_ROOM: u64 = 1 << 16;
+/// Invocations that trace: enough to fill a device, few enough not to be idle in number where little shines.
+const STRIDE: u32 = 1 << 16;
+
+/// What shining pixels are lit by, besides their own samples.
+#[derive(Clone, Copy)]
+pub struct Surroundings<'a> {
+    /// Geometry and materials.
+    pub scene: &'a SceneBuffers,
+    /// What the camera sees: `PixelSurface`s.
+    pub pixels: &'a Buffer,
+    /// Irradiance of each cluster, W/m².
+    pub irradiance: &'a Buffer,
+    /// 1/area of each cluster, 1/m².
+    pub inverse_areas: &'a Buffer,
+    /// The clusters that shine.
+    pub gloss: &'a Gloss,
+    /// First deposit of each base cluster by an entry point, then its first by another vertex, and the end.
+    pub first_deposits: &'a Buffer,
+    /// `Deposit`s in cluster order.
+    pub deposits: &'a Buffer,
+}
+
+/// The pipelines, the samples and rays of the view, and what they see.
+pub struct GlossPixels {
+    mark: Pipeline,
+    list: Pipeline,
+    trace: Pipeline,
+    highlight: Pipeline,
+    sum: LightSum,
+    /// Over other vertices, and over entry points.
+    meet: [Pipeline; 2],
+    shine: Pipeline,
+    prefix_sum: PrefixSum,
+    pixel_count: u32,
+    most_samples: u32,
+    /// Samples that there is room for.
+    pub capacity: u32,
+    cluster_bits: u32,
+    offsets: Buffer,
+    pixels: Buffer,
+    /// `PixelSurface`s, pixel by pixel.
+    pub samples: Buffer,
+    /// `GlossRay`s, sample by sample.
+    pub rays: Buffer,
+    /// What each ray that meets what shines finds there, W/m²; three floats.
+    hits: Buffer,
+    /// What each sample sends to the camera straight from the lights, per unit of specular albedo, W/m²/sr; three floats.
+    highlights: Buffer,
+    /// `GlossShine` of each pixel.
+    pub radiance: Buffer,
+}
+
+impl GlossPixels {
+    /// What tracing the rays is called in timings.
+    pub const RAYS_STEM: &str = "gloss_rays";
+    /// What the highlights of the lights are called in timings.
+    pub const HIGHLIGHTS_STEM: &str = "highlights";
+    /// What the light is called in timings.
+    pub const STEM: &str = "gloss_pixels";
+
+    /// Makes room for an image of that size, with `most_rays` for each shining pixel, in fours; `cluster_bits` wide are clusters in
+    /// targets of rays.
+    ///
+    /// # Errors
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn new(context: &Arc<Context>, pixel_count: u32, most_rays: u32, cluster_bits: u32) -> Result<Self> {
+        let most_samples = most_rays.div_ceil(LOBE_RAYS);
+        let all = u64::from(pixel_count) * u64::from(most_samples);
+        let wanted = all.div_ceil(SHARE).max(all.min(LEAST_ROOM));
+        let sample_bytes = u64::from(LOBE_RAYS) * size_of::<GlossRay>() as u64;
+        let capacity = wanted.min(context.limits().storage_range_bytes / sample_bytes) as u32;
+        let room = |name, bytes: u64| Buffer::storage(context, name, u64::from(capacity.max(1)) * bytes);
+        let meet = |entry_points| Pipeline::new(context, "gloss_hits", &[("ENTRY_POINTS", entry_points)]);
+        Ok(Self {
+            mark: Pipeline::new(context, "gloss_mark", &[])?,
+            list: Pipeline::new(context, "gloss_list", &[])?,
+            trace: Pipeline::new(context, Self::RAYS_STEM, &[])?,
+            highlight: Pipeline::new(context, Self::HIGHLIGHTS_STEM, &[])?,
+            sum: LightSum::new(context)?,
+            meet: [meet(0)?, meet(1)?],
+            shine: Pipeline::new(context, Self::STEM, &[])?,
+            prefix_sum: PrefixSum::new(context, pixel_count)?,
+            pixel_count,
+            most_samples,
+            capacity,
+            cluster_bits,
+            offsets: Buffer::storage(context, "gloss offsets", 4 * (u64::from(pixel_count) + 1))?,
+            pixels: Buffer::storage(context, "gloss pixels", 4 * u64::from(pixel_count))?,
+            samples: room("gloss samples", size_of::<PixelSurface>() as u64)?,
+            rays: room("gloss rays", sample_bytes)?,
+            hits: room("gloss hits", 12 * u64::from(LOBE_RAYS))?,
+            highlights: room("highlights", 12)?,
+            radiance: Buffer::storage(
+                context,
+                "gloss radiance",
+                u64::from(pixel_count) * size_of::<GlossShine>() as u64,
+            )?,
+        })
+    }
+
+    /// Finds the pixels that shine, samples them, and traces their lobes.
+    pub fn record_rays(
+        &self,
+        rec: &mut Recorder,
+        scene: &SceneBuffers,
+        clusters: &ClusterBuffers,
+        pixels: &Buffer,
+        view: &View,
+        seed: u32,
+    ) {
+        let pixel_count = self.pixel_count;
+        let mut pass = rec.pass(Self::RAYS_STEM);
+        pass.dispatch(
+            &self.mark,
+            [pixel_count, 1, 1],
+            &GlossMarkPush { pixel_count },
+            &[
+                ("Surfaces", &scene.surfaces),
+                ("Materials", &scene.materials),
+                ("Pixels", pixels),
+                ("GlossOffsets", &self.offsets),
+                ("GlossRadiance", &self.radiance),
+            ],
+        );
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        self.prefix_sum.record(&mut pass, &self.offsets, pixel_count);
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.dispatch(
+            &self.list,
+            [pixel_count, 1, 1],
+            &GlossListPush { pixel_count },
+            &[("GlossOffsets", &self.offsets), ("GlossPixels", &self.pixels)],
+        );
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        let stride = STRIDE.min(self.capacity);
+        pass.dispatch(
+            &self.trace,
+            [stride, 1, 1],
+            &GlossRaysPush {
+                view: *view,
+                grid: clusters.grid,
+                most_samples: self.most_samples,
+                capacity: self.capacity,
+                stride,
+                seed,
+                cluster_bits: self.cluster_bits,
+                least_entry_points: LEAST_ENTRY_POINTS,
+            },
+            &[
+                ("Nodes", &scene.nodes),
+                ("Triangles", &scene.triangles),
+                ("Surfaces", &scene.surfaces),
+                ("Materials", &scene.materials),
+                ("CellFirst", &clusters.cell_first),
+                ("CellClusters", &clusters.cell_clusters),
+                ("ClusterLinks", &clusters.links),
+                ("Pixels", pixels),
+                ("GlossOffsets", &self.offsets),
+                ("GlossPixels", &self.pixels),
+                ("GlossSamples", &self.samples),
+                ("GlossRays", &self.rays),
+            ],
+        );
+    }
+
+    /// Fills a light's layer of highlights: one value a sample. Records into an open pass, with barriers between its own dispatches
+    /// only.
+    pub fn record_highlights(
+        &self,
+        pass: &mut PassScope<'_>,
+        scene: &SceneBuffers,
+        light: OneLight<'_>,
+        eye: Vec3,
+        layer: &Buffer,
+    ) {
+        for (first_sample, end_sample) in light.spans() {
+            if first_sample > 0 {
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
+            pass.dispatch(
+                &self.highlight,
+                [self.capacity, 1, 1],
+                &HighlightsPush {
+                    eye,
+                    pixel_count: self.pixel_count,
+                    most_samples: self.most_samples,
+                    capacity: self.capacity,
+                    light: light.index,
+                    first_sample,
+                    end_sample,
+                },
+                &[
+                    ("Nodes", &scene.nodes),
+                    ("Triangles", &scene.triangles),
+                    ("Surfaces", &scene.surfaces),
+                    ("Materials", &scene.materials),
+                    ("Lights", light.table),
+                    ("GlossOffsets", &self.offsets),
+                    ("GlossSamples", &self.samples),
+                    ("HighlightLayer", layer),
+                ],
+            );
+        }
+    }
+
+    /// The light that the pixels shine: what comes back along the rays, and the sum of the lights' highlights, each with its emission.
+    pub fn record(
+        &self,
+        rec: &mut Recorder,
+        around: Surroundings<'_>,
+        lights: &[GlossLight<'_>],
+        highlights: &[(Vec3, &Buffer)],
+    ) {
+        let Surroundings { scene, pixels, irradiance, inverse_areas, gloss, first_deposits, deposits } =
+            around;
+        let (pixel_count, most_samples, capacity) = (self.pixel_count, self.most_samples, self.capacity);
+        let cluster_bits = self.cluster_bits;
+        let mut pass = rec.pass(Self::STEM);
+        self.sum.record(&mut pass, highlights, capacity, 1.0, &self.highlights);
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        for Dispatch { entry_points, part, beams } in gloss.dispatches(lights) {
+            pass.dispatch(
+                &self.meet[usize::from(entry_points)],
+                [capacity * LOBE_RAYS, 1, 1],
+                &GlossHitsPush { part, pixel_count, most_samples, capacity, cluster_bits },
+                &[
+                    ("Materials", &scene.materials),
+                    ("GlossOffsets", &self.offsets),
+                    ("GlossRays", &self.rays),
+                    ("InverseAreas", inverse_areas),
+                    ("BaseRanges", &gloss.base_ranges),
+                    ("GlossShifts", &gloss.shifts),
+                    ("ReflectedFlux", &gloss.reflected_flux),
+                    ("FirstDeposits", first_deposits),
+                    ("Deposits", deposits),
+                    ("GlossVertices", &gloss.vertices),
+                    ("GlossBeams", beams),
+                    ("GlossHits", &self.hits),
+                ],
+            );
+            pass.barrier(COMPUTE_TO_COMPUTE);
+        }
+        pass.dispatch(
+            &self.shine,
+            [pixel_count, 1, 1],
+            &GlossPixelsPush { pixel_count, most_samples, capacity, cluster_bits },
+            &[
+                ("Surfaces", &scene.surfaces),
+                ("Materials", &scene.materials),
+                ("Pixels", pixels),
+                ("GlossOffsets", &self.offsets),
+                ("GlossPixels", &self.pixels),
+                ("GlossRays", &self.rays),
+                ("Irradiance", irradiance),
+                ("GlossHits", &self.hits),
+                ("Highlights", &self.highlights),
+                ("GlossRadiance", &self.radiance),
+            ],
+        );
+    }
+
+    /// Shining pixels of the last view.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn count(&self) -> Result<u32> {
+        Ok(self.offsets.read_range::<u32>(self.pixel_count as usize, 1)?[0])
+    }
+}

@@ -1,0 +1,237 @@
+//! What a frame needs where surfaces shine: entry points whose first reflection depends on the light, the mirror directions of
+//! path vertices, and which outgoing directions of which clusters gather rays read. [Yue §2]
+//! In: paths, gather rays. Out: tables; gather rays that read a direction point to its slot.
+
+use super::gather_rays::{GatherCode, Hemisphere, RayTable};
+use super::light_paths::LightPaths;
+use crate::cpu::hemisphere::{Strata, frame};
+use crate::error::Result;
+use crate::passes::frame::gloss::{GlossEntry, GlossSlot, GlossVertex, NO_ENTRY};
+use crate::scene::directions::Directions;
+use crate::scene::{Material, hvds::Hvds};
+use crate::types::{CachePoint, GatherRay, NO_CLUSTER, NO_TARGET, PathVertex, Surface};
+use glam::{UVec2, Vec3};
+use std::ops::Range;
+
+/// The tables. A *slot* is one outgoing direction of one cluster.
+#[derive(Debug, Default)]
+pub struct GlossTables {
+    /// Entry points that may shine.
+    pub entries: Vec<GlossEntry>,
+    /// Vertices of the base clusters that hold a surface that may shine, in the order of their deposits.
+    pub vertices: Vec<GlossVertex>,
+    /// Vertices of a base cluster at most.
+    pub most_vertices: u32,
+    /// Added to the index of a deposit of each base cluster, wrapping, it gives that of its vertex; [`NO_ENTRY`] where nothing shines.
+    pub shifts: Vec<u32>,
+    /// First base cluster below each cluster, and the end.
+    pub base_ranges: Vec<UVec2>,
+    /// Slots, level by level.
+    pub slots: Vec<GlossSlot>,
+    /// Slots of each level of the hierarchy, base first.
+    pub levels: Vec<Range<u32>>,
+    /// First place in `children` of each slot above the base level, and the end.
+    pub first_children: Vec<u32>,
+    /// The slots one level down that a slot sums.
+    pub children: Vec<u32>,
+}
+
+/// What the tables are made from.
+#[derive(Clone, Copy)]
+pub struct Sources<'a> {
+    /// The clusters.
+    pub hvds: &'a Hvds,
+    /// In BVH order.
+    pub surfaces: &'a [Surface],
+    /// As at load.
+    pub materials: &'a [Material],
+    /// All light paths.
+    pub paths: &'a LightPaths,
+    /// Where they begin.
+    pub entry_points: &'a [PathVertex],
+    /// Where gather rays begin.
+    pub cache_points: &'a [CachePoint],
+    /// How they are stratified.
+    pub hemisphere: Hemisphere,
+    /// The seed that they were traced with.
+    pub seed: u32,
+    /// Discretised outgoing directions.
+    pub directions: Directions,
+}
+
+/// Makes the tables, and packs the gather rays anew: a target beyond the clusters is a slot. Without materials that may shine
+/// nothing is done, and none are made.
+///
+/// # Errors
+/// [`crate::Error::OutOfMemory`] if slots and materials do not fit the word of a gather ray; the device failed.
+pub fn build(
+    sources: Sources<'_>,
+    rays: &RayTable,
+    code: GatherCode,
+) -> Result<Option<(GlossTables, GatherCode)>> {
+    if !sources.materials.iter().any(Material::may_shine) {
+        return Ok(None);
+    }
+    let mut tables = GlossTables::default();
+    tables.find_entries(&sources);
+    tables.find_vertices(&sources);
+    tables.base_ranges = base_ranges(sources.hvds);
+
+    let mut rows = rays.read()?;
+    let wanted = wanted_directions(&sources, &rows, code);
+    let mask = (1 << code.cluster_bits) - 1;
+    let read = rows.iter().zip(&wanted).filter(|(_, bin)| **bin != NO_BIN);
+    tables.find_slots(sources.hvds, read.map(|(ray, &bin)| (ray.target & mask, bin)).collect());
+    let clusters = sources.hvds.cluster_count();
+    let packed =
+        GatherCode::new(clusters + tables.slots.len() as u32, sources.materials.len(), code.least_distance)?;
+    for (ray, bin) in rows.iter_mut().zip(&wanted) {
+        if ray.target == NO_TARGET {
+            continue;
+        }
+        let (cluster, material) = (ray.target & mask, ray.target >> code.cluster_bits);
+        let read = if *bin == NO_BIN { cluster } else { clusters + tables.slot(cluster, *bin) };
+        ray.target = read | material << packed.cluster_bits;
+    }
+    rays.write(&rows)?;
+    Ok(Some((tables, packed)))
+}
+
+/// A ray that reads no direction.
+const NO_BIN: u32 = u32::MAX;
+
+/// For each gather ray the bin towards which the surface that it meets must shine.
+fn wanted_directions(sources: &Sources<'_>, rows: &[GatherRay], code: GatherCode) -> Vec<u32> {
+    let strata = Strata { rings: sources.hemisphere.rings, sectors: sources.hemisphere.sectors };
+    let may_shine: Vec<bool> = sources.materials.iter().map(Material::may_shine).collect();
+    let mut wanted = Vec::with_capacity(rows.len());
+    for ((index, point), row) in
+        (0..).zip(sources.cache_points).zip(rows.chunks_exact(strata.rays() as usize))
+    {
+        let frame = frame(point.normal);
+        wanted.extend((0..).zip(row).map(|(ray, found)| {
+            if found.target == NO_TARGET || !may_shine[(found.target >> code.cluster_bits) as usize] {
+                return NO_BIN;
+            }
+            sources.directions.bin(-(frame * strata.direction(ray, index, sources.seed)))
+        }));
+    }
+    wanted
+}
+
+/// First base cluster below each cluster, and the end.
+fn base_ranges(hvds: &Hvds) -> Vec<UVec2> {
+    let base = hvds.levels[0].end;
+    let mut ranges: Vec<UVec2> = (0..base).map(|cluster| UVec2::new(cluster, cluster + 1)).collect();
+    for cluster in base as usize..hvds.cluster_count() as usize {
+        let children = hvds.first_children[cluster] as usize..hvds.first_children[cluster + 1] as usize;
+        ranges.push(UVec2::new(ranges[children.start].x, ranges[children.end - 1].y));
+    }
+    ranges
+}
+
+impl GlossTables {
+    fn find_entries(&mut self, sources: &Sources<'_>) {
+        for ((path, entry), &departure) in
+            (0..).zip(sources.entry_points).zip(&sources.paths.arrivals.departures)
+        {
+            let surface = &sources.surfaces[entry.side as usize / 2];
+            if sources.materials[surface.material as usize].may_shine() {
+                let normal = if entry.side % 2 == 1 { -surface.normal } else { surface.normal };
+                self.entries.push(GlossEntry {
+                    position: entry.position,
+                    path,
+                    normal,
+                    weight: entry.weight,
+                    departure,
+                    material: surface.material,
+                });
+            }
+        }
+    }
+
+    /// Lists the vertices of base clusters that may shine.
+    fn find_vertices(&mut self, sources: &Sources<'_>) {
+        let arrivals = &sources.paths.arrivals;
+        let mut entry_of_path = vec![NO_ENTRY; sources.entry_points.len()];
+        for (index, entry) in (0..).zip(&self.entries) {
+            entry_of_path[entry.path as usize] = index;
+        }
+        let mut shines = vec![false; sources.hvds.levels[0].len()];
+        for piece in &sources.hvds.pieces {
+            let material = sources.surfaces[piece.side as usize / 2].material;
+            shines[piece.cluster as usize] |= sources.materials[material as usize].may_shine();
+        }
+        for (cluster, shines) in shines.into_iter().enumerate() {
+            if !shines {
+                self.shifts.push(NO_ENTRY);
+                continue;
+            }
+            let lists = &sources.paths.first_deposits[2 * cluster..2 * cluster + 3];
+            self.shifts.push((self.vertices.len() as u32).wrapping_sub(lists[0]));
+            self.most_vertices = self.most_vertices.max(lists[2] - lists[0]);
+            for deposit in lists[0]..lists[2] {
+                let side = arrivals.sides[deposit as usize];
+                let surface = &sources.surfaces[side as usize / 2];
+                let incoming = arrivals.incoming[deposit as usize];
+                let is_entry = deposit < lists[1];
+                let path = sources.paths.deposits[deposit as usize].path;
+                self.vertices.push(GlossVertex {
+                    mirror: if is_entry { Vec3::ZERO } else { incoming.reflect(surface.normal) },
+                    material: surface.material,
+                    entry: if is_entry { entry_of_path[path as usize] } else { NO_ENTRY },
+                });
+            }
+        }
+    }
+
+    /// Numbers the slots, by cluster and then by direction: those that rays read, and below them all that they are sums of.
+    fn find_slots(&mut self, hvds: &Hvds, mut wanted: Vec<(u32, u32)>) {
+        let mut shines: Vec<bool> = self.shifts.iter().map(|&shift| shift != NO_ENTRY).collect();
+        shines.resize(hvds.cluster_count() as usize, false);
+        for cluster in 0..shines.len() {
+            if shines[cluster] && hvds.parents[cluster] != NO_CLUSTER {
+                shines[hvds.parents[cluster] as usize] = true;
+            }
+        }
+        let children = |cluster: u32| {
+            let range = hvds.first_children[cluster as usize]..hvds.first_children[cluster as usize + 1];
+            range.filter(|&child| shines[child as usize])
+        };
+        let base_end = hvds.levels[0].end;
+        // From the coarsest level down: what a slot sums is wanted, too.
+        wanted.sort_unstable_by(|a, b| b.cmp(a));
+        wanted.dedup();
+        for level in hvds.levels[1..].iter().rev() {
+            let coarse = wanted.iter().filter(|(cluster, _)| level.contains(cluster));
+            let finer: Vec<_> =
+                coarse.flat_map(|&(cluster, bin)| children(cluster).map(move |child| (child, bin))).collect();
+            wanted.extend(finer);
+            wanted.sort_unstable_by(|a, b| b.cmp(a));
+            wanted.dedup();
+        }
+        wanted.reverse();
+        let slot = |&(cluster, direction): &(u32, u32)| GlossSlot {
+            cluster,
+            direction,
+            shift: if cluster < base_end { self.shifts[cluster as usize] } else { 0 },
+        };
+        self.slots = wanted.iter().map(slot).collect();
+        let place = |cluster: u32| wanted.partition_point(|slot| slot.0 < cluster) as u32;
+        self.levels = hvds.levels.iter().map(|level| place(level.start)..place(level.end)).collect();
+        for &(cluster, bin) in &wanted[self.levels[0].len()..] {
+            self.first_children.push(self.children.len() as u32);
+            let slots = children(cluster).map(|child| self.slot(child, bin));
+            let slots: Vec<u32> = slots.collect();
+            self.children.extend(slots);
+        }
+        self.first_children.push(self.children.len() as u32);
+    }
+
+    /// The slot of a direction of a cluster, which must exist.
+    fn slot(&self, cluster: u32, direction: u32) -> u32 {
+        let found =
+            self.slots.binary_search_by_key(&(cluster, direction), |slot| (slot.cluster, slot.direction));
+        found.expect("every direction that is read has a slot") as u32
+    }
+}

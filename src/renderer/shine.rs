@@ -1,0 +1,159 @@
+//! What a frame does where surfaces may shine. Scenes in which none may have none of this.
+
+use super::Stages;
+use super::lights::{GlossRoom, Lights};
+use crate::error::Result;
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::gpu::{Buffer, Context, Recorder};
+use crate::passes::frame::gloss::Gloss;
+use crate::passes::frame::gloss_pixels::{GlossPixels, Surroundings};
+use crate::passes::frame::hvds::Pyramid;
+use crate::passes::precompute::gloss::GlossTables;
+use crate::passes::{ClusterBuffers, SceneBuffers};
+use crate::scene::directions::Directions;
+use crate::scene::{Material, Scene};
+use crate::types::View;
+use glam::Vec3;
+use std::sync::Arc;
+
+/// The passes of surfaces that shine.
+pub(super) struct Shine {
+    /// On clusters.
+    pub(super) clusters: Gloss,
+    /// In the picture.
+    pub(super) pixels: GlossPixels,
+    /// Materials that had a lobe, or might get one, when the paths were traced.
+    may_shine: Vec<bool>,
+    /// Some material has a lobe now.
+    pub(super) shines: bool,
+    seed: u32,
+}
+
+impl Shine {
+    pub(super) fn new(
+        context: &Arc<Context>,
+        scene: &Scene,
+        tables: &GlossTables,
+        (path_count, area_m2): (u32, f32),
+        cluster_bits: u32,
+    ) -> Result<Self> {
+        let quality = &scene.quality;
+        let [width, height] = scene.cameras[0].size;
+        let directions = Directions::new(quality.directions);
+        Ok(Self {
+            clusters: Gloss::new(context, tables, directions, path_count, area_m2)?,
+            pixels: GlossPixels::new(context, width * height, quality.gloss_rays, cluster_bits)?,
+            may_shine: scene.materials.iter().map(Material::may_shine).collect(),
+            shines: has_lobes(&scene.materials),
+            seed: quality.seed,
+        })
+    }
+
+    /// What lights need for it.
+    pub(super) fn room(&self) -> GlossRoom {
+        GlossRoom { beam_bytes: self.clusters.beam_bytes(1), sample_count: self.pixels.capacity }
+    }
+
+    /// Whether a material was known to shine, or to be editable, when the paths were traced.
+    pub(super) fn may_shine(&self, material: usize) -> bool {
+        self.may_shine[material]
+    }
+
+    /// Takes note of edited materials.
+    pub(super) fn edited(&mut self, materials: &[Material]) {
+        self.shines = has_lobes(materials);
+    }
+
+    /// Which pixels shine, and their rays.
+    pub(super) fn record_rays(
+        &self,
+        rec: &mut Recorder,
+        scene: &SceneBuffers,
+        clusters: &ClusterBuffers,
+        pixels: &Buffer,
+        view: &View,
+    ) {
+        self.pixels.record_rays(rec, scene, clusters, pixels, view, self.seed);
+        rec.barrier(COMPUTE_TO_COMPUTE);
+    }
+
+    /// Highlights of the lights whose highlights are out of date.
+    pub(super) fn record_highlights(
+        &self,
+        rec: &mut Recorder,
+        scene: &SceneBuffers,
+        lights: &Lights,
+        eye: Vec3,
+    ) {
+        let due = lights.without_highlights();
+        if due.is_empty() {
+            return;
+        }
+        let mut pass = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
+        for (light, layer) in due {
+            self.pixels.record_highlights(&mut pass, scene, light, eye, layer);
+        }
+        pass.barrier(COMPUTE_TO_COMPUTE);
+    }
+
+    /// Beams of the lights whose form factors are out of date.
+    pub(super) fn record_beams(&self, rec: &mut Recorder, scene: &SceneBuffers, lights: &Lights) {
+        let mut pass = rec.pass(Gloss::BEAMS_STEM);
+        for (light, beams) in lights.without_beams() {
+            self.clusters.record_beams(&mut pass, scene, light, beams);
+        }
+        pass.barrier(COMPUTE_TO_COMPUTE);
+    }
+
+    /// The first reflection, on which the hierarchy waits.
+    pub(super) fn record_entries(&self, rec: &mut Recorder, materials: &Buffer, lights: &Lights) {
+        self.clusters.record_entries(rec, materials, &lights.beams());
+        rec.barrier(COMPUTE_TO_COMPUTE);
+    }
+
+    /// What clusters shine. Where no material has a lobe, once more after the last one lost it: then all is zero.
+    pub(super) fn record_clusters(
+        &self,
+        rec: &mut Recorder,
+        stages: Stages,
+        materials: &Buffer,
+        pyramid: &Pyramid,
+        deposits: &Buffer,
+        lights: &Lights,
+    ) {
+        if self.shines || stages.lobes {
+            self.clusters.record(rec, materials, &pyramid.first_deposits, deposits, &lights.beams());
+            rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+    }
+
+    /// What pixels shine.
+    pub(super) fn record_pixels(
+        &self,
+        rec: &mut Recorder,
+        scene: &SceneBuffers,
+        pixels: &Buffer,
+        pyramid: &Pyramid,
+        deposits: &Buffer,
+        lights: &Lights,
+    ) {
+        if !self.shines {
+            return;
+        }
+        let around = Surroundings {
+            scene,
+            pixels,
+            irradiance: &pyramid.irradiance,
+            inverse_areas: &pyramid.inverse_areas,
+            gloss: &self.clusters,
+            first_deposits: &pyramid.first_deposits,
+            deposits,
+        };
+        self.pixels.record(rec, around, &lights.beams(), &lights.highlights());
+        rec.barrier(COMPUTE_TO_COMPUTE);
+    }
+}
+
+fn has_lobes(materials: &[Material]) -> bool {
+    materials.iter().any(|material| material.specular != Vec3::ZERO)
+}

@@ -28,16 +28,21 @@ void main() {
     if (index >= push.record_count) return;
     CachePoint point = cache_points[index];
     vec3 irradiance = vec3(0.0);
+    vec3 offset = vec3(0.0);
     mat3 translation = mat3(0.0);
     mat3 rotation = mat3(0.0);
     for (uint i = first_neighbours[index]; i < first_neighbours[index + 1u]; ++i) {
         Record record = records[neighbours[i].record];
         float weight = neighbours[i].weight;
-        vec3 change = (point.position - record.position) * record.translation + point.normal * record.rotation;
+        // Half of the way by the gradient at the neighbour; below, half by that at the record itself: curvature cancels.
+        vec3 moved = point.position - record.position;
+        vec3 change = 0.5 * moved * record.translation + point.normal * record.rotation;
         irradiance += weight * max(record.irradiance + change, vec3(0.0));
+        offset += weight * moved;
         translation += weight * record.translation;
         rotation += weight * record.rotation;
     }
+    irradiance = max(irradiance + 0.5 * offset * translation, vec3(0.0));
     // A rotation counts from the record's own normal; what the neighbours' mean says along it is no rotation.
     rotation -= outerProduct(point.normal, point.normal * rotation);
     blended[index] = Record(point.position, irradiance, translation, rotation);

@@ -9,6 +9,7 @@
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/antialias.glsl"
+#include "include/records.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -31,11 +32,13 @@ layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
 #include "include/bvh.glsl"
 #include "include/primary.glsl"
 
-// How far a pixel's surface is from being that of a sample: turned by so much, off its plane by so many pixel widths.
+// How far a pixel's surface is from being that of a sample: turned by so much, off its plane by so many pixel widths,
+// on a facet with another horizon.
 float dissimilarity(PixelSurface found, PixelSurface pixel) {
     vec3 apart = pixel.position - found.position;
+    float facing = dot(facet_of(surfaces[found.side >> 1], found.side), facet_of(surfaces[pixel.side >> 1], pixel.side));
     return 1.0 - dot(found.normal, pixel.normal) + abs(dot(apart, found.normal)) * inversesqrt(found.footprint)
-         + 1e-3 * dot(apart, apart) / found.footprint;
+         + 1e-3 * dot(apart, apart) / found.footprint + (facing < FACETS_ALIKE ? 1.0 : 0.0);
 }
 
 void main() {

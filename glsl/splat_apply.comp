@@ -27,12 +27,20 @@ void main() {
     if (index >= push.pixel_count) return;
     PixelSurface pixel = pixels[index];
     vec3 irradiance = vec3(0.0);
+    vec3 offset = vec3(0.0);
+    mat3 translation = mat3(0.0);
     uint end = min(first_weights[index + 1u], push.weight_capacity);
     for (uint i = first_weights[index]; i < end; ++i) {
         Record record = records[weights[i].record];
-        vec3 change = (pixel.position - record.position) * record.translation + pixel.normal * record.rotation;
+        float weight = weights[i].weight;
+        // Half of the way by the gradient at the record; below, half by that at the pixel: curvature cancels.
+        vec3 moved = pixel.position - record.position;
+        vec3 change = 0.5 * moved * record.translation + pixel.normal * record.rotation;
         // Irradiance is never negative; a linear extrapolation can be.
-        irradiance += weights[i].weight * max(record.irradiance + change, vec3(0.0));
+        irradiance += weight * max(record.irradiance + change, vec3(0.0));
+        offset += weight * moved;
+        translation += weight * record.translation;
     }
+    irradiance = max(irradiance + 0.5 * offset * translation, vec3(0.0));
     indirect_irradiance[index] = irradiance;
 }

@@ -76,7 +76,13 @@ void main() {
     PixelSurface pixel = PixelSurface(vec3(0.0), NO_SIDE, vec3(0.0), 0.0);
     if (in_image) pixel = pixels[index];
     // A side that sees no surface receives no indirect light, and has no records.
-    bool wants_records = pixel.side != NO_SIDE && side_is_active(surfaces[pixel.side >> 1].sides, (pixel.side & 1u) != 0u);
+    bool wants_records = false;
+    vec3 facet = vec3(0.0);
+    if (pixel.side != NO_SIDE) {
+        Surface surface = surfaces[pixel.side >> 1];
+        wants_records = side_is_active(surface.sides, (pixel.side & 1u) != 0u);
+        facet = facet_of(surface, pixel.side);
+    }
 
     uint first = WRITES == 1u && in_image ? pixel_counts[index] : 0u;
     uint count = 0u;
@@ -104,7 +110,7 @@ void main() {
             uint records = touching[group + gl_LocalInvocationID.x] & touching[group + 16u + gl_LocalInvocationID.y];
             for (; records != 0u; records &= records - 1u) {
                 uint i = group + uint(findLSB(records));
-                float weight = record_weight(pixel.position, pixel.normal, batch[i]);
+                float weight = record_weight(pixel.position, pixel.normal, facet, batch[i]);
                 if (weight <= 0.0) continue;
                 if (WRITES == 1u && first + count < push.weight_capacity) {
                     weights[first + count] = SplatWeight(batch_records[i], weight);

@@ -125,6 +125,8 @@ gpu_struct! {
         pub side: u32,
         /// The nearest wall that stands on its surface: the plane `(x - position)·wall = 1`, 1/m; zero where there is none.
         pub wall: Vec3,
+        /// Unit geometric normal on its side.
+        pub facet: Vec3,
     }
 }
 

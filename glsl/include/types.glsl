@@ -64,6 +64,7 @@ struct CachePoint {
     vec3 normal;    // unit shading normal
     uint side;      // 2·triangle + (1 if the back side)
     vec3 wall;      // the nearest wall that stands on its surface: the plane dot(x - position, wall) = 1; zero: none
+    vec3 facet;     // unit geometric normal on its side
 };
 
 // Where a cluster stands in the hierarchy.

@@ -2,6 +2,7 @@
 
 use crate::cpu::primary::{Seen, seen_through};
 use crate::cpu::rays::Geometry;
+use crate::cpu::records::FACETS_ALIKE;
 use crate::cpu::sampling::sample_3d;
 use crate::types::{NO_SIDE, PixelSurface, Surface, View};
 use glam::{DVec3, Vec3};
@@ -15,6 +16,11 @@ pub struct Thresholds {
     pub step: f64,
 }
 
+/// Geometric normal of a side.
+fn facet(surfaces: &[Surface], side: u32) -> Vec3 {
+    surfaces[side as usize / 2].normal_of(side % 2 == 1)
+}
+
 /// Whether two neighbouring pixels show an edge of geometry or of a material between them.
 pub fn is_edge(thresholds: Thresholds, surfaces: &[Surface], [a, b]: [&PixelSurface; 2]) -> bool {
     if a.side == NO_SIDE || b.side == NO_SIDE {
@@ -25,7 +31,9 @@ pub fn is_edge(thresholds: Thresholds, surfaces: &[Surface], [a, b]: [&PixelSurf
     let apart = b.position.as_dvec3() - a.position.as_dvec3();
     let off_plane = apart.dot(normal_a).abs().min(apart.dot(normal_b).abs());
     let width = f64::from(a.footprint.max(b.footprint)).sqrt();
+    let [facet_a, facet_b] = [a, b].map(|pixel| facet(surfaces, pixel.side));
     material(a) != material(b)
+        || facet_a.dot(facet_b) < FACETS_ALIKE
         || normal_a.dot(normal_b) < thresholds.crease
         || off_plane > thresholds.step * width
 }
@@ -77,27 +85,35 @@ pub fn sample(geometry: Geometry<'_>, view: &View, pixel: u32, sample: u32) -> O
 }
 
 /// How far a pixel's surface is from being that of a sample; nothing may come from a pixel that sees none.
-pub fn dissimilarity(found: &Seen, pixel: &PixelSurface) -> f64 {
+pub fn dissimilarity(surfaces: &[Surface], found: &Seen, pixel: &PixelSurface) -> f64 {
     if pixel.side == NO_SIDE {
         return f64::INFINITY;
     }
     let apart: DVec3 = pixel.position.as_dvec3() - found.hit.position;
     let turned = 1.0 - found.normal.dot(pixel.normal.as_dvec3());
+    let is_alike = facet(surfaces, found.side).dot(facet(surfaces, pixel.side)) >= FACETS_ALIKE;
     turned
         + apart.dot(found.normal).abs() / found.footprint.sqrt()
         + 1e-3 * apart.length_squared() / found.footprint
+        + if is_alike { 0.0 } else { 1.0 }
 }
 
 /// The pixel whose indirect light a sample of a pixel takes, and its dissimilarity: the first of the pixel itself and the eight
 /// around it, from the right one on, that will do, or else the least dissimilar. Beyond its edges the image repeats itself.
-pub fn source(view: &View, pixels: &[PixelSurface], pixel: u32, found: &Seen) -> (f64, u32) {
+pub fn source(
+    surfaces: &[Surface],
+    view: &View,
+    pixels: &[PixelSurface],
+    pixel: u32,
+    found: &Seen,
+) -> (f64, u32) {
     let [x, y] = [pixel % view.width, pixel / view.width].map(i64::from);
     let mut best = (f64::INFINITY, pixel);
     for step in [4, 5, 6, 7, 8, 0, 1, 2, 3] {
         let across = (x + step % 3 - 1).clamp(0, i64::from(view.width) - 1);
         let down = (y + step / 3 - 1).clamp(0, i64::from(view.height) - 1);
         let other = down as u32 * view.width + across as u32;
-        let cost = dissimilarity(found, &pixels[other as usize]);
+        let cost = dissimilarity(surfaces, found, &pixels[other as usize]);
         if cost < best.0 {
             best = (cost, other);
         }

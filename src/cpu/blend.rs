@@ -3,19 +3,23 @@
 use crate::types::{CachePoint, Record};
 use glam::{DMat3, DVec3};
 
-/// Irradiance, translation and rotation at a point: its neighbours' records, extrapolated to it, in their shares.
+/// Irradiance, translation and rotation at a point: its neighbours' records, extrapolated to it, in their shares;
+/// along each way by the mean of its gradient at either end.
 pub fn blend(point: &CachePoint, shares: &[(Record, f32)]) -> (DVec3, DMat3, DMat3) {
     let normal = point.normal.as_dvec3();
-    let (mut irradiance, mut translation, mut rotation) = (DVec3::ZERO, DMat3::ZERO, DMat3::ZERO);
+    let (mut irradiance, mut offset) = (DVec3::ZERO, DVec3::ZERO);
+    let (mut translation, mut rotation) = (DMat3::ZERO, DMat3::ZERO);
     for (record, share) in shares {
         let share = f64::from(*share);
         let moved = point.position.as_dvec3() - record.position.as_dvec3();
         let [along, turned] = [record.translation.as_dmat3(), record.rotation.as_dmat3()];
-        let change = along.transpose() * moved + turned.transpose() * normal;
+        let change = 0.5 * along.transpose() * moved + turned.transpose() * normal;
         irradiance += share * (record.irradiance.as_dvec3() + change).max(DVec3::ZERO);
+        offset += share * moved;
         translation += along * share;
         rotation += turned * share;
     }
+    irradiance = (irradiance + 0.5 * translation.transpose() * offset).max(DVec3::ZERO);
     // What the mean rotation says along the point's own normal is no rotation.
     let along_normal = rotation.transpose() * normal;
     rotation -= DMat3::from_cols(normal * along_normal.x, normal * along_normal.y, normal * along_normal.z);

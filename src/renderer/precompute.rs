@@ -151,10 +151,7 @@ pub(super) fn precompute(
     }
     watch.lap("cache points");
 
-    let normal = |side: u32| {
-        let normal = surfaces[side as usize / 2].normal;
-        if side % 2 == 1 { -normal } else { normal }
-    };
+    let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
     let near_clusters = near_clusters::find(&hvds, &clearances, cell_size, normal, &placement.points);
     let hemisphere = Hemisphere::new(quality.gather_rays);
     let code = GatherCode::new(hvds.cluster_count(), scene.materials.len(), placement.least_radius)?;

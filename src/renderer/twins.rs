@@ -131,6 +131,7 @@ impl Renderer {
                 normal: pixels[index].normal,
                 side: pixels[index].side,
                 wall: Vec3::ZERO,
+                facet: self.surfaces[pixels[index].side as usize / 2].normal_of(pixels[index].side % 2 == 1),
             };
             let points: Vec<CachePoint> = indices.iter().map(point).collect();
             for (&index, record) in indices.iter().zip(self.gather_at(&points)?) {

@@ -10,6 +10,11 @@ impl types::Surface {
         self.sides >> (if back { 6 } else { 0 }) & 63
     }
 
+    /// Unit geometric normal of a side.
+    pub fn normal_of(&self, back: bool) -> Vec3 {
+        if back { -self.normal } else { self.normal }
+    }
+
     /// Whether a side takes part in transport; twin of `side_is_active`.
     pub fn side_is_active(&self, back: bool) -> bool {
         self.sides & (if back { 0x2000 } else { 0x1000 }) != 0

@@ -188,10 +188,15 @@ fn edge_samples_equal_the_twin() {
                     other_sides += usize::from(seen.is_some() || surface.side != NO_SIDE);
                     continue;
                 };
-                let (least, twin) = cpu::antialias::source(&frame.view, &frame.pixels, pixel, &seen);
+                let (least, twin) =
+                    cpu::antialias::source(&world.surfaces, &frame.view, &frame.pixels, pixel, &seen);
                 if twin != *source {
                     // As good, but for an error of f32.
-                    let cost = cpu::antialias::dissimilarity(&seen, &frame.pixels[*source as usize]);
+                    let cost = cpu::antialias::dissimilarity(
+                        &world.surfaces,
+                        &seen,
+                        &frame.pixels[*source as usize],
+                    );
                     other_sources += usize::from(cost > least + 1e-3 * (1.0 + least));
                 }
                 borrowed += usize::from(*source != pixel);

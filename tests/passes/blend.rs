@@ -4,6 +4,7 @@ use crate::common::{assert_silent, context};
 use crate::world::{Random, World};
 use glam::{DMat3, DVec3, Mat3, Vec3};
 use lightpaths::cpu;
+use lightpaths::cpu::records::FACETS_ALIKE;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::blend::Blend;
 use lightpaths::passes::precompute::cache_points::Placed;
@@ -79,6 +80,7 @@ fn neighbours_lie_within_both_clearances_and_shares_sum_to_one() {
             let reach = |p: &Placed| p.clearance.min(2.0 * p.point.radius);
             assert!(distance <= reach(own).min(reach(other)));
             assert!(own.point.normal.dot(other.point.normal) > 0.98);
+            assert!(own.point.facet.dot(other.point.facet) >= FACETS_ALIKE);
             pairs += 1;
         }
         // The search by cells misses nobody that brute force finds well inside.
@@ -86,7 +88,8 @@ fn neighbours_lie_within_both_clearances_and_shares_sum_to_one() {
         for (j, other) in placed.iter().enumerate() {
             let is_near = own.point.position.distance(other.point.position)
                 < 0.99 * reach(own).min(reach(other))
-                && own.point.normal.dot(other.point.normal) > 0.99;
+                && own.point.normal.dot(other.point.normal) > 0.99
+                && own.point.facet.dot(other.point.facet) >= FACETS_ALIKE;
             assert!(!is_near || list.iter().any(|n| n.record as usize == j), "{i} misses {j}");
         }
     }
@@ -97,4 +100,45 @@ fn neighbours_lie_within_both_clearances_and_shares_sum_to_one() {
 fn random_clearance(point: &CachePoint) -> f32 {
     let Vec3 { x, y, z } = point.position;
     (x * 12.3 + y * 45.6 + z * 78.9).fract().abs()
+}
+
+/// Irradiance that bends: neighbours all around a point tell it exactly, those on one side as well as their mean place allows.
+#[test]
+fn a_quadratic_field_is_blended_without_flattening_it() {
+    let context = context();
+    let slope = DVec3::new(0.7, 0.0, -0.4);
+    let bend = DMat3::from_cols(DVec3::new(2.0, 0.0, 0.5), DVec3::ZERO, DVec3::new(0.5, 0.0, -3.0));
+    let record_at = |position: Vec3| {
+        let x = position.as_dvec3();
+        let irradiance = (3.0 + slope.dot(x) + 0.5 * x.dot(bend * x)) as f32;
+        let gradient = (slope + bend * x).as_vec3();
+        let translation = Mat3::from_cols(gradient, gradient, gradient);
+        Record { position, irradiance: Vec3::splat(irradiance), translation, rotation: Mat3::ZERO }
+    };
+    let side = 0.3;
+    let around = [Vec3::X, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Z].map(|to| side * to);
+    let aside = [Vec3::ZERO, side * Vec3::X, side * (Vec3::X + Vec3::Z), side * Vec3::Z];
+    for (positions, mean_offset) in [(around, 0.0), (aside, 0.5 * 2f64.sqrt() * f64::from(side))] {
+        let middle = CachePoint {
+            position: Vec3::ZERO,
+            radius: 1.0,
+            normal: Vec3::Y,
+            side: 0,
+            wall: Vec3::ZERO,
+            facet: Vec3::Y,
+        };
+        let records = positions.map(record_at);
+        let list = (0..4).map(|record| Neighbour { record, weight: 0.25 }).collect();
+        let lists = Neighbourhoods { first: vec![0, 4, 4, 4, 4], list };
+        let cache_points = Buffer::from_slice(&context, "cache points", &[middle; 4]).unwrap();
+        let given = Buffer::from_slice(&context, "records", &records).unwrap();
+        let pass = Blend::new(&context, &lists).unwrap();
+        context.run(|rec| pass.record(rec, &cache_points, &given)).unwrap();
+        let blended: Vec<Record> = pass.records.read().unwrap();
+        // Half the bend, which is 3.1 at most, times the square of the mean offset.
+        let bound = 0.5 * 3.1 * mean_offset * mean_offset + 1e-5;
+        let off = (f64::from(blended[0].irradiance.x) - 3.0).abs();
+        assert!(off <= bound, "{off} for {bound}");
+    }
+    assert_silent(&context);
 }

@@ -27,7 +27,7 @@ fn random_points(random: &mut Random, count: u32) -> Vec<CachePoint> {
     let point = |index| {
         // The frame's own awkward cases first.
         let normal = [Vec3::Z, Vec3::NEG_Z].get(index as usize).copied().unwrap_or_else(|| random.sphere());
-        CachePoint { position: random.cube(), radius: 1.0, normal, side: 0, wall: Vec3::ZERO }
+        CachePoint { position: random.cube(), radius: 1.0, normal, side: 0, wall: Vec3::ZERO, facet: normal }
     };
     (0..count).map(point).collect()
 }

@@ -96,15 +96,17 @@ fn check_pixel(
         assert_eq!(shares.len(), 0, "what sees no surface receives no light");
         return [0; 2];
     }
-    let twin = cpu::splat::splat(pixel, points);
+    let facet = world.geometry().normal(pixel.side);
+    let twin = cpu::splat::splat(pixel, facet, points);
     assert!(shares.is_sorted_by(|a, b| a.record < b.record), "records ascend");
-    let weight_of = |record: u32| record_weight(pixel.position, pixel.normal, &points[record as usize]);
+    let weight_of =
+        |record: u32| record_weight(pixel.position, pixel.normal, facet, &points[record as usize]);
     if let [only] = shares
         && weight_of(only.record) <= 0.0
         && twin.iter().all(|&(_, weight)| weight < HAIR)
     {
         assert_eq!(only.weight, 1.0, "a bare pixel has one record");
-        let fitness = |point: &CachePoint| cpu::splat::fitness(pixel, point);
+        let fitness = |point: &CachePoint| cpu::splat::fitness(pixel, facet, point);
         let best = points.iter().map(fitness).fold(f32::NEG_INFINITY, f32::max);
         let chosen = fitness(&points[only.record as usize]);
         assert!(best - chosen <= 1e-3 * best.abs().max(1.0), "{chosen} was chosen, the best is {best}");
@@ -167,4 +169,17 @@ fn every_pixel_has_the_records_that_brute_force_finds() {
         assert!(count < 800 || radius < 0.1 || tally[0] > 100, "{tally:?}");
     }
     assert_silent(&world.context);
+}
+
+/// Where smooth shading hides a sharp edge, the horizon is that of the facet: a record on a facet that is turned away says nothing,
+/// though its shading normal is the same.
+#[test]
+fn facets_at_a_sharp_edge_share_no_records() {
+    let normal = Vec3::new(0.0, 0.8, 0.6);
+    let record =
+        CachePoint { position: Vec3::ZERO, radius: 1.0, normal, side: 0, wall: Vec3::ZERO, facet: Vec3::Y };
+    let there = Vec3::new(0.1, 0.0, 0.0);
+    assert!(record_weight(there, normal, Vec3::Y, &record) > 0.85);
+    assert!(record_weight(there, normal, Vec3::new(0.0, 0.98, 0.2).normalize(), &record) > 0.85);
+    assert_eq!(record_weight(there, normal, Vec3::Z, &record), 0.0);
 }

@@ -156,7 +156,8 @@ impl World {
             let (position, normal, side) = self.surface_point(random);
             // Every other one stands before a wall, half a radius away in a random direction.
             let wall = if random.below(2) == 0 { Vec3::ZERO } else { random.cube() * 2.0 / radius };
-            CachePoint { position, radius: radius * (0.5 + random.unit()), normal, side, wall }
+            let facet = self.geometry().normal(side);
+            CachePoint { position, radius: radius * (0.5 + random.unit()), normal, side, wall, facet }
         };
         (0..count).map(point).collect()
     }

@@ -234,6 +234,7 @@ impl Splat {
             [NEAREST_GROUPS * self.nearest.local_size()[0], 1, 1],
             &SplatNearestPush { record_count: self.record_count, weight_capacity: self.weight_capacity },
             &[
+                ("Surfaces", surfaces),
                 ("Pixels", pixels),
                 ("CachePoints", cache_points),
                 ("FirstWeights", &self.first_weights),

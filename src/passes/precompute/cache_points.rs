@@ -162,6 +162,7 @@ impl Geometry<'_> {
             normal: if side % 2 == 1 { -shading } else { shading },
             side,
             wall: Vec3::ZERO,
+            facet: self.surfaces[side as usize / 2].normal_of(side % 2 == 1),
         }
     }
 

@@ -116,8 +116,12 @@ impl Records {
             (low.y..=high.y).any(|y| {
                 (low.x..=high.x).any(|x| {
                     self.lists[self.index(UVec3::new(x, y, z))].iter().any(|&record| {
-                        record_weight(point.position, point.normal, &self.points[record as usize].point)
-                            > weight
+                        record_weight(
+                            point.position,
+                            point.normal,
+                            point.facet,
+                            &self.points[record as usize].point,
+                        ) > weight
                     })
                 })
             })

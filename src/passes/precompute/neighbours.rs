@@ -1,6 +1,7 @@
 //! Which cache points see so much the same that their records may be blended.
 
 use super::cache_points::Placed;
+use crate::cpu::records::FACETS_ALIKE;
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use glam::{IVec3, Vec3};
 use std::collections::HashMap;
@@ -33,7 +34,7 @@ const INVERSE_NORMAL_ERROR: f32 = 8.1131;
 
 impl Neighbourhoods {
     /// Finds the neighbours of all points: within two of both validity radii and within both clearances, so that no surface can
-    /// stand between them, and with shading normals within ten degrees.
+    /// stand between them, and with shading normals within ten degrees and facets alike.
     pub fn new(points: &[Placed]) -> Self {
         let reach: Vec<f32> = points.iter().map(|p| (REACH * p.point.radius).min(p.clearance)).collect();
         let cell = reach.iter().fold(f32::MIN_POSITIVE, |a, &b| a.max(b));
@@ -56,7 +57,8 @@ impl Neighbourhoods {
                         let distance = point.position.distance(neighbour.position);
                         let position_error = distance / reach[index].min(reach[other as usize]);
                         let turn = (1.0 - point.normal.dot(neighbour.normal)).max(0.0).sqrt();
-                        1.0 - position_error.max(turn * INVERSE_NORMAL_ERROR)
+                        let is_alike = point.facet.dot(neighbour.facet) >= FACETS_ALIKE;
+                        if is_alike { 1.0 - position_error.max(turn * INVERSE_NORMAL_ERROR) } else { 0.0 }
                     };
                     if weight > 0.0 {
                         neighbourhoods.list.push(Neighbour { record: other, weight });

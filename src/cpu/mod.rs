@@ -37,5 +37,6 @@ pub mod records;
 pub mod sampling;
 pub mod splat;
 pub mod splat_apply;
+pub mod textures;
 pub mod tile_sort;
 pub mod tonemap;

@@ -1,5 +1,6 @@
 //! Twin of the ray traversal: tries every triangle.
 
+use crate::cpu::textures::Textures;
 use crate::scene::{Triangle, hvds::Hvds};
 use crate::types::{NO_CLUSTER, Surface};
 use glam::{DVec3, Vec3};
@@ -11,6 +12,8 @@ pub struct Geometry<'a> {
     pub triangles: &'a [Triangle],
     /// In the same order.
     pub surfaces: &'a [Surface],
+    /// Images on them.
+    pub textures: Textures<'a>,
     /// How far ray origins stay off surfaces, metres.
     pub clear_distance: f32,
 }
@@ -84,6 +87,11 @@ impl Geometry<'_> {
     pub fn normal(&self, side: u32) -> Vec3 {
         let normal = self.surfaces[side as usize / 2].normal;
         if side % 2 == 1 { -normal } else { normal }
+    }
+
+    /// Colour of the image at a point of a triangle; white where its material has none.
+    pub fn colour(&self, triangle: u32, barycentric: DVec3) -> DVec3 {
+        self.textures.colour(self.surfaces[triangle as usize].material, triangle, barycentric)
     }
 
     /// The base cluster that holds a point of a side; twin of `glsl/include/grid.glsl`.

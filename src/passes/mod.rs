@@ -5,9 +5,11 @@ pub mod frame;
 pub mod precompute;
 pub mod reference;
 mod scene_buffers;
+mod texture_buffers;
 
 pub use cluster_buffers::ClusterBuffers;
 pub use scene_buffers::{LitScene, SceneBuffers, light_sources, reflectances};
+pub use texture_buffers::{TextureBuffers, has_textures};
 
 use crate::layout::Layout;
 

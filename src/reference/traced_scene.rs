@@ -48,13 +48,20 @@ impl TracedScene {
             return Err(Error::Usage("the scene has no triangle".into()));
         }
         let bvh = Bvh::build(&scene.triangles)?;
-        scene.triangles = bvh.order.iter().map(|&index| scene.triangles[index as usize]).collect();
+        scene.reorder(&bvh.order);
         let surfaces: Vec<Surface> =
             scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
         let light_sources = light_sources(&scene.lights);
         Ok(Self {
             context: context.clone(),
-            buffers: SceneBuffers::new(context, &bvh, &scene.triangles, &surfaces, &scene.materials)?,
+            buffers: SceneBuffers::new(
+                context,
+                &bvh,
+                &scene.triangles,
+                &surfaces,
+                &scene.texture_coordinates,
+                &scene.materials,
+            )?,
             lights: Buffer::from_slice(context, "lights", &light_sources)?,
             view: View::from(&scene.cameras[0]),
             surfaces,

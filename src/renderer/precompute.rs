@@ -79,7 +79,7 @@ pub(super) fn precompute(
 
     progress.stage("acceleration structure", 1);
     let bvh = Bvh::build(&scene.triangles)?;
-    scene.triangles = bvh.order.iter().map(|&index| scene.triangles[index as usize]).collect();
+    scene.reorder(&bvh.order);
     watch.lap("acceleration structure");
 
     progress.stage("surfaces", 1);
@@ -196,7 +196,14 @@ fn reachable_surfaces(
     let pairs = scene.triangles.iter().zip(sees);
     let mut surfaces: Vec<Surface> =
         pairs.map(|(triangle, active)| surfaces::surface(triangle, active)).collect();
-    let buffers = SceneBuffers::new(context, bvh, &scene.triangles, &surfaces, &scene.materials)?;
+    let buffers = SceneBuffers::new(
+        context,
+        bvh,
+        &scene.triangles,
+        &surfaces,
+        &scene.texture_coordinates,
+        &scene.materials,
+    )?;
     let clear_distance = clear_distance(&bvh.nodes[0]);
     sides::deactivate_unreachable(&Rays::new(context)?, &buffers, scene, clear_distance, &mut surfaces)?;
     buffers.surfaces.write(&surfaces)?;

@@ -57,10 +57,20 @@ pub(super) fn default_folder() -> Result<PathBuf> {
 /// File name of the reference of a scene seen by its first camera. Whatever changes the picture changes the name.
 pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
     let mut key = Key(0xcbf2_9ce4_8422_2325);
-    let Scene { triangles, materials, lights, cameras, origin: _, quality, name: _, warnings: _ } = scene;
+    let Scene {
+        triangles,
+        texture_coordinates,
+        materials,
+        lights,
+        cameras,
+        origin: _,
+        quality,
+        name: _,
+        warnings: _,
+    } = scene;
     let shader = Shader::named("path_trace");
     write!(key, "{FORMAT} {} {} {budget} {}", shader.source_hash, fnv1a(shader.bytes), quality.seed)
-        .and_then(|()| write!(key, "{materials:?} {lights:?} {:?}", cameras[0]))
+        .and_then(|()| write!(key, "{materials:?} {texture_coordinates:?} {lights:?} {:?}", cameras[0]))
         .and_then(|()| triangles.iter().try_for_each(|triangle| write!(key, "{triangle:?}")))
         .expect("a hash takes everything");
     format!("{:016x}.reference", key.0)

@@ -8,6 +8,7 @@
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/antialias.glsl"
+#include "include/colour.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -27,6 +28,8 @@ layout(scalar, binding = 4) readonly buffer IndirectIrradiance { vec3 indirect_i
 layout(scalar, binding = 5) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 6) readonly buffer EdgeSamples { EdgeSample edge_samples[]; };
 layout(scalar, binding = 7) writeonly buffer Radiance { vec3 radiance[]; };
+layout(scalar, binding = 8) readonly buffer PixelColours { uint pixel_colours[]; };  // packed; only in scenes with images
+layout(scalar, binding = 9) readonly buffer EdgeColours { uint edge_colours[]; };
 layout(scalar, push_constant) uniform Push { ComposePush push; };
 
 vec3 reflected(uint side, vec3 direct, uint source) {
@@ -43,7 +46,11 @@ void main() {
     if (edge_offsets[index + 1u] == edge) count = 0u;
     vec3 sum = vec3(0.0);
     for (uint i = edge * count; i < (edge + 1u) * count; ++i) {
-        sum += reflected(edge_samples[i].side, edge_samples[i].direct, edge_samples[i].source);
+        vec3 found = reflected(edge_samples[i].side, edge_samples[i].direct, edge_samples[i].source);
+        if (HAS_TEXTURES != 0u) found *= unpack_colour(edge_colours[i]);
+        sum += found;
     }
-    radiance[index] = count == 0u ? reflected(pixels[index].side, direct_irradiance[index], index) : sum / float(count);
+    vec3 centre = reflected(pixels[index].side, direct_irradiance[index], index);
+    if (HAS_TEXTURES != 0u) centre *= unpack_colour(pixel_colours[index]);
+    radiance[index] = count == 0u ? centre : sum / float(count);
 }

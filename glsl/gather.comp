@@ -6,6 +6,7 @@
 #include "include/types.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
+#include "include/colour.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint RINGS = 0;
@@ -24,6 +25,7 @@ layout(scalar, binding = 2) readonly buffer GatherRays { GatherRay gather_rays[]
 layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
 layout(scalar, binding = 4) readonly buffer Irradiance { vec3 irradiance[]; };
 layout(scalar, binding = 5) writeonly buffer Records { Record records[]; };
+layout(scalar, binding = 6) readonly buffer RayColours { uint ray_colours[]; };  // packed; only in scenes with images
 layout(scalar, push_constant) uniform Push { GatherPush push; };
 
 const uint SUMS = 5u;  // irradiance; translation and rotation along tangent and bitangent
@@ -41,6 +43,7 @@ void main() {
         GatherRay ray = gather_rays[row * RINGS * SECTORS + i];
         if (ray.target == NO_TARGET) continue;
         vec3 radiance = materials[ray.target >> push.cluster_bits].diffuse * irradiance[ray.target & mask] * (1.0 / PI);
+        if (HAS_TEXTURES != 0u) radiance *= unpack_colour(ray_colours[row * RINGS * SECTORS + i]);
         vec2 movement = unpackHalf2x16(ray.gradient);
         vec2 turn = turns[i];
         sum[0] += radiance;

@@ -8,6 +8,7 @@
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
+#include "include/colour.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint STEPS = 0;                 // vertices per path and dispatch
@@ -36,10 +37,15 @@ layout(scalar, binding = 5) readonly buffer CellClusters { uint cell_clusters[];
 layout(scalar, binding = 6) buffer Paths { PathState paths[]; };
 layout(scalar, binding = 7) writeonly buffer Vertices { PathVertex vertices[]; };      // STEPS a path
 layout(scalar, binding = 8) writeonly buffer VertexCounts { uint vertex_counts[]; };
+layout(scalar, binding = 9) writeonly buffer VertexColours { uint vertex_colours[]; };  // of the vertex before, packed; STEPS a path
+layout(scalar, binding = 10) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 11) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 12) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { LightPathsPush push; };
 
 #include "include/bvh.glsl"
 #include "include/grid.glsl"
+#include "include/textures.glsl"
 
 void main() {
     uint index = flat_invocation();
@@ -56,6 +62,12 @@ void main() {
         // Lambert with a cosine-sampled direction: f·cosθ/pdf is the albedo. The walk goes on with a probability
         // that falls with its throughput; dividing by it keeps the estimate right.
         state.throughput *= materials[surface.material].diffuse;
+        vec3 colour = vec3(1.0);
+        if (HAS_TEXTURES != 0u) {
+            uint triangle = state.side >> 1;
+            colour = image_at(surface.material, triangle, barycentric_at(triangle, state.position));
+            state.throughput *= colour;
+        }
         float carried = max(state.throughput.x, max(state.throughput.y, state.throughput.z));
         float survival = min(1.0, carried / threshold);
         if (!(u.z < survival)) { alive = false; break; }
@@ -72,6 +84,7 @@ void main() {
         vec3 found_normal = back ? -found.normal : found.normal;
         uint cluster = base_cluster(grid_cell(push.grid, state.position, found_normal), side_code(found.sides, back));
         vertices[index * STEPS + count] = PathVertex(state.position, state.side, direction, 1.0 / survival, cluster);
+        if (HAS_TEXTURES != 0u) vertex_colours[index * STEPS + count] = pack_colour(colour);
         ++count;
         ++state.depth;
     }

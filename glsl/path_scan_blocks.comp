@@ -7,6 +7,7 @@
 #include "include/types.glsl"
 #include "include/dispatch.glsl"
 #include "include/path_scan.glsl"
+#include "include/colour.glsl"
 
 layout(local_size_x = 256) in;
 
@@ -16,6 +17,7 @@ layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[];
 layout(scalar, binding = 1) readonly buffer Steps { PathStep steps[]; };
 layout(scalar, binding = 2) buffer Deposits { Deposit deposits[]; };
 layout(scalar, binding = 3) writeonly buffer Blocks { Segment blocks[]; };
+layout(scalar, binding = 4) readonly buffer StepColours { uint step_colours[]; };  // packed; only in scenes with images
 layout(scalar, push_constant) uniform Push { PathScanPush push; };
 
 shared Segment segments[BLOCK_THREADS];
@@ -30,6 +32,7 @@ void main() {
             PathStep path_step = steps[first + i];
             bool head = path_step.material == HEAD;
             vec3 factor = (head ? vec3(1.0) : materials[path_step.material].diffuse) * path_step.weight;
+            if (HAS_TEXTURES != 0u) factor *= unpack_colour(step_colours[first + i]);
             running = join(running, Segment(factor, uint(head)));
         }
         scanned[i] = running;

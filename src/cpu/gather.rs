@@ -1,6 +1,7 @@
 //! Twin of the final gathering.
 
 use crate::cpu::hemisphere::{Strata, frame};
+use crate::cpu::textures::unpack_colour;
 use crate::types::{GatherRay, NO_TARGET};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
@@ -29,19 +30,27 @@ pub struct Sources<'a> {
     pub least_distance: f32,
 }
 
-/// Gathers the rays of one point with that shading normal.
-pub fn gather(sources: Sources<'_>, strata: Strata, normal: Vec3, rays: &[GatherRay]) -> Gathered {
+/// Gathers the rays of one point with that shading normal. `colours`: packed, of the images that they met; none at all without images.
+pub fn gather(
+    sources: Sources<'_>,
+    strata: Strata,
+    normal: Vec3,
+    rays: &[GatherRay],
+    colours: &[u32],
+) -> Gathered {
     let frame = frame(normal);
     let stratum = PI / f64::from(strata.rays());
     let mut irradiance = DVec3::ZERO;
     let [mut translation, mut turn] = [[DVec3::ZERO; 3]; 2];
-    for (index, ray) in (0..).zip(rays) {
+    for (index, ray) in (0_u32..).zip(rays) {
         if ray.target == NO_TARGET {
             continue;
         }
         let material = ray.target >> sources.cluster_bits;
         let cluster = ray.target & ((1 << sources.cluster_bits) - 1);
-        let radiance = sources.albedos[material as usize].as_dvec3()
+        let colour = colours.get(index as usize).map_or(DVec3::ONE, |&packed| unpack_colour(packed));
+        let radiance = colour
+            * sources.albedos[material as usize].as_dvec3()
             * sources.irradiance[cluster as usize].as_dvec3()
             / PI;
         irradiance += stratum * radiance;

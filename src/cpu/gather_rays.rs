@@ -30,6 +30,8 @@ pub struct Tracing<'a> {
 pub struct Found {
     /// Cluster and material that it reads; none where the ray left the scene or met a side without light.
     pub target: Option<(u32, u32)>,
+    /// Of the image that it met; white where it met none.
+    pub colour: DVec3,
     /// To the hit, metres; infinite where the ray left the scene.
     pub distance: f64,
 }
@@ -40,7 +42,7 @@ impl Tracing<'_> {
         let normal = self.geometry.normal(point.side);
         let local = self.strata.direction(ray, index, self.seed);
         let direction = frame(point.normal) * local;
-        let nothing = Found { target: None, distance: f64::INFINITY };
+        let nothing = Found { target: None, colour: DVec3::ONE, distance: f64::INFINITY };
         if direction.dot(normal.as_dvec3()) <= 0.0 {
             return nothing;
         }
@@ -50,18 +52,19 @@ impl Tracing<'_> {
         };
         let surface = &self.geometry.surfaces[hit.triangle as usize];
         let side = self.geometry.side(hit.triangle, direction);
+        let colour = self.geometry.colour(hit.triangle, hit.barycentric);
         let mut cluster = NO_CLUSTER;
         if surface.side_is_active(side % 2 == 1) {
             cluster = self.geometry.cluster(self.hvds, hit.position.as_vec3(), side);
         }
         if cluster == NO_CLUSTER {
-            return Found { target: None, distance: hit.t };
+            return Found { target: None, colour, distance: hit.t };
         }
         let facing = surface.normal.as_dvec3().dot(direction).abs().max(0.1);
         let solid_angle = PI / (f64::from(self.strata.rays()) * local.z);
         let footprint = hit.t * (solid_angle / facing).sqrt();
         let cluster = self.coarsen(cluster, footprint);
-        Found { target: Some((cluster, surface.material)), distance: hit.t }
+        Found { target: Some((cluster, surface.material)), colour, distance: hit.t }
     }
 
     /// The cluster of the level whose cells are nearest to the footprint in size, in octaves; or coarser, until it is

@@ -45,6 +45,7 @@ impl Walk<'_> {
         let normal = self.geometry.normal(walker.side);
 
         walker.throughput *= self.materials[surface.material as usize].diffuse.as_dvec3();
+        walker.throughput *= self.geometry.colour_at(walker.side, walker.position);
         let survival = (walker.throughput.max_element() / self.roulette_threshold).min(1.0);
         if f64::from(u.z) >= survival {
             return None;

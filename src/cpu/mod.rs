@@ -30,6 +30,7 @@ pub mod photon_map;
 pub mod photon_reach;
 pub mod photon_trace;
 pub mod photons;
+pub mod pixel_colours;
 pub mod prefix_sum;
 pub mod primary;
 pub mod rays;

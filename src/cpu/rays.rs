@@ -94,6 +94,20 @@ impl Geometry<'_> {
         self.textures.colour(self.surfaces[triangle as usize].material, triangle, barycentric)
     }
 
+    /// Weights of a triangle's corners at a point of its plane.
+    pub fn barycentric_at(&self, triangle: u32, position: DVec3) -> DVec3 {
+        let [p0, p1, p2] = self.triangles[triangle as usize].positions.map(Vec3::as_dvec3);
+        let normal = (p1 - p0).cross(p2 - p0);
+        let [y, z] = [(position - p0).cross(p2 - p0), (p1 - p0).cross(position - p0)]
+            .map(|part| part.dot(normal) / normal.length_squared());
+        DVec3::new(1.0 - y - z, y, z)
+    }
+
+    /// As [`Self::colour`], at a point of a side.
+    pub fn colour_at(&self, side: u32, position: Vec3) -> DVec3 {
+        self.colour(side / 2, self.barycentric_at(side / 2, position.as_dvec3()))
+    }
+
     /// The base cluster that holds a point of a side; twin of `glsl/include/grid.glsl`.
     pub fn cluster(&self, hvds: &Hvds, position: Vec3, side: u32) -> u32 {
         let cell = hvds.grid.index_of(hvds.grid.cell_of(position, self.normal(side)));

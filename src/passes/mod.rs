@@ -35,6 +35,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::prefix_sum::LAYOUTS,
         frame::tile_sort::LAYOUTS,
         frame::splat::LAYOUTS,
+        frame::pixel_colours::LAYOUTS,
         frame::compose::LAYOUTS,
         frame::tonemap::LAYOUTS,
         reference::path_trace::LAYOUTS,

@@ -73,7 +73,7 @@ impl<'a> LitScene<'a> {
             ("Materials", &self.buffers.materials),
             ("Lights", self.lights),
         ];
-        scene.into_iter().chain(own).chain(self.buffers.textures.bindings()).collect()
+        scene.into_iter().chain(self.buffers.textures.after(own)).collect()
     }
 }
 

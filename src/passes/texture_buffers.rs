@@ -73,9 +73,22 @@ impl TextureBuffers {
         has_textures(self.are_used)
     }
 
-    /// The last bindings of every shader that asks for colours.
-    pub fn bindings(&self) -> [(&'static str, &Buffer); 3] {
-        [("TextureCoordinates", &self.coordinates), ("Textures", &self.table), ("Texels", &self.texels)]
+    /// The bindings of a shader that asks for colours: these come after its own.
+    pub fn after<'a, const N: usize>(
+        &'a self,
+        own: [(&'static str, &'a Buffer); N],
+    ) -> Vec<(&'static str, &'a Buffer)> {
+        let textures =
+            [("TextureCoordinates", &self.coordinates), ("Textures", &self.table), ("Texels", &self.texels)];
+        own.into_iter().chain(textures).collect()
+    }
+
+    /// Room for packed colours; for one that nobody reads, where there are no images.
+    ///
+    /// # Errors
+    /// The device lacks memory.
+    pub fn colours(&self, context: &Arc<Context>, name: &str, count: u64) -> Result<Buffer> {
+        Buffer::storage(context, name, 4 * if self.are_used { count.max(1) } else { 1 })
     }
 }
 

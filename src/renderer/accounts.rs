@@ -1,10 +1,11 @@
 //! What the passes of a frame have to move and trace, from their inputs.
 
 use super::Renderer;
-use crate::gpu::PassTiming;
+use crate::gpu::{Buffer, PassTiming};
 use crate::passes::frame::{
     antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
-    gather::Gather, hvds::Pyramid, path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
+    gather::Gather, hvds::Pyramid, path_scan::PathScan, pixel_colours::PixelColours, primary::Primary,
+    splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 
@@ -21,6 +22,8 @@ impl Renderer {
         let surface = self.primary.pixels.bytes();
         let clusters = self.pyramid.irradiance.bytes();
         let deposits = self.path_scan.deposits.bytes();
+        let [steps, step_colours] = self.path_scan.step_bytes();
+        let colours = [&self.pixel_colours.of_pixels, &self.pixel_colours.of_edges].map(Buffer::bytes);
         let weights = self.splat.weight_bytes();
         let image = 12 * pixels;
         let mut bytes = Account::new();
@@ -32,7 +35,7 @@ impl Renderer {
                 FormFactors::STEM => lights * 20 * paths,
                 FormFactors::FLUX_STEM => (4 * lights + 12) * paths,
                 // Steps are read twice, deposits written one vec3 at a time.
-                PathScan::STEM => 2 * self.path_scan.step_bytes() + deposits,
+                PathScan::STEM => 2 * steps + step_colours + deposits,
                 Pyramid::STEM => deposits + 12 * paths + 3 * clusters,
                 Gather::STEM => self.gather.rays.bytes() + clusters + records,
                 Blend::STEM => self.blend.list_bytes() + 2 * records + self.gather.cache_points.bytes(),
@@ -41,7 +44,11 @@ impl Renderer {
                 }
                 Splat::APPLY_STEM => surface + weights + records + image,
                 Antialias::STEM => surface + image + 8 * pixels + self.antialias.edge_samples.bytes(),
-                Compose::STEM => surface + 3 * image + 4 * pixels + self.antialias.edge_samples.bytes(),
+                PixelColours::STEM => surface + self.antialias.edge_samples.bytes() + colours[0] + colours[1],
+                Compose::STEM => {
+                    let samples = self.antialias.edge_samples.bytes() + colours[1];
+                    surface + 3 * image + 4 * pixels + colours[0] + samples
+                }
                 Tonemap::STEM => image + 4 * pixels,
                 _ => continue,
             };

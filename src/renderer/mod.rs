@@ -22,6 +22,7 @@ use crate::passes::frame::{
     hvds::Pyramid,
     near_field::NearField,
     path_scan::PathScan,
+    pixel_colours::PixelColours,
     primary::Primary,
     splat::Splat,
     tonemap::Tonemap,
@@ -54,6 +55,7 @@ pub struct Renderer {
     gather: Gather,
     blend: Blend,
     splat: Splat,
+    pixel_colours: PixelColours,
     compose: Compose,
     tonemap: Tonemap,
     exposure_stops: f32,
@@ -75,15 +77,17 @@ impl Renderer {
         let size = scene.cameras[0].size;
         let pixels = size[0] * size[1];
         let light_count = lights.len() as u32;
+        let antialias = Antialias::new(context, size, scene.quality.edge_samples)?;
         Ok(Self {
             context: context.clone(),
             view: View::from(&scene.cameras[0]),
             lights: Buffer::from_slice(context, "lights", &lights)?,
             primary: Primary::new(context, pixels)?,
             direct: Direct::new(context, pixels)?,
-            antialias: Antialias::new(context, size, scene.quality.edge_samples)?,
+            pixel_colours: PixelColours::new(context, &made.buffers, pixels, antialias.capacity)?,
+            antialias,
             form_factors: FormFactors::new(context, &made.entry_points, made.area_m2, light_count)?,
-            path_scan: PathScan::new(context, &made.paths.steps, &made.paths.deposits)?,
+            path_scan: PathScan::new(context, &made.paths.steps, &made.paths.colours, &made.paths.deposits)?,
             pyramid: Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2)?,
             near_count: made.near_count,
             near_field: NearField::new(context, &made.near_clusters)?,
@@ -97,7 +101,7 @@ impl Renderer {
             )?,
             blend: Blend::new(context, &made.neighbourhoods)?,
             splat: Splat::new(context, made.point_count, size)?,
-            compose: Compose::new(context, pixels)?,
+            compose: Compose::new(context, &made.buffers, pixels)?,
             tonemap: Tonemap::new(context, pixels)?,
             exposure_stops: 0.0,
             clusters: made.clusters,
@@ -136,6 +140,7 @@ impl Renderer {
         if stages.view {
             self.primary.record(rec, &self.buffers, &self.view);
             rec.barrier(COMPUTE_TO_COMPUTE);
+            self.pixel_colours.record(rec, &self.buffers, &self.view, &self.primary.pixels);
         }
         if stages.direct {
             let pixels = &self.primary.pixels;
@@ -144,6 +149,7 @@ impl Renderer {
             let direct = &self.direct.irradiance;
             self.antialias.record(rec, &self.buffers, &self.view, &self.lights, light_count, pixels, direct);
             rec.barrier(COMPUTE_TO_COMPUTE);
+            self.pixel_colours.record_edges(rec, &self.buffers, &self.view, &self.antialias);
         }
         if stages.light {
             self.form_factors.record(rec, &self.buffers, &self.light_positions());
@@ -188,6 +194,7 @@ impl Renderer {
             direct: &self.direct.irradiance,
             indirect: &self.splat.irradiance,
             antialias: &self.antialias,
+            colours: &self.pixel_colours,
         }
     }
 
@@ -207,7 +214,7 @@ impl Renderer {
         self.lights.write(&light_sources(&self.scene.lights))
     }
 
-    /// Changes a material's diffuse albedo; the next frame wants [`Edit::Material`]. Exact downwards; far above the albedo at
+    /// Changes a material's diffuse albedo, which an image of it is multiplied with; the next frame wants [`Edit::Material`]. Exact downwards; far above the albedo at
     /// load, paths that would matter were ended early, and indirect light comes out low.
     ///
     /// # Errors
@@ -253,10 +260,6 @@ impl Renderer {
     /// The device failed.
     pub fn layer(&self, layer: Layer) -> Result<Vec<[f32; 3]>> {
         let pixels = || self.primary.pixels.read::<PixelSurface>();
-        let albedo = |pixel: &PixelSurface| match pixel.side {
-            NO_SIDE => Vec3::ZERO,
-            side => self.scene.materials[self.surfaces[side as usize / 2].material as usize].diffuse,
-        };
         // Composed again with a share of the light only; then the picture is put back.
         let share = |shares: [f32; 2]| -> Result<Vec<[f32; 3]>> {
             let compose = |shares| {
@@ -271,7 +274,7 @@ impl Renderer {
             Layer::Beauty => self.compose.radiance.read(),
             Layer::Direct => share([1.0, 0.0]),
             Layer::Indirect => share([0.0, 1.0]),
-            Layer::Albedo => Ok(pixels()?.iter().map(|pixel| albedo(pixel).to_array()).collect()),
+            Layer::Albedo => self.pixel_colours.albedos(&pixels()?, &self.surfaces, &self.scene.materials),
             Layer::Normal => Ok(pixels()?.iter().map(|pixel| pixel.normal.to_array()).collect()),
             Layer::Depth => {
                 let depth = |pixel: &PixelSurface| match pixel.side {

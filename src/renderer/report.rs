@@ -3,8 +3,8 @@
 use crate::gpu::PassTiming;
 use crate::passes::frame::{
     antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
-    gather::Gather, hvds::Pyramid, near_field::NearField, path_scan::PathScan, primary::Primary,
-    splat::Splat, tonemap::Tonemap,
+    gather::Gather, hvds::Pyramid, near_field::NearField, path_scan::PathScan, pixel_colours::PixelColours,
+    primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 
@@ -93,7 +93,7 @@ impl Columns {
         let mut columns = Self::default();
         for pass in passes {
             *match pass.name {
-                Primary::STEM | Direct::STEM | Antialias::STEM => &mut columns.Tdi,
+                Primary::STEM | PixelColours::STEM | Direct::STEM | Antialias::STEM => &mut columns.Tdi,
                 FormFactors::STEM | FormFactors::FLUX_STEM | PathScan::STEM => &mut columns.Tlpe,
                 Pyramid::STEM => &mut columns.Thvds,
                 Gather::STEM | NearField::STEM | Blend::STEM => &mut columns.Tfg,

@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::gpu::Buffer;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::passes::LitScene;
-use crate::passes::frame::{antialias::Antialias, gather::Gather};
+use crate::passes::frame::{antialias::Antialias, gather::Gather, pixel_colours::PixelColours};
 use crate::passes::precompute::Silent;
 use crate::passes::precompute::gather_rays::{self, Hemisphere};
 use crate::passes::reference::irradiance_probe;
@@ -96,6 +96,9 @@ impl Renderer {
     pub fn set_edge_samples(&mut self, samples: u32) -> Result<()> {
         self.scene.quality.edge_samples = samples;
         self.antialias = Antialias::new(&self.context, self.size(), samples)?;
+        let [width, height] = self.size();
+        let capacity = self.antialias.capacity;
+        self.pixel_colours = PixelColours::new(&self.context, &self.buffers, width * height, capacity)?;
         Ok(())
     }
 

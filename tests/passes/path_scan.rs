@@ -2,8 +2,9 @@
 
 use crate::common::{assert_silent, context};
 use crate::world::{FLOAT, Random, assert_near};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use lightpaths::cpu;
+use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::path_scan::{HEAD, PathScan, PathStep};
 use lightpaths::types::{Deposit, Reflectance};
@@ -24,7 +25,7 @@ fn steps(lengths: &[usize], mut step: impl FnMut() -> (u32, f32)) -> Vec<PathSte
 }
 
 /// Scans on the device, twice because the result must not depend on what was there: throughputs in path order.
-fn scan(albedos: &[Vec3], steps: &[PathStep]) -> Vec<Vec3> {
+fn scan(albedos: &[Vec3], steps: &[PathStep], colours: &[u32]) -> Vec<Vec3> {
     const UNTOUCHED: Vec3 = Vec3::splat(-7.0);
     let context = context();
     let reflectance =
@@ -33,7 +34,7 @@ fn scan(albedos: &[Vec3], steps: &[PathStep]) -> Vec<Vec3> {
     let materials = Buffer::from_slice(&context, "materials", &materials).unwrap();
     let deposit = |path: usize| Deposit { throughput: UNTOUCHED, path: path as u32 };
     let deposits: Vec<_> = (0..=steps.len()).map(deposit).collect();
-    let scan = PathScan::new(&context, steps, &deposits).unwrap();
+    let scan = PathScan::new(&context, steps, colours, &deposits).unwrap();
     for _ in 0..2 {
         context.run(|rec| scan.record(rec, &materials)).unwrap();
     }
@@ -43,9 +44,14 @@ fn scan(albedos: &[Vec3], steps: &[PathStep]) -> Vec<Vec3> {
     steps.iter().map(|step| found[step.slot as usize].throughput).collect()
 }
 
-fn twin(albedos: &[Vec3], steps: &[PathStep]) -> Vec<glam::DVec3> {
-    let albedo = |step: &PathStep| (step.material != HEAD).then(|| albedos[step.material as usize]);
-    cpu::path_scan::path_scan(steps.iter().map(|step| (albedo(step), step.weight)))
+fn twin(albedos: &[Vec3], steps: &[PathStep], colours: &[u32]) -> Vec<DVec3> {
+    let colour = |index: usize| colours.get(index).map_or(DVec3::ONE, |&packed| unpack_colour(packed));
+    let albedo = |(index, step): (usize, &PathStep)| {
+        let albedo =
+            (step.material != HEAD).then(|| albedos[step.material as usize].as_dvec3() * colour(index));
+        (albedo, step.weight)
+    };
+    cpu::path_scan::path_scan(steps.iter().enumerate().map(albedo))
 }
 
 /// Lengths of paths that make `count` vertices, the longest about `longest`.
@@ -73,9 +79,14 @@ fn short_paths_equal_the_twin() {
         // Every material but the black one mostly; survival weights are at least one.
         let steps =
             steps(&lengths, || ([0, 1, 3, 0, 1, 3, 2][random.below(7) as usize], 1.0 + random.unit()));
-        let found = scan(&albedos, &steps);
-        for (index, (device, twin)) in found.iter().zip(twin(&albedos, &steps)).enumerate() {
-            assert_near(*device, twin, FLOAT, 0.0, &format!("vertex {index} of {count}"));
+        // Colours only where there are images; none at the start of a path changes anything.
+        let colour = |step: &PathStep| if step.material == HEAD { u32::MAX } else { random.word() };
+        let colours: Vec<u32> = steps.iter().map(colour).collect();
+        for colours in [&[][..], &colours] {
+            let found = scan(&albedos, &steps, colours);
+            for (index, (device, twin)) in found.iter().zip(twin(&albedos, &steps, colours)).enumerate() {
+                assert_near(*device, twin, FLOAT, 0.0, &format!("vertex {index} of {count}"));
+            }
         }
     }
     assert_silent(&context());
@@ -109,8 +120,8 @@ fn long_paths_equal_the_twin_exactly() {
                 continue;
             }
             let steps = steps(&lengths, &mut step);
-            let found = scan(&albedos, &steps);
-            let twin = twin(&albedos, &steps);
+            let found = scan(&albedos, &steps, &[]);
+            let twin = twin(&albedos, &steps, &[]);
             assert!(twin.iter().all(|t| t.max_element() < 1e30 && t.min_element() > 1e-30));
             let differs = (0..found.len()).find(|&i| found[i].as_dvec3() != twin[i]);
             assert_eq!(differs, None, "first vertex that differs, of {count} in {} paths", lengths.len());
@@ -129,7 +140,7 @@ fn a_path_of_many_blocks_carries_its_throughput_through_all() {
         index += 1;
         (u32::from(index == 3), 1.0)
     });
-    let found = scan(&albedos, &steps);
+    let found = scan(&albedos, &steps, &[]);
     assert!(found[..2].iter().all(|&throughput| throughput == Vec3::ONE));
     assert!(found[2..].iter().all(|&throughput| throughput == albedos[1]));
     assert_silent(&context());

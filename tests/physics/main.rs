@@ -14,6 +14,7 @@ mod photons;
 mod plates;
 mod sphere;
 mod stages;
+mod textures;
 
 use common::context;
 use lightpaths::renderer::{Edit, Renderer, Silent};

@@ -77,7 +77,8 @@ pub struct Antialias {
     list: Pipeline,
     samples: Pipeline,
     prefix_sum: PrefixSum,
-    edge_pixels: Buffer,
+    /// Index of each edge pixel.
+    pub edge_pixels: Buffer,
     size: [u32; 2],
     /// Samples of an edge pixel at most; zero turns antialiasing off.
     pub most_samples: u32,

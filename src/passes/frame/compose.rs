@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
-use crate::passes::frame::antialias::Antialias;
+use crate::passes::frame::{antialias::Antialias, pixel_colours::PixelColours};
 use std::sync::Arc;
 
 gpu_struct! {
@@ -38,6 +38,8 @@ pub struct Irradiances<'a> {
     pub indirect: &'a Buffer,
     /// Samples of the pixels that show an edge.
     pub antialias: &'a Antialias,
+    /// Colours of images at pixels and samples.
+    pub colours: &'a PixelColours,
 }
 
 /// The pipeline and the picture.
@@ -56,9 +58,9 @@ impl Compose {
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, pixel_count: u32) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, scene: &SceneBuffers, pixel_count: u32) -> Result<Self> {
         Ok(Self {
-            pipeline: Pipeline::new(context, Self::STEM, &[])?,
+            pipeline: Pipeline::new(context, Self::STEM, &[scene.textures.constant()])?,
             pixel_count,
             radiance: Buffer::storage(context, "radiance", u64::from(pixel_count) * 12)?,
         })
@@ -72,7 +74,7 @@ impl Compose {
         irradiances: Irradiances<'_>,
         [direct_share, indirect_share]: [f32; 2],
     ) {
-        let Irradiances { pixels, direct, indirect, antialias } = irradiances;
+        let Irradiances { pixels, direct, indirect, antialias, colours } = irradiances;
         rec.pass(Self::STEM).dispatch(
             &self.pipeline,
             [self.pixel_count, 1, 1],
@@ -92,6 +94,8 @@ impl Compose {
                 ("EdgeOffsets", &antialias.offsets),
                 ("EdgeSamples", &antialias.edge_samples),
                 ("Radiance", &self.radiance),
+                ("PixelColours", &colours.of_pixels),
+                ("EdgeColours", &colours.of_edges),
             ],
         );
     }

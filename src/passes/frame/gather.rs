@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::has_textures;
 use crate::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
 use crate::types::Record;
 use glam::{DVec2, Vec2};
@@ -60,8 +61,9 @@ impl Gather {
         hemisphere: Hemisphere,
         code: GatherCode,
     ) -> Result<Self> {
+        let [rings, sectors] = hemisphere.constants();
         Ok(Self {
-            pipeline: Pipeline::new(context, Self::STEM, &hemisphere.constants())?,
+            pipeline: Pipeline::new(context, Self::STEM, &[rings, sectors, has_textures(rays.has_colours)])?,
             point_count,
             code,
             hemisphere,
@@ -84,7 +86,7 @@ impl Gather {
     /// Gathers at the first `point_count` cache points.
     pub fn record(&self, rec: &mut Recorder, materials: &Buffer, irradiance: &Buffer, point_count: u32) {
         let mut pass = rec.pass(Self::STEM);
-        for (first_point, point_count, rays) in self.rays.parts(point_count) {
+        for (first_point, point_count, [rays, colours]) in self.rays.parts(point_count) {
             let push = GatherPush {
                 first_point,
                 point_count,
@@ -106,6 +108,7 @@ impl Gather {
                     ("Materials", materials),
                     ("Irradiance", irradiance),
                     ("Records", &self.records),
+                    ("RayColours", colours),
                 ],
             );
         }

@@ -9,6 +9,7 @@ pub mod gather;
 pub mod hvds;
 pub mod near_field;
 pub mod path_scan;
+pub mod pixel_colours;
 pub mod prefix_sum;
 pub mod primary;
 pub mod splat;

@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::has_textures;
 use crate::types::Deposit;
 use glam::Vec3;
 use std::sync::Arc;
@@ -80,6 +81,7 @@ pub struct PathScan {
     apply: Pipeline,
     steps: Buffer,
     step_count: u32,
+    colours: Buffer,
     block_products: Buffer,
     /// `Deposit` of every vertex in cluster order, and one that nobody reads.
     pub deposits: Buffer,
@@ -89,27 +91,37 @@ impl PathScan {
     /// The name that shaders, twin and timing share.
     pub const STEM: &str = "path_scan";
 
-    /// Uploads the paths.
+    /// Uploads the paths. `colours`: packed, of the image where the step before ended; none at all in scenes without images.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, steps: &[PathStep], deposits: &[Deposit]) -> Result<Self> {
+    pub fn new(
+        context: &Arc<Context>,
+        steps: &[PathStep],
+        colours: &[u32],
+        deposits: &[Deposit],
+    ) -> Result<Self> {
         let step_count = steps.len() as u32;
         let block_bytes = u64::from(step_count.div_ceil(BLOCK_STEPS)) * size_of::<Segment>() as u64;
         Ok(Self {
-            blocks: Pipeline::new(context, "path_scan_blocks", &[])?,
+            blocks: Pipeline::new(context, "path_scan_blocks", &[has_textures(!colours.is_empty())])?,
             carry: Pipeline::new(context, "path_scan_carry", &[])?,
             apply: Pipeline::new(context, "path_scan_apply", &[])?,
             steps: Buffer::from_slice(context, "path steps", steps)?,
             step_count,
+            colours: Buffer::from_slice(
+                context,
+                "step colours",
+                if colours.is_empty() { &[0] } else { colours },
+            )?,
             block_products: Buffer::storage(context, "block products", block_bytes)?,
             deposits: Buffer::from_slice(context, "deposits", deposits)?,
         })
     }
 
-    /// Bytes of the stored steps.
-    pub fn step_bytes(&self) -> u64 {
-        self.steps.bytes()
+    /// Bytes of the stored steps, and of their colours, which are read once.
+    pub fn step_bytes(&self) -> [u64; 2] {
+        [self.steps.bytes(), self.colours.bytes()]
     }
 
     /// Scans all paths.
@@ -125,6 +137,7 @@ impl PathScan {
                 ("Steps", &self.steps),
                 ("Deposits", &self.deposits),
                 ("Blocks", &self.block_products),
+                ("StepColours", &self.colours),
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);

@@ -54,6 +54,9 @@ const LIMIT: u32 = 1 << 16;
 /// Throughput below which Russian roulette may end a path. Lower values trade vertices for less noise.
 pub const ROULETTE_THRESHOLD: f32 = 0.5;
 
+/// A packed colour that changes nothing.
+const WHITE: u32 = u32::MAX;
+
 /// Where on its path a vertex was found, and what becomes of it.
 #[derive(Clone, Copy)]
 struct Vertex {
@@ -61,12 +64,16 @@ struct Vertex {
     side: u32,
     weight: f32,
     cluster: u32,
+    /// Packed colour of the image at the vertex before.
+    colour: u32,
 }
 
 /// All light paths, in the two orders that a frame needs.
 pub struct LightPaths {
     /// Every vertex in path order: how its energy follows from the vertex before.
     pub steps: Vec<PathStep>,
+    /// Packed colour of the image at the vertex before each; none at all in scenes without images.
+    pub colours: Vec<u32>,
     /// Every vertex in the order of base clusters; throughputs are the scan's to fill in. One more, which nobody reads,
     /// takes vertices that no cluster holds.
     pub deposits: Vec<Deposit>,
@@ -96,7 +103,8 @@ pub fn trace(
     let mut live: Vec<PathState> = Vec::with_capacity(entry_points.len());
     for (path, entry) in entry_points.iter().enumerate() {
         let path = path as u32;
-        vertices.push(Vertex { path, side: entry.side, weight: entry.weight, cluster: entry.cluster });
+        let PathVertex { side, weight, cluster, .. } = *entry;
+        vertices.push(Vertex { path, side, weight, cluster, colour: WHITE });
         live.push(PathState {
             position: entry.position,
             side: entry.side,
@@ -108,7 +116,7 @@ pub fn trace(
         });
     }
 
-    let walk = Walk::new(context, clusters, entry_points.len() as u32, seed)?;
+    let walk = Walk::new(context, scene, clusters, entry_points.len() as u32, seed)?;
     let mut chunks = Chunks::new(1 << 12, LIMIT);
     progress.stage("light paths", live.len() as u64);
     let total = live.len() as u64;
@@ -128,7 +136,11 @@ pub fn trace(
         })?;
         live = survivors;
     }
-    Ok(LightPaths::from_vertices(vertices, surfaces, entry_points.len(), base_clusters))
+    let mut paths = LightPaths::from_vertices(vertices, surfaces, entry_points.len(), base_clusters);
+    if !scene.textures.are_used {
+        paths.colours = Vec::new();
+    }
+    Ok(paths)
 }
 
 /// Device side of the walk.
@@ -138,14 +150,22 @@ struct Walk {
     paths: Buffer,
     vertices: Buffer,
     counts: Buffer,
+    colours: Buffer,
     grid: Grid,
     seed: u32,
 }
 
 impl Walk {
-    fn new(context: &Arc<Context>, clusters: &ClusterBuffers, paths: u32, seed: u32) -> Result<Self> {
+    fn new(
+        context: &Arc<Context>,
+        scene: &SceneBuffers,
+        clusters: &ClusterBuffers,
+        paths: u32,
+        seed: u32,
+    ) -> Result<Self> {
         let limit = u64::from(paths.clamp(1, LIMIT));
-        let constants = [("STEPS", STEPS), ("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits())];
+        let textures = scene.textures.constant();
+        let constants = [("STEPS", STEPS), ("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits()), textures];
         let vertex_bytes = limit * u64::from(STEPS) * size_of::<PathVertex>() as u64;
         Ok(Self {
             context: context.clone(),
@@ -153,6 +173,7 @@ impl Walk {
             paths: Buffer::storage(context, "path states", limit * size_of::<PathState>() as u64)?,
             vertices: Buffer::storage(context, "path vertices", vertex_bytes)?,
             counts: Buffer::storage(context, "vertex counts", limit * 4)?,
+            colours: scene.textures.colours(context, "vertex colours", limit * u64::from(STEPS))?,
             grid: clusters.grid,
             seed,
         })
@@ -174,7 +195,7 @@ impl Walk {
                 &self.pipeline,
                 [push.path_count, 1, 1],
                 &push,
-                &[
+                &scene.textures.after([
                     ("Nodes", &scene.nodes),
                     ("Triangles", &scene.triangles),
                     ("Surfaces", &scene.surfaces),
@@ -184,17 +205,24 @@ impl Walk {
                     ("Paths", &self.paths),
                     ("Vertices", &self.vertices),
                     ("VertexCounts", &self.counts),
-                ],
+                    ("VertexColours", &self.colours),
+                ]),
             );
         })?;
         let counts: Vec<u32> = self.counts.read_range(0, states.len())?;
         let vertices: Vec<PathVertex> = self.vertices.read_range(0, states.len() * STEPS as usize)?;
-        for ((state, &count), row) in states.iter().zip(&counts).zip(vertices.chunks_exact(STEPS as usize)) {
-            found.extend(row[..count as usize].iter().map(|vertex| Vertex {
+        let colours: Vec<u32> = match scene.textures.are_used {
+            true => self.colours.read_range(0, vertices.len())?,
+            false => vec![WHITE; vertices.len()],
+        };
+        let rows = vertices.chunks_exact(STEPS as usize).zip(colours.chunks_exact(STEPS as usize));
+        for ((state, &count), (row, colours)) in states.iter().zip(&counts).zip(rows) {
+            found.extend(row[..count as usize].iter().zip(colours).map(|(vertex, &colour)| Vertex {
                 path: state.path,
                 side: vertex.side,
                 weight: vertex.weight,
                 cluster: vertex.cluster,
+                colour,
             }));
         }
         let after: Vec<PathState> = self.paths.read_range(0, states.len())?;
@@ -229,6 +257,7 @@ impl LightPaths {
         let mut cursor = first_deposits.clone();
         let mut deposits = vec![Deposit { throughput: Vec3::ZERO, path: 0 }; total as usize + 1];
         let mut steps = Vec::with_capacity(ordered.len());
+        let colours = ordered.iter().map(|vertex| vertex.colour).collect();
         let mut before: Option<Vertex> = None;
         let mut lost = 0;
         for (vertex, is_head) in ordered.into_iter().zip(heads) {
@@ -246,7 +275,7 @@ impl LightPaths {
             steps.push(PathStep { material, weight: vertex.weight, slot });
             before = Some(vertex);
         }
-        Self { steps, deposits, first_deposits, lost }
+        Self { steps, colours, deposits, first_deposits, lost }
     }
 }
 

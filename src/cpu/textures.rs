@@ -12,7 +12,7 @@ pub struct Textures<'a> {
     pub coordinates: &'a [[Vec2; 3]],
 }
 
-/// Linear value of an sRGB code. [IEC 61966-2-1]
+/// Linear value of an sRGB code, as IEC 61966-2-1 has it.
 pub fn linear(code: u8) -> f64 {
     let value = f64::from(code) / 255.0;
     if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }

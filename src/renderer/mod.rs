@@ -140,7 +140,10 @@ impl Renderer {
         if stages.view {
             self.primary.record(rec, &self.buffers, &self.view);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            self.pixel_colours.record(rec, &self.buffers, &self.view, &self.primary.pixels);
+            if self.buffers.textures.are_used {
+                self.pixel_colours.record(rec, &self.buffers, &self.view, &self.primary.pixels);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+            }
         }
         if stages.direct {
             let pixels = &self.primary.pixels;
@@ -149,7 +152,10 @@ impl Renderer {
             let direct = &self.direct.irradiance;
             self.antialias.record(rec, &self.buffers, &self.view, &self.lights, light_count, pixels, direct);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            self.pixel_colours.record_edges(rec, &self.buffers, &self.view, &self.antialias);
+            if self.buffers.textures.are_used {
+                self.pixel_colours.record_edges(rec, &self.buffers, &self.view, &self.antialias);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+            }
         }
         if stages.light {
             self.form_factors.record(rec, &self.buffers, &self.light_positions());

@@ -27,5 +27,6 @@ mod pixels;
 mod prefix_sum;
 mod rays;
 mod splat;
+mod textures;
 mod tile_sort;
 mod world;

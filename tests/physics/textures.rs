@@ -112,7 +112,7 @@ fn a_sphere_of_many_colours_shines_by_their_mean() {
 fn room() -> Scene {
     let mut scene = shapes::closed_box(Vec3::new(2.0, 1.5, 1.6), 0.8);
     let (dark, light, red) = ([40, 50, 60], [230, 220, 200], [200, 40, 30]);
-    let board = |i: u32| if (i % 32 / 8 + i / 256) % 2 == 0 { dark } else { light };
+    let board = |i: u32| if (i % 32 / 8 + i / 256).is_multiple_of(2) { dark } else { light };
     let stripes = |i: u32| if i % 16 < 8 { red } else { light };
     let mut floor = scene.materials[0].clone();
     floor.texture = image([32, 32], (0..32 * 32).map(board).collect());
@@ -144,7 +144,7 @@ fn a_room_with_images_equals_the_path_tracer() {
     let noise = tracer.noise().unwrap().unwrap();
     scene.cameras[0].size = size;
     let quality = Quality { preset: "test", entry_points: 200_000, cache_points: 2_000, ..Quality::DRAFT };
-    let renderer = render(scene, quality);
+    let mut renderer = render(scene, quality);
     // The border of an image in a wrong place is a whole pixel between dark and light.
     for (layer, expected, bound) in [
         (Layer::Beauty, &expected.beauty, noise + 1e-3),
@@ -159,6 +159,20 @@ fn a_room_with_images_equals_the_path_tracer() {
             assert_close(&format!("{layer:?}"), ratio[channel], 1.0, 0.01);
         }
         assert!(relmse <= bound, "{layer:?}: {relmse:.2e}");
+    }
+    // Colours follow the camera, and the samples of edges the light: there and back again, all is as before.
+    let first = renderer.layer(Layer::Beauty).unwrap();
+    let view = renderer.scene().cameras[0].clone();
+    renderer.move_camera(Vec3::new(0.3, 0.2, 0.4), Vec3::ZERO);
+    renderer.frame(Edit::View).unwrap();
+    assert!(renderer.layer(Layer::Beauty).unwrap() != first);
+    renderer.move_camera(view.position, view.target);
+    renderer.frame(Edit::View).unwrap();
+    assert!(renderer.layer(Layer::Beauty).unwrap() == first, "the camera");
+    for light in [Vec3::new(0.3, 0.4, -0.2), Vec3::ZERO] {
+        renderer.move_light(0, light).unwrap();
+        renderer.frame(Edit::Light).unwrap();
+        assert_eq!(renderer.layer(Layer::Beauty).unwrap() == first, light == Vec3::ZERO, "{light}");
     }
     // Both average the image over the pixel.
     let [ours, theirs] =

@@ -30,6 +30,10 @@ fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
     bytes.into_inner()
 }
 
+pub(super) fn tga() -> Vec<u8> {
+    encoded(pixels(), ImageFormat::Tga)
+}
+
 fn png() -> Vec<u8> {
     encoded(pixels(), ImageFormat::Png)
 }
@@ -60,7 +64,7 @@ fn every_format_is_read_and_multiplies_kd() {
     let deep = DynamicImage::ImageRgb8(pixels()).into_rgb16();
     for (name, bytes) in [
         ("a.png", png()),
-        ("a.tga", encoded(pixels(), ImageFormat::Tga)),
+        ("a.tga", tga()),
         ("deep.png", encoded(deep, ImageFormat::Png)),
         // The contents count, whatever the name says.
         ("a.jpg", png()),

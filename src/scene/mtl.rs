@@ -98,7 +98,14 @@ pub(super) fn load(
     }
     let (materials, _) = tobj::load_mtl_buf(&mut checked.text.as_bytes())
         .map_err(|fault| Error::input(path, format!("cannot be read: {fault}")))?;
-    Ok(materials.into_iter().map(|material| checked.definition(material)).collect())
+    let definitions: Vec<_> = materials.into_iter().map(|material| checked.definition(material)).collect();
+    let materials = definitions.iter().map(|definition| &definition.material);
+    for material in materials.filter(|m| m.texture.is_some() && m.diffuse == Vec3::ZERO) {
+        let (path, name) = (path.display(), &material.name);
+        warnings
+            .push(format!("{path:?}: material {name:?} is black: its image is multiplied with a Kd of 0"));
+    }
+    Ok(definitions)
 }
 
 impl<'a> Checked<'a> {

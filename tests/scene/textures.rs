@@ -78,6 +78,8 @@ fn every_format_is_read_and_multiplies_kd() {
     let scene = load(SQUARE, MTL, &[("a.png", &encoded(grey.clone(), ImageFormat::Png))]).unwrap();
     assert_eq!(texture(&scene).image.codes, grey.pixels().map(|p| [p.0[0]; 3]).collect::<Vec<_>>());
     assert_eq!(scene.materials[0].diffuse, Vec3::ONE, "an image alone is not dimmed");
+    let scene = load(SQUARE, &format!("{MTL}Kd 0 0 0\n"), &[("a.png", &png())]).unwrap();
+    assert!(scene.warnings[0].contains("\"wall\" is black: its image is multiplied"), "{:?}", scene.warnings);
 
     let flat = RgbImage::from_pixel(16, 16, Rgb([200, 100, 50]));
     let jpeg = encoded(flat, ImageFormat::Jpeg);

@@ -6,6 +6,7 @@ mod common;
 mod compare;
 mod exact;
 mod sweep;
+mod textures;
 
 use std::fs;
 use std::io::BufReader;

@@ -15,6 +15,7 @@ mod photons;
 mod plates;
 mod sphere;
 mod stages;
+mod textures;
 
 use common::context;
 use lightpaths::renderer::{Renderer, Silent};

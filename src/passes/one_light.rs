@@ -4,7 +4,7 @@ use crate::gpu::Buffer;
 
 /// Point samples of a light that one dispatch takes: more would keep a slow device busy for longer than watchdogs bear,
 /// and turn one shader's loops more often than lavapipe lets them.
-const SAMPLES_A_DISPATCH: u32 = 16;
+const SAMPLES_A_DISPATCH: u32 = 8;
 
 /// One light of the table.
 #[derive(Clone, Copy)]

@@ -7,6 +7,9 @@ use crate::types::LightSource;
 use glam::Vec3;
 use std::collections::BTreeMap;
 
+/// Pairs of an entry point and a sample of a light that are asked at most: of area lights with many samples, every so many points.
+const ASKED: usize = 1 << 22;
+
 impl Renderer {
     /// Shares of work, 0..=1, that a frame in which all lights are new leaves out; of entry points that no light reaches, the
     /// number is returned, too.
@@ -20,7 +23,8 @@ impl Renderer {
         let points = self.form_factors.entry_points()?;
         let (mut rays, mut turned_away) = (0_u64, 0_u64);
         for light in shining {
-            for point in &points {
+            let step = (points.len() * light.samples as usize).div_ceil(ASKED);
+            for point in points.iter().step_by(step.max(1)) {
                 let surface = &self.surfaces[point.side as usize / 2];
                 let normal = if point.side % 2 == 1 { -surface.normal } else { surface.normal };
                 let is_turned = |number: &u32| {

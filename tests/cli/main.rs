@@ -5,6 +5,7 @@
 mod common;
 mod compare;
 mod exact;
+mod lights;
 mod sweep;
 mod textures;
 

@@ -5,7 +5,7 @@ use crate::determinism::bits;
 use crate::{prepare, the_box};
 use glam::Vec3;
 use lightpaths::renderer::{Renderer, Work};
-use lightpaths::scene::{Light, LightKind, Quality, Scene};
+use lightpaths::scene::{Light, LightKind, Material, Quality, Scene};
 
 /// As small as a picture of the Box can be that has all there is to a frame.
 const TINY: Quality = Quality {
@@ -17,8 +17,12 @@ const TINY: Quality = Quality {
     ..Quality::DRAFT
 };
 
+/// The Box with a teapot that may be edited.
 fn scene() -> Scene {
-    the_box(&["camera.size=[40,30]".to_owned()])
+    let mut scene = the_box(&["camera.size=[40,30]".to_owned()]);
+    let teapot = scene.materials.iter_mut().find(|material| material.name == "teapot").unwrap();
+    teapot.editable = true;
+    scene
 }
 
 /// Seeded decisions.
@@ -77,7 +81,7 @@ impl Dice {
 /// a new one is added there.
 struct State {
     lights: Vec<(Light, bool)>,
-    albedos: Vec<Vec3>,
+    materials: Vec<Material>,
     camera: Vec3,
 }
 
@@ -86,7 +90,7 @@ impl State {
         let scene = renderer.scene();
         Self {
             lights: scene.lights.iter().map(|light| (light.clone(), true)).collect(),
-            albedos: scene.materials.iter().map(|material| material.diffuse).collect(),
+            materials: scene.materials.clone(),
             camera: scene.cameras[0].position,
         }
     }
@@ -94,7 +98,7 @@ impl State {
     /// One edit, here and there.
     fn edit(&mut self, dice: &mut Dice, renderer: &mut Renderer) {
         let light = if self.lights.is_empty() { None } else { Some(dice.below(self.lights.len())) };
-        match (dice.below(12), light) {
+        match (dice.below(13), light) {
             (0 | 1, Some(light)) => {
                 let to = dice.place();
                 self.lights[light].0.kind = self.lights[light].0.kind.moved_to(to);
@@ -123,9 +127,10 @@ impl State {
                 renderer.remove_light(light).unwrap();
             }
             (8, _) => {
-                let material = dice.below(self.albedos.len());
-                self.albedos[material] = 0.8 * dice.vector();
-                renderer.set_diffuse(material, self.albedos[material]).unwrap();
+                let material = dice.below(self.materials.len());
+                let diffuse = 0.5 * dice.vector();
+                self.materials[material].diffuse = diffuse;
+                renderer.set_diffuse(material, diffuse).unwrap();
             }
             (9, _) => {
                 self.camera = dice.vector() - 0.5 + 3.0 * Vec3::Z;
@@ -138,20 +143,34 @@ impl State {
                 3 => Work::Material,
                 _ => light.map_or(Work::Colour, Work::Light),
             }),
+            (11, _) => {
+                let teapot = self.materials.iter().position(|material| material.editable).unwrap();
+                let material = &mut self.materials[teapot];
+                // Matt, or with a lobe from broad to sharp.
+                material.specular = [0.0, 0.4][dice.below(2)] * dice.vector();
+                material.exponent = 1.0 + 200.0 * dice.unit().powi(3);
+                let Material { diffuse, specular, exponent, .. } = *material;
+                renderer.set_material(teapot, diffuse, specular, exponent).unwrap();
+            }
             _ => {}
         }
     }
 
-    /// A renderer of the scene as it should stand, ahead of its first frame. Lights that are off are not there. Albedos are set
-    /// afterwards: paths are traced for those at load.
+    /// A renderer of the scene as it should stand, ahead of its first frame. Lights that are off are not there. Albedos of materials
+    /// that are not editable are set afterwards: paths are traced for those at load.
     fn cold(&self) -> Renderer {
         let mut scene = scene();
         let on = self.lights.iter().filter(|(_, is_on)| *is_on);
         scene.lights = on.map(|(light, _)| light.clone()).collect();
         (scene.cameras[0].position, scene.cameras[0].target) = (self.camera, Vec3::ZERO);
+        for (material, state) in scene.materials.iter_mut().zip(&self.materials) {
+            if state.editable {
+                *material = state.clone();
+            }
+        }
         let mut renderer = prepare(scene, TINY);
-        for (material, albedo) in self.albedos.iter().enumerate() {
-            renderer.set_diffuse(material, *albedo).unwrap();
+        for (material, state) in self.materials.iter().enumerate() {
+            renderer.set_diffuse(material, state.diffuse).unwrap();
         }
         renderer
     }

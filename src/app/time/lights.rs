@@ -18,6 +18,8 @@ const TRIES: usize = 2000;
 pub(super) struct Relit {
     /// Device time, milliseconds.
     pub(super) device_ms: Summary,
+    /// The same of a frame in which a light changes its colour.
+    pub(super) colour_ms: Summary,
     /// Frames per second on the clock, the median.
     pub(super) fps: f64,
     /// Lights whose form factors and layers stood, as a share.
@@ -36,14 +38,16 @@ pub(super) fn measure(
         let lights = fitting(renderer.scene(), &own, count as usize);
         set(renderer, lights)?;
         renderer.frame()?;
-        let mut reports = Vec::new();
+        let (mut reports, mut recoloured) = (Vec::new(), Vec::new());
         for _ in 0..frames {
             reports.push(measure::frame(renderer, Work::Light(0))?);
+            recoloured.push(measure::frame(renderer, Work::Colour)?);
         }
         let device = |report: &FrameReport| report.passes.iter().map(|pass| pass.ms).sum();
         let wall = Summary::of(reports.iter().map(|report| report.frame_ms)).median;
         let relit = Relit {
             device_ms: Summary::of(reports.iter().map(device)),
+            colour_ms: Summary::of(recoloured.iter().map(device)),
             fps: 1000.0 / wall,
             unchanged: reports[0].lights_unchanged[0],
         };

@@ -70,6 +70,7 @@ fn precompute(text: &mut String, timed: &Timed) {
     row("lights", &mut timed.relit.keys().map(u32::to_string));
     row("fps", &mut timed.relit.values().map(|relit| format!("{:.1}", relit.fps)));
     row("device ms", &mut timed.relit.values().map(|relit| milliseconds(relit.device_ms.median)));
+    row("its colour, ms", &mut timed.relit.values().map(|relit| milliseconds(relit.colour_ms.median)));
     row("unchanged", &mut timed.relit.values().map(|relit| format!("{:.1} %", 100.0 * relit.unchanged)));
     line(text, format_args!(""));
     line(text, format_args!("precompute {:.2} s ({stages})", statistics.precompute_s));
@@ -152,7 +153,8 @@ fn scene_json(timed: &Timed, copy_gbps: Option<f64>) -> Value {
         LIGHT_COUNTS.iter().map(|count| (count.to_string(), Value::Null)).collect();
     fps_by_lights.extend(timed.relit.iter().map(|(count, relit)| (count.to_string(), relit.fps.into())));
     let relit = timed.relit.iter().map(|(count, relit)| {
-        let relit = json!({"ms": relit.device_ms, "unchanged": relit.unchanged});
+        let relit =
+            json!({"ms": relit.device_ms, "colour_ms": relit.colour_ms, "unchanged": relit.unchanged});
         (count.to_string(), relit)
     });
     let statistics = &timed.statistics;

@@ -1,6 +1,7 @@
 // Highlights: what the samples of shining pixels send to the camera of one light, straight from it, per unit of its emission and of the
-// specular albedo; a shadow ray to each of its point samples that the lobe reaches. Deterministic. One invocation = one sample.
-// In: samples, a light. Out: its layer, radiance.
+// specular albedo: by a shadow ray to each of its point samples that the lobe reaches, or, where an area light looks larger than the
+// lobe, by directions from the lobe that meet it. Deterministic. One invocation = one sample. In: samples, a light.
+// Out: its layer, radiance.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -21,6 +22,7 @@ struct HighlightsPush {
     uint light;
     uint first_sample;   // of the light, in this dispatch; later ones add to what the first wrote
     uint end_sample;
+    uint seed;           // of the directions
 };
 
 layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
@@ -30,7 +32,8 @@ layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[];
 layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 5) readonly buffer GlossOffsets { uint gloss_offsets[]; };
 layout(scalar, binding = 6) readonly buffer GlossSamples { PixelSurface gloss_samples[]; };
-layout(scalar, binding = 7) buffer HighlightLayer { float highlight_layer[]; };
+layout(scalar, binding = 7) readonly buffer GlossPixels { uint gloss_pixels[]; };
+layout(scalar, binding = 8) buffer HighlightLayer { float highlight_layer[]; };
 layout(scalar, push_constant) uniform Push { HighlightsPush push; };
 
 #include "include/bvh.glsl"
@@ -40,24 +43,58 @@ layout(scalar, push_constant) uniform Push { HighlightsPush push; };
 // Share of a lobe's peak below which no ray is spent.
 const float DARK = 1e-5;
 
+// Solid angle that an area light takes up, seen from a point, as if all of it were at its middle; zero from behind.
+float seen_size(LightSource light, vec3 position) {
+    vec3 to_light = light.position + 0.5 * (light.edge_u + light.edge_v) - position;
+    float distance2 = dot(to_light, to_light);
+    return light.area * max(0.0, -dot(light.axis, to_light)) * inversesqrt(distance2) / distance2;
+}
+
+// Distance along a unit direction to an area light's emitting side, or zero. `axis` is a unit normal of the parallelogram.
+float distance_to(LightSource light, vec3 position, vec3 direction) {
+    float facing = -dot(light.axis, direction);
+    float t = dot(position - light.position, light.axis) / facing;
+    vec3 inside = position + t * direction - light.position;
+    vec2 place = vec2(dot(cross(inside, light.edge_v), light.axis), dot(cross(light.edge_u, inside), light.axis)) / light.area;
+    bool is_met = facing > 0.0 && t > 0.0 && all(greaterThanEqual(place, vec2(0.0))) && all(lessThanEqual(place, vec2(1.0)));
+    return is_met ? t : 0.0;
+}
+
 void main() {
     uint index = flat_invocation();
     uint count = gloss_offsets[push.pixel_count];
-    if (index >= count * gloss_samples_per_pixel(count, push.most_samples, push.capacity)) return;
+    uint samples = gloss_samples_per_pixel(count, push.most_samples, push.capacity);
+    if (index >= count * samples) return;
     LightSource light = lights[push.light];
     PixelSurface point = gloss_samples[index];
     vec3 normal = surfaces[point.side >> 1].normal;
     if ((point.side & 1u) != 0u) normal = -normal;
     float exponent = materials[surfaces[point.side >> 1].material].exponent;
     vec3 mirror = reflect(normalize(point.position - push.eye), point.normal);
+    // Compared to the lobe's own solid angle.
+    bool is_large = light.kind == LIGHT_AREA && seen_size(light, point.position) * (exponent + 1.0) > 2.0 * PI;
     float sum = 0.0;
-    for (uint i = push.first_sample; i < push.end_sample; ++i) {
+    uint end = is_large ? push.first_sample : push.end_sample;
+    for (uint i = push.first_sample; i < end; ++i) {
         LightSample found;
         if (!sample_light(light, point.position, lattice_point(light, i), found)) continue;
         float lobe = phong_lobe(mirror, found.direction, exponent);
         if (lobe < DARK) continue;
-        sum += lobe * light_factor(light, i, i + 1u, false, point.position, normal, point.normal, point.footprint);
+        sum += lobe * (exponent + 2.0) / (2.0 * PI)
+             * light_factor(light, i, i + 1u, false, point.position, normal, point.normal, point.footprint);
+    }
+    uint pixel_seed = hash(push.seed, gloss_pixels[index / samples]);
+    uint first = LOBE_RAYS * (index % samples);
+    // Once, whatever the number of point samples.
+    uint last = is_large && push.first_sample == 0u ? first + LOBE_RAYS : first;
+    for (uint i = first; i < last; ++i) {
+        vec3 direction = sample_phong_lobe(mirror, exponent, sample_3d(i, pixel_seed).xy);
+        float cosine = dot(point.normal, direction);
+        float distance = distance_to(light, point.position, direction);
+        if (distance == 0.0 || cosine <= 0.0 || dot(normal, direction) <= 0.0) continue;
+        if (!is_lit(point.position, normal, LightSample(direction, distance, vec3(0.0)))) continue;
+        sum += cosine * (exponent + 2.0) / (exponent + 1.0) / float(LOBE_RAYS);
     }
     float before = push.first_sample == 0u ? 0.0 : highlight_layer[index];
-    highlight_layer[index] = before + sum * (exponent + 2.0) / (2.0 * PI);
+    highlight_layer[index] = before + sum;
 }

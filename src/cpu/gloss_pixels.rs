@@ -3,10 +3,11 @@
 use crate::cpu::brdf::{lobe_share, sample_phong_lobe};
 use crate::cpu::direct::lit_samples;
 use crate::cpu::gather_rays::Tracing;
+use crate::cpu::lights::{LightSample, is_lit};
 use crate::cpu::primary::seen_through;
 use crate::cpu::sampling::{hash_pair, sample_3d};
-use crate::types::{LightSource, PixelSurface, Reflectance, View};
-use glam::{DVec3, UVec2, Vec3};
+use crate::types::{LIGHT_AREA, LightSource, PixelSurface, Reflectance, View};
+use glam::{DMat3, DVec2, DVec3, UVec2, Vec3};
 use std::f64::consts::{PI, TAU};
 
 /// What sample `number` of pixel `index` shows, if that is of the centre's material; else the centre itself.
@@ -70,16 +71,49 @@ pub fn trace(
     Ray { target, weight: cosine * (exponent + 2.0) / (exponent + 1.0), colour, direction }
 }
 
-/// Radiance that a point sends to `eye` of a light, straight from it, by its Phong lobe: per unit of the light's emission.
+/// Radiance that sample `number` of pixel `index` sends to `eye` of a light, straight from it, by its Phong lobe: per unit of the
+/// light's emission. By the light's point samples, or, where an area light looks larger than the lobe, by directions from the lobe.
 pub fn highlight(
     tracing: &Tracing<'_>,
     point: &PixelSurface,
     eye: Vec3,
     material: &Reflectance,
     light: &LightSource,
+    [index, number]: [u32; 2],
 ) -> DVec3 {
-    let normal = tracing.geometry.normal(point.side);
-    let mirror = (point.position - eye).as_dvec3().normalize().reflect(point.normal.as_dvec3());
-    let samples = lit_samples(tracing.geometry, light, point.position, normal, point.normal, point.footprint);
-    samples.iter().map(|(_, direction, factor)| lobe_share(material, mirror, *direction) * *factor / PI).sum()
+    let (geometry, exponent) = (tracing.geometry, f64::from(material.exponent));
+    let (normal, shading) = (geometry.normal(point.side), point.normal.as_dvec3());
+    let position = point.position.as_dvec3();
+    let mirror = (point.position - eye).as_dvec3().normalize().reflect(shading);
+    let [corner, edge_u, edge_v, axis] =
+        [light.position, light.edge_u, light.edge_v, light.axis].map(Vec3::as_dvec3);
+    let to_light = corner + 0.5 * (edge_u + edge_v) - position;
+    let seen = f64::from(light.area) * (-axis.dot(to_light)).max(0.0) / to_light.length().powi(3);
+    if light.kind != LIGHT_AREA || seen * (exponent + 1.0) <= TAU {
+        let samples = lit_samples(geometry, light, point.position, normal, point.normal, point.footprint);
+        let shares =
+            samples.iter().map(|(_, direction, factor)| lobe_share(material, mirror, *direction) * *factor);
+        return shares.sum::<DVec3>() / PI;
+    }
+    let seed = hash_pair(tracing.seed, index);
+    let shine = |ray: u32| {
+        let u = sample_3d(number * LOBE_RAYS + ray, seed).truncate().as_dvec2();
+        let direction = sample_phong_lobe(mirror, exponent, u);
+        let distance = (corner - position).dot(axis) / direction.dot(axis);
+        let inside = position + distance * direction - corner;
+        let place = DMat3::from_cols(edge_u, edge_v, axis).inverse() * inside;
+        let is_met = direction.dot(axis) < 0.0
+            && distance > 0.0
+            && place.truncate().cmpge(DVec2::ZERO).all()
+            && place.truncate().cmple(DVec2::ONE).all();
+        let is_above = direction.dot(shading) > 0.0 && direction.dot(normal.as_dvec3()) > 0.0;
+        let found = LightSample { direction, distance, irradiance: DVec3::ZERO };
+        let is_seen = is_met && is_above && is_lit(geometry, point.position, normal, &found);
+        if is_seen { direction.dot(shading) * (exponent + 2.0) / (exponent + 1.0) } else { 0.0 }
+    };
+    let mean = (0..LOBE_RAYS).map(shine).sum::<f64>() / f64::from(LOBE_RAYS);
+    mean * material.specular.as_dvec3()
 }
+
+/// Rays from each sample.
+const LOBE_RAYS: u32 = 4;

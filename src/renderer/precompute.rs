@@ -13,8 +13,10 @@ use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
 use crate::passes::precompute::{Progress, light_paths, near_clusters, rays::Rays, sides};
 use crate::passes::{ClusterBuffers, SceneBuffers};
-use crate::scene::{Scene, Triangle, bvh::Bvh, directions::Directions, grid, hvds::Hvds, surfaces};
+use crate::scene::directions::{Directions, directions_for, resolved_exponent};
+use crate::scene::{Material, Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, surfaces};
 use crate::types::{CachePoint, PathVertex, Surface};
+use glam::Vec3;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -170,6 +172,7 @@ pub(super) fn precompute(
     )?;
     watch.lap("gather rays");
     let directions = Directions::new(quality.directions);
+    scene.warnings.extend(blurred(&scene.materials, directions));
     let (gloss, code) = gloss::build(
         gloss::Sources {
             hvds: &hvds,
@@ -214,6 +217,22 @@ pub(super) fn precompute(
         near_clusters,
         near_count,
         statistics,
+    })
+}
+
+/// What to say of lobes that are sharper than the directions that clusters are read in.
+fn blurred(materials: &[Material], directions: Directions) -> impl Iterator<Item = String> {
+    let resolved = resolved_exponent(directions.count());
+    let is_sharp =
+        move |material: &&Material| material.specular != Vec3::ZERO && material.exponent > resolved;
+    materials.iter().filter(is_sharp).map(move |material| {
+        format!(
+            "material `{}`: what it sends on to other surfaces is blurred: {} directions resolve exponents up to {resolved:.0}, and it has {}; raise quality.directions to {}",
+            material.name,
+            directions.count(),
+            material.exponent,
+            directions_for(material.exponent)
+        )
     })
 }
 

@@ -92,7 +92,7 @@ impl Shine {
         }
         let mut pass = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
         for (light, layer) in due {
-            self.pixels.record_highlights(&mut pass, scene, light, eye, layer);
+            self.pixels.record_highlights(&mut pass, scene, light, (eye, self.seed), layer);
         }
         pass.barrier(COMPUTE_TO_COMPUTE);
     }

@@ -42,6 +42,12 @@ pub fn resolved_exponent(directions: u32) -> f32 {
     (f64::from(directions) * 2.0 * std::f64::consts::LN_2 / 4.0) as f32
 }
 
+/// Directions that resolve a Phong lobe of that exponent: the next square.
+pub fn directions_for(exponent: f32) -> u32 {
+    let count = f64::from(exponent) * 2.0 / std::f64::consts::LN_2;
+    (count.sqrt().ceil() as u32).pow(2)
+}
+
 /// Place of a unit direction in the unit square.
 fn square(direction: DVec3) -> DVec2 {
     let flat = direction.truncate().abs();
@@ -96,6 +102,10 @@ mod tests {
 
     #[test]
     fn the_papers_directions_resolve_the_papers_exponent() {
-        assert!(resolved_exponent(256) > 40.0 && resolved_exponent(121) < 50.0);
+        assert!(resolved_exponent(256) > 40.0 && resolved_exponent(100) < 40.0);
+        for exponent in [1.0, 40.0, 88.0, 1000.0] {
+            let count = directions_for(exponent);
+            assert!(count.isqrt().pow(2) == count && resolved_exponent(count) >= exponent);
+        }
     }
 }

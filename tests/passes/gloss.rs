@@ -156,8 +156,9 @@ pub(crate) fn lights() -> Vec<LightSource> {
     let point = LightKind::Point { position: Vec3::new(0.1, 0.5, -0.2), intensity: Vec3::new(1.0, 2.0, 3.0) };
     let area = LightKind::Area {
         corner: Vec3::new(-0.9, 0.7, -0.3),
-        edge_u: Vec3::new(0.5, 0.0, 0.0),
-        edge_v: Vec3::new(0.0, 0.0, 0.4),
+        // Large to the sharper lobe, small to the broader one.
+        edge_u: Vec3::new(0.9, 0.0, 0.0),
+        edge_v: Vec3::new(0.0, 0.0, 0.6),
         radiance: Vec3::new(5.0, 0.5, 0.0),
         samples: 6,
     };

@@ -94,7 +94,7 @@ fn shining_pixels_equal_the_twin_in(world: World) {
                 let mut open = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
                 for (index, (light, layer)) in (0..).zip(lights.iter().zip(&layers)) {
                     let light = OneLight { table: &table, index, samples: light.samples, traces_all: false };
-                    pass.record_highlights(&mut open, scene, light, view.position, layer);
+                    pass.record_highlights(&mut open, scene, light, (view.position, SEED), layer);
                 }
                 drop(open);
                 rec.barrier(COMPUTE_TO_COMPUTE);
@@ -122,7 +122,9 @@ fn shining_pixels_equal_the_twin_in(world: World) {
                 let is_near = (twin.position - point.position).length() < 1e-4;
                 differ += usize::from(twin.side != point.side || !is_near);
                 for light in &lights {
-                    let factor = gloss_pixels::highlight(&tracing, point, view.position, material, light);
+                    let eye = view.position;
+                    let which = [index as u32, number];
+                    let factor = gloss_pixels::highlight(&tracing, point, eye, material, light, which);
                     direct += factor * light.emission.as_dvec3();
                 }
                 for lobe in 0..LOBE_RAYS {

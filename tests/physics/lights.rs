@@ -108,7 +108,7 @@ fn form_factors_take_in_the_power_of_each_kind() {
 }
 
 /// A room of 1.2×1×1.4 m with a block in it; open above where the light is parallel.
-fn room(kind: LightKind) -> Scene {
+pub(crate) fn room(kind: LightKind) -> Scene {
     let mut scene = shapes::closed_box(Vec3::new(1.2, 1.0, 1.4), 0.6);
     if matches!(kind, LightKind::Directional { .. }) {
         scene.triangles.retain(|triangle| triangle.positions.iter().any(|p| p.y < 0.4));

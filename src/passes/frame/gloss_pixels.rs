@@ -160,7 +160,7 @@ pub struct GlossPixels {
     pub capacity: u32,
     cluster_bits: u32,
     pub(super) offsets: Buffer,
-    pixels: Buffer,
+    pub(super) pixels: Buffer,
     /// `PixelSurface`s, pixel by pixel.
     pub samples: Buffer,
     /// `GlossRay`s, sample by sample.

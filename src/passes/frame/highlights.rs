@@ -25,6 +25,8 @@ gpu_struct! {
         pub first_sample: u32,
         /// Behind the last.
         pub end_sample: u32,
+        /// Seed of the directions.
+        pub seed: u32,
     }
 }
 
@@ -42,7 +44,7 @@ impl GlossPixels {
         pass: &mut PassScope<'_>,
         scene: &SceneBuffers,
         light: OneLight<'_>,
-        eye: Vec3,
+        (eye, seed): (Vec3, u32),
         layer: &Buffer,
     ) {
         for (first_sample, end_sample) in light.spans() {
@@ -60,6 +62,7 @@ impl GlossPixels {
                     light: light.index,
                     first_sample,
                     end_sample,
+                    seed,
                 },
                 &[
                     ("Nodes", &scene.nodes),
@@ -69,6 +72,7 @@ impl GlossPixels {
                     ("Lights", light.table),
                     ("GlossOffsets", &self.offsets),
                     ("GlossSamples", &self.samples),
+                    ("GlossPixels", &self.pixels),
                     ("HighlightLayer", layer),
                 ],
             );

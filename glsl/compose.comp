@@ -10,6 +10,7 @@
 #include "include/math.glsl"
 #include "include/antialias.glsl"
 #include "include/gloss_rays.glsl"
+#include "include/colour.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint SHINES = 0;  // 1: some surfaces may shine
@@ -32,15 +33,18 @@ layout(scalar, binding = 6) readonly buffer EdgeSurfaces { PixelSurface edge_sur
 layout(scalar, binding = 7) readonly buffer EdgeSources { uint edge_sources[]; };
 layout(scalar, binding = 8) readonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
 layout(scalar, binding = 9) writeonly buffer Radiance { vec3 radiance[]; };
+layout(scalar, binding = 10) readonly buffer PixelColours { uint pixel_colours[]; };  // packed; only in scenes with images
+layout(scalar, binding = 11) readonly buffer EdgeColours { uint edge_colours[]; };
 layout(scalar, push_constant) uniform Push { ComposePush push; };
 
 uint material_of(uint side) { return surfaces[side >> 1].material; }
 
-// `source` is the pixel whose indirect irradiance it takes, `shiner` the one that shines alike.
-vec3 reflected(uint side, vec3 direct, uint source, uint shiner) {
+// `colour` is the image's there, `source` the pixel whose indirect irradiance it takes, `shiner` the one that shines alike.
+vec3 reflected(uint side, vec3 colour, vec3 direct, uint source, uint shiner) {
     if (side == NO_SIDE) return vec3(0.0);
     vec3 irradiance = push.direct_share * direct + push.indirect_share * indirect_irradiance[source];
     vec3 radiance = materials[material_of(side)].diffuse * irradiance * (1.0 / PI);
+    if (HAS_TEXTURES != 0u) radiance *= colour;
     if (SHINES == 1u) {
         GlossShine shine = gloss_radiance[shiner];
         radiance += push.direct_share * shine.direct + push.indirect_share * shine.indirect;
@@ -66,8 +70,10 @@ void main() {
         uint side = edge_surfaces[i].side;
         uint source = edge_sources[i];
         uint shiner = SHINES == 1u ? shiner_of(side, source, index) : source;
-        sum += reflected(side, direct_irradiance[push.pixel_count + i], source, shiner);
+        vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(edge_colours[i]) : vec3(1.0);
+        sum += reflected(side, colour, direct_irradiance[push.pixel_count + i], source, shiner);
     }
-    radiance[index] =
-        count == 0u ? reflected(pixels[index].side, direct_irradiance[index], index, index) : sum / float(count);
+    vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(pixel_colours[index]) : vec3(1.0);
+    vec3 centre = reflected(pixels[index].side, colour, direct_irradiance[index], index, index);
+    radiance[index] = count == 0u ? centre : sum / float(count);
 }

@@ -9,6 +9,7 @@
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
 #include "include/gloss.glsl"
+#include "include/colour.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint RINGS = 0;
@@ -32,14 +33,16 @@ layout(scalar, binding = 5) readonly buffer InverseAreas { float inverse_areas[]
 layout(scalar, binding = 6) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
 layout(scalar, binding = 7) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };     // of slots, W
 layout(scalar, binding = 8) writeonly buffer Records { Record records[]; };
+layout(scalar, binding = 9) readonly buffer RayColours { uint ray_colours[]; };  // packed; only in scenes with images
 layout(scalar, push_constant) uniform Push { GatherPush push; };
 
 const uint SUMS = 5u;  // irradiance; translation and rotation along tangent and bitangent
 shared vec3 sums[SUMS * gl_WorkGroupSize.x];
 
-// π times the radiance that comes back along a ray, W/m².
-vec3 radiosity(uint target) {
+// π times the radiance that comes back along a ray of that index, W/m².
+vec3 radiosity(uint target, uint ray) {
     vec3 albedo = materials[target >> push.cluster_bits].diffuse;
+    if (HAS_TEXTURES != 0u) albedo *= unpack_colour(ray_colours[ray]);
     uint cluster = target & ((1u << push.cluster_bits) - 1u);
     if (SHINES == 0u || cluster < push.cluster_count) return albedo * irradiance[cluster];
     uint slot = cluster - push.cluster_count;
@@ -57,7 +60,7 @@ void main() {
     for (uint i = thread; i < RINGS * SECTORS; i += gl_WorkGroupSize.x) {
         GatherRay ray = gather_rays[row * RINGS * SECTORS + i];
         if (ray.target == NO_TARGET) continue;
-        vec3 radiance = radiosity(ray.target) * (1.0 / PI);
+        vec3 radiance = radiosity(ray.target, row * RINGS * SECTORS + i) * (1.0 / PI);
         vec2 movement = unpackHalf2x16(ray.gradient);
         vec2 turn = turns[i];
         sum[0] += radiance;

@@ -8,6 +8,7 @@
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
+#include "include/colour.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint RINGS = 0;
@@ -32,12 +33,17 @@ layout(scalar, binding = 4) readonly buffer CellClusters { uint cell_clusters[];
 layout(scalar, binding = 5) readonly buffer ClusterLinks { ClusterLink links[]; };
 layout(scalar, binding = 6) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 7) writeonly buffer GatherRays { GatherRay gather_rays[]; };
+layout(scalar, binding = 8) writeonly buffer RayColours { uint ray_colours[]; };  // of the image at the hit, packed
+layout(scalar, binding = 9) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 10) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 11) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { GatherRaysPush push; };
 
 #include "include/bvh.glsl"
 #include "include/grid.glsl"
 #include "include/gather.glsl"
 #include "include/target.glsl"
+#include "include/textures.glsl"
 
 const float FAR = 1e30;
 shared float distances[RINGS * SECTORS];
@@ -103,7 +109,9 @@ void main() {
             // The solid angle of one stratum.
             float footprint = sqrt(PI / (float(RINGS * SECTORS) * local.z)) * hit.t;
             uint cluster = cluster_for(hit, direction, footprint);
-            if (cluster != NO_CLUSTER) target = cluster | (surfaces[hit.triangle].material << push.cluster_bits);
+            uint material = surfaces[hit.triangle].material;
+            if (cluster != NO_CLUSTER) target = cluster | (material << push.cluster_bits);
+            if (HAS_TEXTURES != 0u) ray_colours[first + ray] = pack_colour(image_at(material, hit.triangle, hit.barycentric));
         }
         distances[ray] = distance;
         gather_rays[first + ray].target = target;

@@ -9,6 +9,7 @@
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
 #include "include/gloss.glsl"
+#include "include/colour.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -30,6 +31,7 @@ void main() {
     if (index >= push.entry_count) return;
     GlossEntry entry = gloss_entries[index];
     Reflectance material = materials[entry.material];
+    if (HAS_TEXTURES != 0u) material.diffuse *= unpack_colour(entry.colour);
     vec3 reflected = vec3(0.0);
     for (uint i = index * push.beam_count; i < (index + 1u) * push.beam_count; ++i) {
         reflected += gloss_beams[i].factor * reflected_share(material, off_mirror(gloss_beams[i].mirror, entry.departure));

@@ -10,6 +10,7 @@
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
 #include "include/gloss_rays.glsl"
+#include "include/colour.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -30,6 +31,7 @@ layout(scalar, binding = 6) readonly buffer Irradiance { vec3 irradiance[]; };
 layout(scalar, binding = 7) readonly buffer GlossHits { vec3 gloss_hits[]; };  // of each ray that meets what shines
 layout(scalar, binding = 8) readonly buffer Highlights { vec3 highlights[]; };  // of each sample, per unit of specular albedo, W/m²/sr
 layout(scalar, binding = 9) writeonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
+layout(scalar, binding = 10) readonly buffer GlossColours { uint gloss_colours[]; };  // of rays, packed; only in scenes with images
 layout(scalar, push_constant) uniform Push { GlossPixelsPush push; };
 
 void main() {
@@ -46,6 +48,7 @@ void main() {
         uint cluster = ray.target & ((1u << push.cluster_bits) - 1u);
         Reflectance material = materials[ray.target >> push.cluster_bits];
         vec3 radiosity = material.diffuse * irradiance[cluster];
+        if (HAS_TEXTURES != 0u) radiosity *= unpack_colour(gloss_colours[i]);
         if (has_lobe(material)) radiosity += gloss_hits[i];
         sum += ray.weight * radiosity;
     }

@@ -10,6 +10,7 @@
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
 #include "include/gloss_rays.glsl"
+#include "include/colour.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -36,17 +37,22 @@ layout(scalar, binding = 8) readonly buffer GlossOffsets { uint gloss_offsets[];
 layout(scalar, binding = 9) readonly buffer GlossPixels { uint gloss_pixels[]; };
 layout(scalar, binding = 10) writeonly buffer GlossSamples { PixelSurface gloss_samples[]; };
 layout(scalar, binding = 11) writeonly buffer GlossRays { GlossRay gloss_rays[]; };
+layout(scalar, binding = 12) writeonly buffer GlossColours { uint gloss_colours[]; };  // of the image at each ray's hit, packed
+layout(scalar, binding = 13) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 14) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 15) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { GlossRaysPush push; };
 
 #include "include/bvh.glsl"
 #include "include/grid.glsl"
 #include "include/target.glsl"
 #include "include/primary.glsl"
+#include "include/textures.glsl"
 
 uint material_of(uint side) { return surfaces[side >> 1].material; }
 
-// A ray from a point that the camera sees; `rays` of them share the pixel's lobe.
-GlossRay traced(PixelSurface point, vec2 u, uint rays) {
+// Ray number `index`, from a point that the camera sees; `rays` of them share the pixel's lobe.
+GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
     vec3 geometric = surfaces[point.side >> 1].normal;
     if ((point.side & 1u) != 0u) geometric = -geometric;
     float exponent = materials[material_of(point.side)].exponent;
@@ -61,7 +67,9 @@ GlossRay traced(PixelSurface point, vec2 u, uint rays) {
         // The lobe's solid angle, 2π/(n+1), divided among its rays; half as wide, because they do not divide it evenly.
         float footprint = 0.5 * hit.t * sqrt(2.0 * PI / ((exponent + 1.0) * float(rays)));
         uint cluster = cluster_for(hit, direction, footprint);
-        if (cluster != NO_CLUSTER) ray.target = cluster | (surfaces[hit.triangle].material << push.cluster_bits);
+        uint material = surfaces[hit.triangle].material;
+        if (cluster != NO_CLUSTER) ray.target = cluster | (material << push.cluster_bits);
+        if (HAS_TEXTURES != 0u) gloss_colours[index] = pack_colour(image_at(material, hit.triangle, hit.barycentric));
         ray.weight = cosine * (exponent + 2.0) / (exponent + 1.0);
     }
     return ray;
@@ -84,7 +92,7 @@ void main() {
         gloss_samples[index] = point;
         for (uint i = index * LOBE_RAYS; i < (index + 1u) * LOBE_RAYS; ++i) {
             vec2 u = sample_3d(number * LOBE_RAYS + i % LOBE_RAYS, seed).xy;
-            gloss_rays[i] = traced(point, u, samples * LOBE_RAYS);
+            gloss_rays[i] = traced(i, point, u, samples * LOBE_RAYS);
         }
     }
 }

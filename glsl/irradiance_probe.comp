@@ -8,6 +8,7 @@
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
+#include "include/colour.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint RINGS = 0;
@@ -42,11 +43,15 @@ layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 5) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 6) buffer ProbePaths { ProbePath probe_paths[]; };
 layout(scalar, binding = 7) buffer Unfinished { uint unfinished[]; };  // how many strata have not reached the goal
+layout(scalar, binding = 8) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 9) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 10) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { IrradianceProbePush push; };
 
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/brdf.glsl"
+#include "include/textures.glsl"
 #include "include/path.glsl"
 #include "include/gather.glsl"
 

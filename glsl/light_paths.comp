@@ -10,6 +10,7 @@
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
+#include "include/colour.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint STEPS = 0;                 // vertices per path and dispatch
@@ -41,10 +42,15 @@ layout(scalar, binding = 5) readonly buffer CellClusters { uint cell_clusters[];
 layout(scalar, binding = 6) buffer Paths { PathState paths[]; };
 layout(scalar, binding = 7) writeonly buffer Vertices { PathVertex vertices[]; };      // STEPS a path
 layout(scalar, binding = 8) writeonly buffer VertexCounts { uint vertex_counts[]; };
+layout(scalar, binding = 9) writeonly buffer VertexColours { uint vertex_colours[]; };  // of the vertex before, packed; STEPS a path
+layout(scalar, binding = 10) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 11) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 12) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { LightPathsPush push; };
 
 #include "include/bvh.glsl"
 #include "include/grid.glsl"
+#include "include/textures.glsl"
 
 void main() {
     uint index = flat_invocation();
@@ -60,6 +66,12 @@ void main() {
 
         // Lambert with a cosine-sampled direction: f·cosθ/pdf is the albedo.
         Reflectance material = materials[surface.material];
+        vec3 colour = vec3(1.0);
+        if (HAS_TEXTURES != 0u) {
+            uint triangle = state.side >> 1;
+            colour = image_at(surface.material, triangle, barycentric_at(triangle, state.position));
+            material.diffuse *= colour;
+        }
         vec3 direction = frame_around(normal) * sample_cosine(u.xy);
         vec3 reflected = material.diffuse;
         float weight = 1.0;
@@ -97,6 +109,7 @@ void main() {
         vec3 found_normal = back ? -found.normal : found.normal;
         uint cluster = base_cluster(grid_cell(push.grid, state.position, found_normal), side_code(found.sides, back));
         vertices[index * STEPS + count] = PathVertex(state.position, state.side, direction, weight / survival, cluster, lobe);
+        if (HAS_TEXTURES != 0u) vertex_colours[index * STEPS + count] = pack_colour(colour);
         ++count;
         ++state.depth;
     }

@@ -10,6 +10,7 @@
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
 #include "include/path_scan.glsl"
+#include "include/colour.glsl"
 
 layout(local_size_x = 256) in;
 layout(constant_id = 0) const uint SHINES = 0;  // 1: some steps are reflected by Phong lobes
@@ -25,6 +26,7 @@ layout(scalar, binding = 1) readonly buffer Steps { PathStep steps[]; };
 layout(scalar, binding = 2) readonly buffer Lobes { float lobes[]; };  // of each step: 1 - cosα off the mirror direction
 layout(scalar, binding = 3) buffer Deposits { Deposit deposits[]; };
 layout(scalar, binding = 4) writeonly buffer Blocks { Segment blocks[]; };
+layout(scalar, binding = 5) readonly buffer StepColours { uint step_colours[]; };  // packed; only in scenes with images
 layout(scalar, push_constant) uniform Push { PathScanPush push; };
 
 shared Segment segments[BLOCK_THREADS];
@@ -43,6 +45,7 @@ void main() {
             vec3 factor = vec3(path_step.weight);
             if (path_step.material < FROM_ENTRY) {
                 Reflectance material = materials[path_step.material];
+                if (HAS_TEXTURES != 0u) material.diffuse *= unpack_colour(step_colours[first + i]);
                 factor *= SHINES == 1u ? reflected_share(material, lobes[first + i]) : material.diffuse;
             }
             running = join(running, Segment(factor, uint(head)));

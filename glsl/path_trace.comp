@@ -9,6 +9,7 @@
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
+#include "include/colour.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint ROULETTE_THRESHOLD = 0;  // float bits: roulette starts below this throughput
@@ -57,11 +58,15 @@ layout(scalar, binding = 6) buffer IndirectSums { RadianceSum indirect_sums[]; }
 layout(scalar, binding = 7) buffer Moments { SampleMoments sample_moments[]; };
 layout(scalar, binding = 8) buffer TracedPaths { TracedPath traced_paths[]; };
 layout(scalar, binding = 9) buffer Unfinished { uint unfinished[]; };  // how many pixels have not reached the goal
+layout(scalar, binding = 10) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 11) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 12) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { PathTracePush push; };
 
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/brdf.glsl"
+#include "include/textures.glsl"
 #include "include/path.glsl"
 
 // Keeps twice the digits: `high` is the sum rounded, `low` the rest. [Knuth §4.2.2]

@@ -8,6 +8,7 @@
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
+#include "include/colour.glsl"
 #include "include/brdf.glsl"
 #include "include/photons.glsl"
 
@@ -42,10 +43,14 @@ layout(scalar, binding = 6) readonly buffer FirstEntries { uint first_entries[];
 layout(scalar, binding = 7) readonly buffer Reaches { uvec4 reaches[]; };
 layout(scalar, binding = 8) readonly buffer Irradiances { vec3 irradiances[]; };
 layout(scalar, binding = 9) buffer PixelSums { GatherSums pixel_sums[]; };
+layout(scalar, binding = 10) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 11) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 12) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { PhotonGatherPush push; };
 
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
+#include "include/textures.glsl"
 
 struct Vertex {
     vec3 position;
@@ -110,7 +115,9 @@ Vertex vertex_at(Hit hit, vec3 direction, bool smooth_normal) {
         shading = normalize(hit.barycentric.x * surface.n0 + hit.barycentric.y * surface.n1 + hit.barycentric.z * surface.n2);
         if (dot(surface.normal, direction) > 0.0) shading = -shading;
     }
-    return Vertex(hit_position(hit), normal, shading, -direction, materials[surface.material]);
+    Reflectance material = materials[surface.material];
+    if (HAS_TEXTURES != 0u) material.diffuse *= image_at(surface.material, hit.triangle, hit.barycentric);
+    return Vertex(hit_position(hit), normal, shading, -direction, material);
 }
 
 // What the surface seen reflects of light that other surfaces reflect.

@@ -8,6 +8,7 @@
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
+#include "include/colour.glsl"
 #include "include/brdf.glsl"
 #include "include/photons.glsl"
 
@@ -40,11 +41,15 @@ layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[];
 layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 5) buffer PhotonPaths { PhotonPath paths[]; };
 layout(scalar, binding = 6) writeonly buffer Photons { Photon photons[]; };
+layout(scalar, binding = 7) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 8) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 9) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { PhotonTracePush push; };
 
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/emission.glsl"
+#include "include/textures.glsl"
 
 float largest(vec3 v) { return max(v.x, max(v.y, v.z)); }
 
@@ -74,9 +79,10 @@ void main() {
         bool back = dot(surface.normal, path.direction) > 0.0;
         vec3 normal = back ? -surface.normal : surface.normal;
         vec3 position = hit_position(hit);
-        // Irradiance is asked for where there is an albedo to multiply it by.
+        // Irradiance is asked for where there is an albedo to multiply it by; under a black texel, by its neighbours.
         uint side = largest(material.diffuse) > 0.0 ? 2u * hit.triangle + uint(back) : NO_SIDE;
         photons[slot + count] = Photon(position, side, path.flux);
+        if (HAS_TEXTURES != 0u) material.diffuse *= image_at(surface.material, hit.triangle, hit.barycentric);
         ++count;
         ++path.depth;
 

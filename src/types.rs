@@ -208,6 +208,20 @@ pub const EDITABLE: u32 = 1;
 pub const MAY_SHINE: u32 = 2;
 
 gpu_struct! {
+    /// Where a material's image is stored.
+    pub struct Texture {
+        /// Its upper left texel.
+        pub first: u32,
+        /// Texels; 0: the material has no image.
+        pub width: u32,
+        /// Texels.
+        pub height: u32,
+        /// 1: beyond its edges the outermost texels go on; 0: it repeats itself.
+        pub is_clamped: u32,
+    }
+}
+
+gpu_struct! {
     /// A light of any kind; fields that its kind does not name are zero.
     pub struct LightSource {
         /// Point and spot: where it is; area: its corner.
@@ -274,5 +288,6 @@ pub const LAYOUTS: &[Layout] = &[
     PixelSurface::LAYOUT,
     View::LAYOUT,
     Reflectance::LAYOUT,
+    Texture::LAYOUT,
     LightSource::LAYOUT,
 ];

@@ -29,6 +29,8 @@ class Material:
     diffuse: tuple = (0.7, 0.7, 0.7)
     specular: tuple = (0.0, 0.0, 0.0)
     exponent: float = 1.0
+    image: str = ""
+    """What map_Kd says; the peers know no images."""
 
     def is_diffuse(self):
         return max(self.specular) == 0.0
@@ -132,8 +134,13 @@ def load(spec, size=None, flat=False):
             for key in {"diffuse", "specular", "exponent"} & override.keys():
                 value = override[key]
                 setattr(material, key, tuple(value) if isinstance(value, list) else float(value))
-    for material in materials.values():
+            if "diffuse" in override:
+                material.image = ""
+    used = {key for key, _, _ in triangles}
+    for key, material in materials.items():
         conserve_energy(material)
+        if material.image and key in used:
+            raise SceneError(f"material {material.name!r} has an image, the peers take none: give it a diffuse in {path}")
     meshes, bounds = assemble(triangles, materials, flat)
     cameras = root.get("camera")
     if not cameras:
@@ -259,6 +266,8 @@ def read_mtl(path):
             setattr(
                 material, {"Kd": "diffuse", "Ks": "specular"}[keyword], tuple(float(word) for word in rest.split()[:3])
             )
+        elif keyword == "map_Kd":
+            material.image = rest
         elif keyword == "Ns":
             material.exponent = max(float(rest.split()[0]), 1.0)
     return materials

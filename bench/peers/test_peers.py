@@ -85,6 +85,14 @@ class Scenes(Sample):
         with self.assertRaisesRegex(scenes.SceneError, "'c' is in no model"):
             self.load(more='[[material]]\nname = "c"')
 
+    def test_images_are_refused_unless_the_scene_replaces_them(self):
+        (self.folder / "m.mtl").write_text(MTL + "newmtl c\nmap_Kd unused.png\n")
+        self.load()
+        (self.folder / "m.mtl").write_text(MTL.replace("newmtl b", "map_Kd -s 2 a.png\nnewmtl b"))
+        with self.assertRaisesRegex(scenes.SceneError, "'a' has an image, the peers take none: give it a diffuse"):
+            self.load()
+        self.load(more='[[material]]\nname = "a"\ndiffuse = [0.3, 0.3, 0.3]')
+
     def test_energy_is_conserved_as_the_program_does_it(self):
         material = scenes.read_mtl(self.folder / "m.mtl")["b"]
         scenes.conserve_energy(material)

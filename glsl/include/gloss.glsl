@@ -8,6 +8,7 @@ struct GlossEntry {
     float weight;    // its area over the mean of all
     vec3 departure;  // unit direction in which its path leaves; zero where that ends at once
     uint material;
+    uint colour;     // of the image there, packed; only in scenes with images
 };
 
 // Light that arrives at such an entry point from one point sample of a light.

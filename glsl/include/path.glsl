@@ -1,5 +1,5 @@
 // Vertices of paths that start from the eye or a surface: the light that they reflect, and where the path goes on. Include after
-// bvh.glsl, lights.glsl and brdf.glsl. The including shader binds `Surface surfaces[]`, `Reflectance materials[]` and
+// bvh.glsl, lights.glsl, brdf.glsl and textures.glsl. The including shader binds `Surface surfaces[]`, `Reflectance materials[]` and
 // `LightSource lights[]`; its push block `push` has `light_count`.
 
 struct Vertex {
@@ -15,7 +15,9 @@ Vertex vertex_at(Hit hit, vec3 direction, bool is_first) {
     float side = dot(surface.normal, direction) > 0.0 ? -1.0 : 1.0;
     vec3 smooth_normal = hit.barycentric.x * surface.n0 + hit.barycentric.y * surface.n1 + hit.barycentric.z * surface.n2;
     vec3 shading = is_first ? normalize(smooth_normal) : surface.normal;
-    return Vertex(hit_position(hit), side * surface.normal, side * shading, -normalize(direction), materials[surface.material]);
+    Reflectance material = materials[surface.material];
+    if (HAS_TEXTURES != 0u) material.diffuse *= image_at(surface.material, hit.triangle, hit.barycentric);
+    return Vertex(hit_position(hit), side * surface.normal, side * shading, -normalize(direction), material);
 }
 
 // Radiance that a vertex reflects of what the lights send there directly, W/m²/sr.

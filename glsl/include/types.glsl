@@ -117,6 +117,14 @@ struct Reflectance {
 const uint EDITABLE = 1u;   // its paths are cosine sampled, whatever it reflects
 const uint MAY_SHINE = 2u;  // it has a Phong lobe, or may get one
 
+// Where a material's image is stored.
+struct Texture {
+    uint first;       // its upper left texel
+    uint width;       // texels; 0: the material has no image
+    uint height;
+    uint is_clamped;  // 1: beyond its edges the outermost texels go on; 0: it repeats itself
+};
+
 // A light of any kind; fields that its kind does not name are zero.
 struct LightSource {
     vec3 position;      // point, spot: where it is; area: its corner

@@ -1,6 +1,7 @@
 //! Twin of the final gathering.
 
 use crate::cpu::hemisphere::{Strata, frame};
+use crate::cpu::textures::unpack_colour;
 use crate::types::{GatherRay, NO_TARGET};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
@@ -31,13 +32,19 @@ pub struct Sources<'a> {
     pub slots: &'a [(u32, DVec3)],
 }
 
-/// Gathers the rays of one point with that shading normal.
-pub fn gather(sources: Sources<'_>, strata: Strata, normal: Vec3, rays: &[GatherRay]) -> Gathered {
+/// Gathers the rays of one point with that shading normal. `colours`: packed, of the images that they met; none at all without images.
+pub fn gather(
+    sources: Sources<'_>,
+    strata: Strata,
+    normal: Vec3,
+    rays: &[GatherRay],
+    colours: &[u32],
+) -> Gathered {
     let frame = frame(normal);
     let stratum = PI / f64::from(strata.rays());
     let mut irradiance = DVec3::ZERO;
     let [mut translation, mut turn] = [[DVec3::ZERO; 3]; 2];
-    for (index, ray) in (0..).zip(rays) {
+    for (index, ray) in (0_u32..).zip(rays) {
         if ray.target == NO_TARGET {
             continue;
         }
@@ -47,9 +54,9 @@ pub fn gather(sources: Sources<'_>, strata: Strata, normal: Vec3, rays: &[Gather
             clusters if read < clusters => (read, DVec3::ZERO),
             clusters => (sources.slots[read - clusters].0 as usize, sources.slots[read - clusters].1),
         };
-        let reflected =
-            sources.albedos[material as usize].as_dvec3() * sources.irradiance[cluster].as_dvec3();
-        let radiance = (reflected + shine) / PI;
+        let colour = colours.get(index as usize).map_or(DVec3::ONE, |&packed| unpack_colour(packed));
+        let albedo = colour * sources.albedos[material as usize].as_dvec3();
+        let radiance = (albedo * sources.irradiance[cluster].as_dvec3() + shine) / PI;
         irradiance += stratum * radiance;
 
         // [Krivanek]

@@ -30,6 +30,8 @@ pub struct Tracing<'a> {
 pub struct Found {
     /// Cluster and material that it reads; none where the ray left the scene or met a side without light.
     pub target: Option<(u32, u32)>,
+    /// Of the image that it met; white where it met none.
+    pub colour: DVec3,
     /// To the hit, metres; infinite where the ray left the scene.
     pub distance: f64,
 }
@@ -40,7 +42,7 @@ impl Tracing<'_> {
         let normal = self.geometry.normal(point.side);
         let local = self.strata.direction(ray, index, self.seed);
         let direction = frame(point.normal) * local;
-        let nothing = Found { target: None, distance: f64::INFINITY };
+        let nothing = Found { target: None, colour: DVec3::ONE, distance: f64::INFINITY };
         if direction.dot(normal.as_dvec3()) <= 0.0 {
             return nothing;
         }
@@ -49,7 +51,11 @@ impl Tracing<'_> {
             return nothing;
         };
         let solid_angle = PI / (f64::from(self.strata.rays()) * local.z);
-        Found { target: self.target(&hit, direction, hit.t * solid_angle.sqrt()), distance: hit.t }
+        Found {
+            target: self.target(&hit, direction, hit.t * solid_angle.sqrt()),
+            colour: self.geometry.colour(hit.triangle, hit.barycentric),
+            distance: hit.t,
+        }
     }
 
     /// Cluster and material that a ray reads where it hits, with that footprint before it is projected to the surface, metres.

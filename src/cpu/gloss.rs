@@ -13,10 +13,12 @@ pub struct Beam {
     pub flux: DVec3,
 }
 
-/// Flux that a path carries on from its entry point in the direction `departure`, W.
-pub fn reflected_flux(material: &Reflectance, beams: &[Beam], departure: Vec3) -> DVec3 {
+/// Flux that a path carries on from its entry point in the direction `departure`, W; `colour` is the image's there.
+pub fn reflected_flux(material: &Reflectance, colour: DVec3, beams: &[Beam], departure: Vec3) -> DVec3 {
+    let diffuse = material.diffuse * colour.as_vec3();
+    let material = Reflectance { diffuse, ..*material };
     let share =
-        |beam: &Beam| reflected_share(material, 0.5 * (beam.mirror - departure.as_dvec3()).length_squared());
+        |beam: &Beam| reflected_share(&material, 0.5 * (beam.mirror - departure.as_dvec3()).length_squared());
     beams.iter().map(|beam| beam.flux * share(beam)).sum()
 }
 

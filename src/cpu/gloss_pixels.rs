@@ -39,6 +39,8 @@ pub struct Ray {
     pub target: Option<(u32, u32)>,
     /// (n+2)/(n+1)·cosθ; zero where it left the scene or would start below the surface.
     pub weight: f64,
+    /// Of the image that it met; white where it met none.
+    pub colour: DVec3,
     /// Unit, towards what it meets.
     pub direction: DVec3,
 }
@@ -57,7 +59,7 @@ pub fn trace(
     let u = sample_3d(number, hash_pair(tracing.seed, index)).truncate().as_dvec2();
     let direction = sample_phong_lobe(mirror, exponent, u);
     let cosine = direction.dot(shading);
-    let nothing = Ray { target: None, weight: 0.0, direction };
+    let nothing = Ray { target: None, weight: 0.0, colour: DVec3::ONE, direction };
     if cosine <= 0.0 || direction.dot(geometric.as_dvec3()) <= 0.0 {
         return nothing;
     }
@@ -65,7 +67,8 @@ pub fn trace(
     let Some(hit) = tracing.geometry.closest(origin, direction) else { return nothing };
     let footprint = 0.5 * hit.t * (TAU / ((exponent + 1.0) * f64::from(rays))).sqrt();
     let target = tracing.target(&hit, direction, footprint);
-    Ray { target, weight: cosine * (exponent + 2.0) / (exponent + 1.0), direction }
+    let colour = tracing.geometry.colour(hit.triangle, hit.barycentric);
+    Ray { target, weight: cosine * (exponent + 2.0) / (exponent + 1.0), colour, direction }
 }
 
 /// Radiance that sample `number` of pixel `index` sends to `eye` of a light, straight from it, by its Phong lobe: per unit of the

@@ -50,9 +50,11 @@ impl Walk<'_> {
         let surface = &self.geometry.surfaces[walker.side as usize / 2];
         let normal = self.geometry.normal(walker.side);
 
-        let material = &self.materials[surface.material as usize];
+        let mut material = self.materials[surface.material as usize];
+        let diffuse = material.diffuse.as_dvec3() * self.geometry.colour_at(walker.side, walker.position);
+        material.diffuse = diffuse.as_vec3();
         let mut direction = frame(normal) * sample_cosine(u.truncate().as_dvec2());
-        let mut reflected = material.diffuse.as_dvec3();
+        let mut reflected = diffuse;
         let (mut weight, mut lobe) = (1.0, 0.0);
         if material.flags & MAY_SHINE != 0 {
             let is_editable = material.flags & EDITABLE != 0;
@@ -63,7 +65,7 @@ impl Walk<'_> {
             if walker.depth > 0 {
                 let normal = normal.as_dvec3();
                 if !is_editable {
-                    let found = sample_brdf(material, normal, -walker.incoming, u.truncate().as_dvec2());
+                    let found = sample_brdf(&material, normal, -walker.incoming, u.truncate().as_dvec2());
                     (direction, reflected) = (found.incident, found.weight);
                     weight = direction.dot(normal) / (PI * found.pdf);
                 }

@@ -39,12 +39,14 @@ impl LitScene<'_> {
             (true, 0) => smooth.normalize(),
             (true, _) => -smooth.normalize(),
         };
+        let mut material = self.materials[surface.material as usize];
+        material.diffuse *= self.geometry.colour(hit.triangle, hit.barycentric).as_vec3();
         Vertex {
             position: hit.position.as_vec3(),
             geometric,
             shading,
             outgoing: -direction.normalize(),
-            material: self.materials[surface.material as usize],
+            material,
         }
     }
 

@@ -76,11 +76,12 @@ impl Photons<'_> {
         };
         let side = self.scene.geometry.side(hit.triangle, path.direction);
         let normal = self.scene.geometry.normal(side);
-        let material =
+        let mut material =
             self.scene.materials[self.scene.geometry.surfaces[hit.triangle as usize].material as usize];
         let position = hit.position.as_vec3();
         let is_diffuse = material.diffuse.max_element() > 0.0;
         let arrival = Arrival { position, side: if is_diffuse { side } else { NO_SIDE }, flux: path.flux };
+        material.diffuse *= self.scene.geometry.colour(hit.triangle, hit.barycentric).as_vec3();
         path.depth += 1;
 
         let stream = hash_pair(self.seed, path.light);

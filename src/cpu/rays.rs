@@ -1,5 +1,6 @@
 //! Twin of the ray traversal: tries every triangle.
 
+use crate::cpu::textures::Textures;
 use crate::scene::{Triangle, hvds::Hvds};
 use crate::types::{NO_CLUSTER, Surface};
 use glam::{DVec3, Vec3};
@@ -11,6 +12,8 @@ pub struct Geometry<'a> {
     pub triangles: &'a [Triangle],
     /// In the same order.
     pub surfaces: &'a [Surface],
+    /// Images on them.
+    pub textures: Textures<'a>,
     /// How far ray origins stay off surfaces, metres.
     pub clear_distance: f32,
 }
@@ -77,6 +80,25 @@ impl Geometry<'_> {
     pub fn normal(&self, side: u32) -> Vec3 {
         let normal = self.surfaces[side as usize / 2].normal;
         if side % 2 == 1 { -normal } else { normal }
+    }
+
+    /// Colour of the image at a point of a triangle; white where its material has none.
+    pub fn colour(&self, triangle: u32, barycentric: DVec3) -> DVec3 {
+        self.textures.colour(self.surfaces[triangle as usize].material, triangle, barycentric)
+    }
+
+    /// Weights of a triangle's corners at a point of its plane.
+    pub fn barycentric_at(&self, triangle: u32, position: DVec3) -> DVec3 {
+        let [p0, p1, p2] = self.triangles[triangle as usize].positions.map(Vec3::as_dvec3);
+        let normal = (p1 - p0).cross(p2 - p0);
+        let [y, z] = [(position - p0).cross(p2 - p0), (p1 - p0).cross(position - p0)]
+            .map(|part| part.dot(normal) / normal.length_squared());
+        DVec3::new(1.0 - y - z, y, z)
+    }
+
+    /// As [`Self::colour`], at a point of a side.
+    pub fn colour_at(&self, side: u32, position: Vec3) -> DVec3 {
+        self.colour(side / 2, self.barycentric_at(side / 2, position.as_dvec3()))
     }
 
     /// The base cluster that holds a point of a side; twin of `glsl/include/grid.glsl`.

@@ -6,10 +6,12 @@ mod one_light;
 pub mod precompute;
 pub mod reference;
 mod scene_buffers;
+mod texture_buffers;
 
 pub use cluster_buffers::ClusterBuffers;
 pub use one_light::OneLight;
 pub use scene_buffers::{LitScene, SceneBuffers, light_sources, reflectances};
+pub use texture_buffers::{TextureBuffers, has_textures};
 
 use crate::layout::Layout;
 
@@ -33,11 +35,13 @@ pub fn layouts() -> Vec<Layout> {
         frame::near_field::LAYOUTS,
         frame::gloss::LAYOUTS,
         frame::gloss_pixels::LAYOUTS,
+        frame::highlights::LAYOUTS,
         frame::gather::LAYOUTS,
         frame::blend::LAYOUTS,
         frame::prefix_sum::LAYOUTS,
         frame::tile_sort::LAYOUTS,
         frame::splat::LAYOUTS,
+        frame::pixel_colours::LAYOUTS,
         frame::compose::LAYOUTS,
         frame::tonemap::LAYOUTS,
         reference::path_trace::LAYOUTS,

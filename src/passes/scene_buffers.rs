@@ -2,9 +2,10 @@
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
+use crate::passes::TextureBuffers;
 use crate::scene::{Light, LightKind, Material, Triangle, bvh::Bvh};
 use crate::types::{self, EDITABLE, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource, MAY_SHINE};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::sync::Arc;
 
 /// Immutable geometry and the material table. Triangles and surfaces stand in BVH leaf order.
@@ -17,18 +18,21 @@ pub struct SceneBuffers {
     pub surfaces: Buffer,
     /// `Reflectance` of each material.
     pub materials: Buffer,
+    /// Images that materials take their diffuse albedo from.
+    pub textures: TextureBuffers,
 }
 
 impl SceneBuffers {
-    /// Uploads a scene; `triangles` in the tree's order.
+    /// Uploads a scene; `triangles` in the tree's order, and so their image coordinates, if there are any.
     ///
     /// # Errors
-    /// The device lacks memory.
+    /// [`Error::OutOfMemory`](crate::Error::OutOfMemory) if the images are larger than the device can bind; the device lacks memory.
     pub fn new(
         context: &Arc<Context>,
         bvh: &Bvh,
         triangles: &[Triangle],
         surfaces: &[types::Surface],
+        coordinates: &[[Vec2; 3]],
         materials: &[Material],
     ) -> Result<Self> {
         let corners: Vec<types::Triangle> = triangles
@@ -40,6 +44,7 @@ impl SceneBuffers {
             triangles: Buffer::from_slice(context, "triangles", &corners)?,
             surfaces: Buffer::from_slice(context, "surfaces", surfaces)?,
             materials: Buffer::from_slice(context, "materials", &reflectances(materials))?,
+            textures: TextureBuffers::new(context, coordinates, materials)?,
         })
     }
 }
@@ -56,7 +61,7 @@ pub struct LitScene<'a> {
 }
 
 impl<'a> LitScene<'a> {
-    /// The first bindings of such a pass, and then its own.
+    /// The bindings of such a pass, its own between those for the scene and those for its images.
     pub fn bindings_and<const N: usize>(
         &self,
         own: [(&'static str, &'a Buffer); N],
@@ -68,7 +73,7 @@ impl<'a> LitScene<'a> {
             ("Materials", &self.buffers.materials),
             ("Lights", self.lights),
         ];
-        scene.into_iter().chain(own).collect()
+        scene.into_iter().chain(self.buffers.textures.after(own)).collect()
     }
 }
 

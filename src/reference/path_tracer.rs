@@ -52,7 +52,7 @@ impl PathTracer {
             Ok(Half { sums, seed: hash_pair(scene.scene.quality.seed, number), samples: 0 })
         };
         Ok(Self {
-            pass: PathTrace::new(context, &scene.view)?,
+            pass: PathTrace::new(context, &scene.buffers, &scene.view)?,
             halves: [half(0)?, half(1)?],
             chunks: Chunks::new(4, TILE_LIMIT),
             device_ms: 0.0,

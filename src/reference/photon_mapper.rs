@@ -92,9 +92,14 @@ impl PhotonMapper {
         Ok(Self {
             powers: scene.light_sources.iter().map(power).collect(),
             reachable: Reachable::new(context, &scene)?,
-            trace: PhotonTrace::new(context, PATHS + scene.light_sources.len() as u32, sphere)?,
+            trace: PhotonTrace::new(
+                context,
+                &scene.buffers,
+                PATHS + scene.light_sources.len() as u32,
+                sphere,
+            )?,
             estimate: PhotonIrradiance::new(context)?,
-            gather: PhotonGather::new(context)?,
+            gather: PhotonGather::new(context, &scene.buffers)?,
             photons: PhotonMap::new(context, SLOTS)?,
             points: None,
             paths: PATHS,

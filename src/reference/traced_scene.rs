@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
-use crate::passes::frame::primary::Primary;
+use crate::passes::frame::{pixel_colours::PixelColours, primary::Primary};
 use crate::passes::{LitScene, SceneBuffers, light_sources};
 use crate::scene::{Scene, bvh::Bvh, surfaces};
 use crate::types::{LightSource, NO_SIDE, PixelSurface, Surface, View};
@@ -48,13 +48,20 @@ impl TracedScene {
             return Err(Error::Usage("the scene has no triangle".into()));
         }
         let bvh = Bvh::build(&scene.triangles)?;
-        scene.triangles = bvh.order.iter().map(|&index| scene.triangles[index as usize]).collect();
+        scene.reorder(&bvh.order);
         let surfaces: Vec<Surface> =
             scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
         let light_sources = light_sources(&scene.lights);
         Ok(Self {
             context: context.clone(),
-            buffers: SceneBuffers::new(context, &bvh, &scene.triangles, &surfaces, &scene.materials)?,
+            buffers: SceneBuffers::new(
+                context,
+                &bvh,
+                &scene.triangles,
+                &surfaces,
+                &scene.texture_coordinates,
+                &scene.materials,
+            )?,
             lights: Buffer::from_slice(context, "lights", &light_sources)?,
             view: View::from(&scene.cameras[0]),
             surfaces,
@@ -88,21 +95,16 @@ impl TracedScene {
     /// The device lacks memory or failed.
     pub fn first_hits(&self) -> Result<FirstHits> {
         let primary = Primary::new(&self.context, self.pixel_count())?;
+        let colours = PixelColours::new(&self.context, &self.buffers, self.pixel_count(), 0)?;
         self.context.run(|rec| primary.record(rec, &self.buffers, &self.view))?;
+        self.context.run(|rec| colours.record(rec, &self.buffers, &self.view, &primary.pixels, None))?;
         let pixels: Vec<PixelSurface> = primary.pixels.read()?;
-        let albedo = |pixel: &PixelSurface| match pixel.side {
-            NO_SIDE => [0.0; 3],
-            side => {
-                let material = self.surfaces[side as usize / 2].material;
-                self.scene.materials[material as usize].diffuse.to_array()
-            }
-        };
         let depth = |pixel: &PixelSurface| match pixel.side {
             NO_SIDE => [f32::INFINITY; 3],
             _ => Vec3::splat((pixel.position - self.view.position).dot(self.view.forward)).to_array(),
         };
         Ok(FirstHits {
-            albedo: pixels.iter().map(albedo).collect(),
+            albedo: colours.albedos(&pixels, &self.surfaces, &self.scene.materials)?,
             normal: pixels.iter().map(|pixel| pixel.normal.to_array()).collect(),
             depth: pixels.iter().map(depth).collect(),
         })

@@ -5,7 +5,8 @@ use crate::gpu::{Buffer, PassTiming};
 use crate::passes::OneLight;
 use crate::passes::frame::{
     antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
-    gather::Gather, hvds::Pyramid, path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
+    gather::Gather, hvds::Pyramid, path_scan::PathScan, pixel_colours::PixelColours, primary::Primary,
+    splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 
@@ -31,6 +32,9 @@ impl Renderer {
         let surface = self.primary.pixels.bytes();
         let clusters = self.pyramid.irradiance.bytes();
         let deposits = self.path_scan.deposits.bytes();
+        let [steps, once] = self.path_scan.step_bytes();
+        let [pixel_colours, edge_colours] =
+            [&self.pixel_colours.of_pixels, &self.pixel_colours.of_edges].map(Buffer::bytes);
         let weights = self.splat.weight_bytes();
         let image = 12 * pixels;
         let mut bytes = Account::new();
@@ -43,7 +47,7 @@ impl Renderer {
                 FormFactors::STEM => due_factors * 20 * paths,
                 FormFactors::FLUX_STEM => (4 * lights + 12) * paths,
                 // Steps are read twice, deposits written one vec3 at a time.
-                PathScan::STEM => 2 * self.path_scan.step_bytes() + deposits,
+                PathScan::STEM => 2 * steps + once + deposits,
                 Pyramid::STEM => deposits + 12 * paths + 3 * clusters,
                 Gather::STEM => self.gather.rays.bytes() + clusters + records,
                 Blend::STEM => self.blend.list_bytes() + 2 * records + self.gather.cache_points.bytes(),
@@ -52,8 +56,12 @@ impl Renderer {
                 }
                 Splat::APPLY_STEM => surface + weights + records + image,
                 Antialias::STEM => surface + 8 * pixels + edge_surfaces + 4 * samples,
+                PixelColours::STEM => surface + edge_surfaces + pixel_colours + edge_colours,
                 Antialias::SHADOW_STEM => due_layers * (edge_surfaces + 4 * samples + 16 * pixels),
-                Compose::STEM => surface + 3 * image + 4 * pixels + 12 * samples + edge_surfaces,
+                Compose::STEM => {
+                    let colours = pixel_colours + edge_colours;
+                    surface + 3 * image + 4 * pixels + 12 * samples + edge_surfaces + colours
+                }
                 Tonemap::STEM => image + 4 * pixels,
                 _ => continue,
             };

@@ -3,7 +3,7 @@
 use super::Renderer;
 use super::changes::{Changes, Edited, Work};
 use crate::error::{Error, Result};
-use crate::passes::precompute::light_paths::editable_bits;
+use crate::passes::precompute::path_orders::editable_bits;
 use crate::scene::{Light, LightKind, Material};
 use crate::types::View;
 use glam::Vec3;
@@ -72,7 +72,7 @@ impl Renderer {
         Ok(removed)
     }
 
-    /// Changes a material's diffuse albedo, as [`Self::set_material`] does.
+    /// Changes a material's diffuse albedo, which an image of it is multiplied with, as [`Self::set_material`] does.
     ///
     /// # Errors
     /// The device failed.

@@ -4,6 +4,7 @@ mod accounts;
 mod changes;
 mod edits;
 mod lights;
+mod outputs;
 mod precompute;
 mod report;
 mod shine;
@@ -12,12 +13,13 @@ mod twins;
 
 pub use crate::passes::precompute::{Progress, Silent};
 pub use changes::Work;
+pub use outputs::StageBuffers;
 pub use report::{Columns, FrameReport, Layer, Statistics};
 pub use twins::{Exact, Stage};
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, Recorder};
+use crate::gpu::{Context, Recorder};
 use crate::passes::frame::{
     antialias::Antialias,
     blend::Blend,
@@ -28,17 +30,16 @@ use crate::passes::frame::{
     hvds::Pyramid,
     near_field::NearField,
     path_scan::PathScan,
+    pixel_colours::PixelColours,
     primary::Primary,
     splat::Splat,
     tonemap::Tonemap,
 };
-use crate::passes::precompute::gather_rays::RayTable;
-use crate::passes::precompute::light_paths::PathGroup;
+use crate::passes::precompute::path_orders::PathGroup;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::Scene;
-use crate::types::{NO_SIDE, PixelSurface, Surface, View};
+use crate::types::{Surface, View};
 use changes::{Changes, Stages};
-use glam::Vec3;
 use lights::Lights;
 use shine::Shine;
 use std::sync::Arc;
@@ -68,6 +69,7 @@ pub struct Renderer {
     shine: Option<Shine>,
     blend: Blend,
     splat: Splat,
+    pixel_colours: PixelColours,
     compose: Compose,
     tonemap: Tonemap,
     exposure_stops: f32,
@@ -93,7 +95,7 @@ impl Renderer {
         let (factor_count, point_count) = (form_factors.point_count(), direct.point_count());
         let shines = made.gloss.is_some();
         let (paths, bits) = ((factor_count, made.area_m2), made.code.cluster_bits);
-        let shine = |tables| Shine::new(context, &scene, &tables, paths, bits);
+        let shine = |tables| Shine::new(context, &scene, &made.buffers, &tables, paths, bits);
         let shine = made.gloss.map(shine).transpose()?;
         let gloss_room = shine.as_ref().map(Shine::room);
         Ok(Self {
@@ -102,11 +104,13 @@ impl Renderer {
             lights: Lights::new(context, &scene.lights, factor_count, point_count, gloss_room)?,
             primary: Primary::new(context, pixels)?,
             direct,
+            pixel_colours: PixelColours::new(context, &made.buffers, pixels, antialias.capacity)?,
             antialias,
             form_factors,
             path_scan: PathScan::new(
                 context,
                 &made.paths.steps,
+                &made.paths.colours,
                 &made.paths.arrivals.lobes,
                 &made.paths.deposits,
             )?,
@@ -126,7 +130,7 @@ impl Renderer {
             blend: Blend::new(context, &made.neighbourhoods)?,
             splat: Splat::new(context, made.point_count, size)?,
             shine,
-            compose: Compose::new(context, pixels, shines)?,
+            compose: Compose::new(context, &made.buffers, pixels, shines)?,
             tonemap: Tonemap::new(context, pixels)?,
             exposure_stops: 0.0,
             clusters: made.clusters,
@@ -172,6 +176,10 @@ impl Renderer {
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.antialias.record(rec, &self.buffers, &self.view, pixels);
             rec.barrier(COMPUTE_TO_COMPUTE);
+            if self.buffers.textures.are_used {
+                self.pixel_colours.record(rec, &self.buffers, &self.view, pixels, Some(&self.antialias));
+                rec.barrier(COMPUTE_TO_COMPUTE);
+            }
         }
         if let Some(shine) = self.shine.as_ref().filter(|_| stages.lobes) {
             shine.record_rays(rec, &self.buffers, &self.clusters, pixels, &self.view);
@@ -285,15 +293,8 @@ impl Renderer {
             indirect: &self.splat.irradiance,
             gloss: self.shine.as_ref().map(|shine| &shine.pixels.radiance),
             antialias: &self.antialias,
+            colours: &self.pixel_colours,
         }
-    }
-
-    /// The last frame for eyes: sRGB codes R, G, B, 255, row by row from the top.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn display(&self) -> Result<Vec<[u8; 4]>> {
-        self.tonemap.display.read()
     }
 
     /// Width and height in pixels.
@@ -305,101 +306,4 @@ impl Renderer {
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
-
-    /// A layer of the last frame, row by row from the top, linear Rec.709.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn layer(&self, layer: Layer) -> Result<Vec<[f32; 3]>> {
-        let pixels = || self.primary.pixels.read::<PixelSurface>();
-        let albedo = |pixel: &PixelSurface| match pixel.side {
-            NO_SIDE => Vec3::ZERO,
-            side => self.scene.materials[self.surfaces[side as usize / 2].material as usize].diffuse,
-        };
-        // Composed again with a share of the light only; then the picture is put back.
-        let share = |shares: [f32; 2]| -> Result<Vec<[f32; 3]>> {
-            let compose = |shares| {
-                self.context.run(|rec| self.compose.record(rec, &self.buffers, self.irradiances(), shares))
-            };
-            compose(shares)?;
-            let layer = self.compose.radiance.read()?;
-            compose([1.0, 1.0])?;
-            Ok(layer)
-        };
-        match layer {
-            Layer::Beauty => self.compose.radiance.read(),
-            Layer::Direct => share([1.0, 0.0]),
-            Layer::Indirect => share([0.0, 1.0]),
-            Layer::Albedo => Ok(pixels()?.iter().map(|pixel| albedo(pixel).to_array()).collect()),
-            Layer::Normal => Ok(pixels()?.iter().map(|pixel| pixel.normal.to_array()).collect()),
-            Layer::Depth => {
-                let depth = |pixel: &PixelSurface| match pixel.side {
-                    NO_SIDE => f32::INFINITY,
-                    _ => (pixel.position - self.view.position).dot(self.view.forward),
-                };
-                Ok(pixels()?.iter().map(|pixel| [depth(pixel); 3]).collect())
-            }
-        }
-    }
-
-    /// Costs and sizes so far, the last view's shortcomings included.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn statistics(&self) -> Result<Statistics> {
-        let mut statistics = self.statistics.clone();
-        let memory = self.context.memory();
-        statistics.memory_bytes = memory.current_bytes;
-        statistics.peak_memory_bytes = memory.peak_bytes;
-        statistics.largest_binding_bytes = memory.largest_binding_bytes;
-        let (pairs, weights) = self.splat.list_lengths()?;
-        let [edges, shadow_edges] = self.antialias.edge_counts()?;
-        let counts = [
-            ("pixels", self.size()[0] * self.size()[1]),
-            ("edge pixels", edges),
-            ("shadow edge pixels of the light traced last", shadow_edges),
-            ("pixels without a covering record", self.splat.bare_pixel_count()?),
-            ("splat tile pairs", pairs),
-            ("splat weights", weights),
-        ];
-        statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), u64::from(value))));
-        let (skipped, unreached) = self.skipped_light()?;
-        statistics.skipped.extend(skipped);
-        statistics.counts.insert("entry points that no light reaches".into(), unreached);
-        Ok(statistics)
-    }
-
-    /// What the passes can be asked about, for tests: the buffers between the stages.
-    pub fn stages(&self) -> StageBuffers<'_> {
-        StageBuffers {
-            path_flux: &self.form_factors.flux,
-            deposits: &self.path_scan.deposits,
-            cluster_flux: &self.pyramid.flux,
-            cluster_irradiance: &self.pyramid.irradiance,
-            cache_points: &self.gather.cache_points,
-            gather_rays: &self.gather.rays,
-            gathered: &self.gather.records,
-            records: &self.blend.records,
-        }
-    }
-}
-
-/// The buffers between the stages of a frame.
-pub struct StageBuffers<'a> {
-    /// Flux of each path's first vertex, W; three floats.
-    pub path_flux: &'a Buffer,
-    /// `Deposit`s in cluster order.
-    pub deposits: &'a Buffer,
-    /// `ClusterFlux` of each cluster, W.
-    pub cluster_flux: &'a Buffer,
-    /// Irradiance of each cluster, W/m²; three floats.
-    pub cluster_irradiance: &'a Buffer,
-    /// `CachePoint`s.
-    pub cache_points: &'a Buffer,
-    /// `GatherRay`s, a row a cache point.
-    pub gather_rays: &'a RayTable,
-    /// `Record`s of the cache points as gathered.
-    pub gathered: &'a Buffer,
-    /// `Record`s of the cache points, blended.
-    pub records: &'a Buffer,
 }

@@ -9,9 +9,9 @@ use crate::passes::precompute::cache_points::{self, Geometry, Placed, Placement,
 use crate::passes::precompute::entry_points::{self, Strata};
 use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, RayTable};
 use crate::passes::precompute::gloss::{self, GlossTables};
-use crate::passes::precompute::light_paths::{self, LightPaths};
 use crate::passes::precompute::neighbours::Neighbourhoods;
-use crate::passes::precompute::{Progress, near_clusters, rays::Rays, sides};
+use crate::passes::precompute::path_orders::LightPaths;
+use crate::passes::precompute::{Progress, light_paths, near_clusters, rays::Rays, sides};
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::directions::{Directions, directions_for, resolved_exponent};
 use crate::scene::{Material, Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, surfaces};
@@ -84,7 +84,7 @@ pub(super) fn precompute(
 
     progress.stage("acceleration structure", 1);
     let bvh = Bvh::build(&scene.triangles)?;
-    scene.triangles = bvh.order.iter().map(|&index| scene.triangles[index as usize]).collect();
+    scene.reorder(&bvh.order);
     watch.lap("acceleration structure");
 
     progress.stage("surfaces", 1);
@@ -245,7 +245,14 @@ fn reachable_surfaces(
     let pairs = scene.triangles.iter().zip(sees);
     let mut surfaces: Vec<Surface> =
         pairs.map(|(triangle, active)| surfaces::surface(triangle, active)).collect();
-    let buffers = SceneBuffers::new(context, bvh, &scene.triangles, &surfaces, &scene.materials)?;
+    let buffers = SceneBuffers::new(
+        context,
+        bvh,
+        &scene.triangles,
+        &surfaces,
+        &scene.texture_coordinates,
+        &scene.materials,
+    )?;
     let clear_distance = clear_distance(&bvh.nodes[0]);
     sides::deactivate_unreachable(&Rays::new(context)?, &buffers, scene, clear_distance, &mut surfaces)?;
     buffers.surfaces.write(&surfaces)?;

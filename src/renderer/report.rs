@@ -4,7 +4,7 @@ use crate::gpu::PassTiming;
 use crate::passes::frame::{
     antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
     gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid, near_field::NearField,
-    path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
+    path_scan::PathScan, pixel_colours::PixelColours, primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 
@@ -48,6 +48,7 @@ impl Columns {
         for pass in passes {
             *match pass.name {
                 Primary::STEM
+                | PixelColours::STEM
                 | Direct::STEM
                 | Direct::SUM_STEM
                 | Antialias::STEM

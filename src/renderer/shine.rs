@@ -33,6 +33,7 @@ impl Shine {
     pub(super) fn new(
         context: &Arc<Context>,
         scene: &Scene,
+        buffers: &SceneBuffers,
         tables: &GlossTables,
         (path_count, area_m2): (u32, f32),
         cluster_bits: u32,
@@ -41,8 +42,8 @@ impl Shine {
         let [width, height] = scene.cameras[0].size;
         let directions = Directions::new(quality.directions);
         Ok(Self {
-            clusters: Gloss::new(context, tables, directions, path_count, area_m2)?,
-            pixels: GlossPixels::new(context, width * height, quality.gloss_rays, cluster_bits)?,
+            clusters: Gloss::new(context, buffers, tables, directions, path_count, area_m2)?,
+            pixels: GlossPixels::new(context, buffers, width * height, quality.gloss_rays, cluster_bits)?,
             may_shine: scene.materials.iter().map(Material::may_shine).collect(),
             shines: has_lobes(&scene.materials),
             seed: quality.seed,

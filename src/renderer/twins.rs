@@ -6,7 +6,9 @@ use crate::error::Result;
 use crate::gpu::Buffer;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::passes::LitScene;
-use crate::passes::frame::{antialias::Antialias, direct::Direct, gather::Gather};
+use crate::passes::frame::{
+    antialias::Antialias, direct::Direct, gather::Gather, pixel_colours::PixelColours,
+};
 use crate::passes::precompute::Silent;
 use crate::passes::precompute::gather_rays::{self, Hemisphere};
 use crate::passes::reference::irradiance_probe;
@@ -96,7 +98,10 @@ impl Renderer {
     pub fn set_edge_samples(&mut self, samples: u32) -> Result<()> {
         self.scene.quality.edge_samples = samples;
         self.antialias = Antialias::new(&self.context, self.size(), samples)?;
-        self.direct = Direct::new(&self.context, self.size(), self.antialias.capacity)?;
+        let [width, height] = self.size();
+        let capacity = self.antialias.capacity;
+        self.pixel_colours = PixelColours::new(&self.context, &self.buffers, width * height, capacity)?;
+        self.direct = Direct::new(&self.context, self.size(), capacity)?;
         self.lights.resize_layers(self.direct.point_count())?;
         self.view_changed();
         Ok(())

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DQuat, DVec3, EulerRot};
 
 use super::builtin::{self, Files, utf8};
-use super::geometry::{Mesh, assemble};
+use super::geometry::{Assembled, Mesh, assemble};
 use super::material::Override;
 use super::settings::{SECTIONS, Setting};
 use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
@@ -48,7 +48,7 @@ impl Scene {
         models.iter().try_for_each(|setting| setting.apply(&mut source.root, None))?;
         let mut warnings = Vec::new();
         let Models { meshes, mut materials, undefined } = source.load_models(&mut warnings)?;
-        let (triangles, origin) =
+        let Assembled { triangles, coordinates, origin } =
             assemble(&meshes, &mut warnings).map_err(|message| Error::input(&file, message))?;
         source.complete(|| fit::View::new(&triangles, origin), &mut warnings)?;
         others.iter().try_for_each(|setting| setting.apply(&mut source.root, chosen))?;
@@ -59,9 +59,11 @@ impl Scene {
             Some(node) => Quality::read(&Section::new(&file, "quality", node)?)?,
             None => Quality::default(),
         };
+        let is_textured = materials.iter().any(|material| material.texture.is_some());
         let mut scene = Self {
             name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             triangles,
+            texture_coordinates: if is_textured { coordinates } else { Vec::new() },
             materials,
             lights: read_lights(&file, root, origin)?,
             cameras: read_cameras(&file, root, origin)?,

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
 
 use super::Triangle;
 
@@ -20,6 +20,8 @@ pub(super) struct Mesh {
     pub(super) positions: Vec<DVec3>,
     /// One a position, not necessarily unit; or none at all.
     pub(super) normals: Vec<DVec3>,
+    /// Image coordinates, one a position; none where the material has no image.
+    pub(super) coordinates: Vec<DVec2>,
     /// Three a triangle.
     pub(super) indices: Vec<u32>,
     pub(super) material: u32,
@@ -46,12 +48,18 @@ struct Repairs {
     flipped_normals: usize,
 }
 
-/// Recentres the meshes on the middle of their bounding box and drops what has no area or is there twice. Returns the
-/// triangles and what was subtracted; where nothing usable is left, why.
-pub(super) fn assemble(
-    meshes: &[Mesh],
-    warnings: &mut Vec<String>,
-) -> Result<(Vec<Triangle>, DVec3), String> {
+/// What the meshes come to.
+pub(super) struct Assembled {
+    pub(super) triangles: Vec<Triangle>,
+    /// Image coordinates of each triangle's corners; none at all where no mesh has any.
+    pub(super) coordinates: Vec<[Vec2; 3]>,
+    /// What was subtracted from all positions.
+    pub(super) origin: DVec3,
+}
+
+/// Recentres the meshes on the middle of their bounding box and drops what has no area or is there twice. Where nothing
+/// usable is left, says why.
+pub(super) fn assemble(meshes: &[Mesh], warnings: &mut Vec<String>) -> Result<Assembled, String> {
     let count: usize = meshes.iter().map(|mesh| mesh.indices.len() / 3).sum();
     if count > MAX_TRIANGLES {
         return Err(format!("{count} triangles are too many: at most {MAX_TRIANGLES} can be traced"));
@@ -69,6 +77,8 @@ pub(super) fn assemble(
     let mut repairs = Repairs::default();
     let mut seen = HashSet::with_capacity(count);
     let mut triangles = Vec::with_capacity(count);
+    let has_coordinates = meshes.iter().any(|mesh| !mesh.coordinates.is_empty());
+    let mut coordinates = Vec::new();
     for mesh in meshes {
         for corners in mesh.indices.chunks_exact(3) {
             let corners = [corners[0], corners[1], corners[2]].map(|index| index as usize);
@@ -82,6 +92,11 @@ pub(super) fn assemble(
                 let stated = corners.map(|index| mesh.normals.get(index).copied());
                 triangle.normals = shading_normals(&triangle, stated, &mut repairs);
                 triangles.push(triangle);
+                if has_coordinates {
+                    let place =
+                        |index: usize| mesh.coordinates.get(index).copied().unwrap_or_default().as_vec2();
+                    coordinates.push(corners.map(place));
+                }
             }
         }
     }
@@ -89,7 +104,7 @@ pub(super) fn assemble(
     if triangles.is_empty() {
         return Err(format!("no triangle with an area is left of {count}"));
     }
-    Ok((triangles, origin))
+    Ok(Assembled { triangles, coordinates, origin })
 }
 
 fn is_degenerate(positions: [Vec3; 3]) -> bool {

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::texture::Texture;
 use super::value::Section;
 use crate::Result;
 
@@ -15,6 +16,8 @@ pub struct Material {
     pub name: String,
     /// Diffuse albedo ρ_d, each channel in 0..=1.
     pub diffuse: Vec3,
+    /// An image that `diffuse` is multiplied with, texel by texel.
+    pub texture: Option<Texture>,
     /// Specular albedo ρ_s; ρ_d + ρ_s ≤ 1 in each channel.
     pub specular: Vec3,
     /// Phong exponent n ≥ 1; meaningless where specular is zero.
@@ -26,7 +29,14 @@ pub struct Material {
 impl Material {
     /// Matt grey.
     pub(super) fn neutral(name: &str) -> Self {
-        Self { name: name.to_owned(), diffuse: NEUTRAL, specular: Vec3::ZERO, exponent: 1.0, editable: false }
+        Self {
+            name: name.to_owned(),
+            diffuse: NEUTRAL,
+            texture: None,
+            specular: Vec3::ZERO,
+            exponent: 1.0,
+            editable: false,
+        }
     }
 
     /// Whether it has a Phong lobe or may get one at run time.
@@ -48,7 +58,7 @@ impl Material {
     }
 }
 
-/// A `[[material]]` of the scene file: what it states replaces what the model says.
+/// A `[[material]]` of the scene file: what it states replaces what the model says. A diffuse albedo replaces an image, too.
 pub(super) struct Override {
     /// Which material.
     pub(super) name: String,
@@ -71,7 +81,9 @@ impl Override {
     }
 
     pub(super) fn apply(&self, material: &mut Material) {
-        material.diffuse = self.diffuse.unwrap_or(material.diffuse);
+        if let Some(diffuse) = self.diffuse {
+            (material.diffuse, material.texture) = (diffuse, None);
+        }
         material.specular = self.specular.unwrap_or(material.specular);
         material.exponent = self.exponent.unwrap_or(material.exponent);
         material.editable = self.editable.unwrap_or(material.editable);

@@ -3,7 +3,7 @@
 //! World space is right-handed with +Y up. At load the scene is recentred in f64 (`origin` is what was
 //! subtracted), so that f32 coordinates keep their precision however far from the origin a model lies.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 pub mod builtin;
 pub mod bvh;
@@ -17,11 +17,13 @@ pub mod grid;
 pub mod hvds;
 pub mod light;
 pub mod material;
+mod mtl;
 mod obj;
 pub mod quality;
 mod settings;
 pub mod shapes;
 pub mod surfaces;
+pub mod texture;
 mod value;
 
 pub use camera::Camera;
@@ -29,6 +31,7 @@ pub use file::LoadOptions;
 pub use light::{Light, LightKind};
 pub use material::Material;
 pub use quality::Quality;
+pub use texture::{Image, Texture};
 
 /// One triangle with everything a ray hit needs. Positions are recentred world space, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +69,9 @@ pub struct Scene {
     pub name: String,
     /// Non-degenerate triangles, recentred.
     pub triangles: Vec<Triangle>,
+    /// Where the triangles' corners lie in their materials' images, which are 1 wide and high: u from the left, v from below. None
+    /// at all where no material has an image.
+    pub texture_coordinates: Vec<[Vec2; 3]>,
     /// Materials that triangles refer to.
     pub materials: Vec<Material>,
     /// Lights, recentred; may be empty only where a command says so.
@@ -81,6 +87,15 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Puts triangles into another order: the new ones' old indices.
+    pub fn reorder(&mut self, order: &[u32]) {
+        self.triangles = order.iter().map(|&index| self.triangles[index as usize]).collect();
+        if !self.texture_coordinates.is_empty() {
+            let coordinates = order.iter().map(|&index| self.texture_coordinates[index as usize]);
+            self.texture_coordinates = coordinates.collect();
+        }
+    }
+
     /// Total one-sided surface area, m².
     pub fn area_m2(&self) -> f64 {
         self.triangles.iter().map(Triangle::area_m2).sum()
@@ -107,6 +122,11 @@ impl Scene {
             row("bounds", format!("{low:.3} to {high:.3} m")),
             row("materials", names(self.materials.iter().map(|material| material.name.as_str()).collect())),
         ];
+        let images = self.materials.iter().filter_map(|material| {
+            let [width, height] = material.texture.as_ref()?.image.size;
+            Some(row("image", format!("{} ({width}×{height})", material.name)))
+        });
+        rows.extend(images);
         rows.extend(
             self.lights.iter().map(|light| row("light", format!("{} ({})", light.name, light.kind.word()))),
         );

@@ -1,18 +1,18 @@
-//! OBJ and MTL files.
+//! OBJ files.
 //!
 //! `tobj` turns polygons into fans and indices into meshes, but names no line when it fails, panics on a `Kd` of two
 //! numbers, takes polylines for faces, and lends a face without normals those of another. So every line is checked
-//! first, and `tobj` reads only what passed: positions (f64), normals, faces with absolute indices, materials.
+//! first, and `tobj` reads only what passed: positions (f64), normals, texture coordinates, faces with absolute indices.
 
-use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3};
 
 use super::builtin::{Files, utf8};
 use super::geometry::Mesh;
-use super::material::{Material, NEUTRAL};
+use super::material::Material;
+use super::mtl::{self, Definition};
 use crate::{Error, Result};
 
 /// What an OBJ file and its MTL files hold.
@@ -34,20 +34,20 @@ const NO_MATERIAL: &str = "default";
 /// out of range, an MTL file that cannot be read; and where there is no face at all.
 pub(super) fn load(files: Files, path: &Path, text: &str, warnings: &mut Vec<String>) -> Result<Model> {
     let checked = check(path, text)?;
-    let mut materials: Vec<Material> = Vec::new();
+    let mut definitions: Vec<Definition> = Vec::new();
     for (line, library) in &checked.libraries {
         let file = path.with_file_name("").join(library);
         let fault = |what| Error::input_at(path, *line, format!("mtllib: {:?} {what}", file.display()));
         let text = utf8(&file, files.read(&file).map_err(fault)?)?;
-        for material in load_materials(&file, &text, warnings)? {
-            materials.retain(|earlier| earlier.name != material.name);
-            materials.push(material);
+        for definition in mtl::load(files, &file, &text, warnings)? {
+            definitions.retain(|earlier| earlier.material.name != definition.material.name);
+            definitions.push(definition);
         }
     }
     let mut undefined = Vec::new();
     for (line, name) in checked.used {
-        if !materials.iter().any(|material| material.name == name) {
-            materials.push(Material::neutral(&name));
+        if !definitions.iter().any(|definition| definition.material.name == name) {
+            definitions.push(Definition::new(Material::neutral(&name)));
             if name != NO_MATERIAL {
                 undefined.push((line, name));
             }
@@ -55,23 +55,41 @@ pub(super) fn load(files: Files, path: &Path, text: &str, warnings: &mut Vec<Str
     }
     // The materials are known already: `tobj` gets their names.
     let library = |_: &Path| {
-        let indices = materials.iter().enumerate().map(|(index, material)| (material.name.clone(), index));
-        Ok((vec![tobj::Material::default(); materials.len()], indices.collect()))
+        let named = |(index, definition): (usize, &Definition)| (definition.material.name.clone(), index);
+        let indices = definitions.iter().enumerate().map(named).collect();
+        Ok((vec![tobj::Material::default(); definitions.len()], indices))
     };
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ..Default::default() };
     let (models, _) = tobj::load_obj_buf(&mut checked.text.as_bytes(), &options, library)
         .map_err(|fault| Error::input(path, format!("cannot be read: {fault}")))?;
-    let meshes: Vec<Mesh> =
-        models.into_iter().filter(|model| !model.mesh.indices.is_empty()).map(convert).collect();
+    let models = models.into_iter().filter(|model| !model.mesh.indices.is_empty());
+    let meshes: Vec<Mesh> = models.map(|model| convert(model, &definitions)).collect();
     if meshes.is_empty() {
         return Err(Error::input(path, "holds no face: an OBJ file with `v` and `f` lines was expected"));
     }
+    let is_bare = |mesh: &&Mesh| {
+        mesh.coordinates.is_empty() && definitions[mesh.material as usize].material.texture.is_some()
+    };
+    let bare: usize = meshes.iter().filter(is_bare).map(|mesh| mesh.indices.len() / 3).sum();
+    if bare > 0 {
+        warnings.push(format!(
+            "{:?}: {bare} triangles of materials with an image have no texture coordinates: they show its lower left corner",
+            path.display()
+        ));
+    }
+    let materials = definitions.into_iter().map(|definition| definition.material).collect();
     Ok(Model { meshes, materials, undefined })
 }
 
-fn convert(model: tobj::Model) -> Mesh {
+fn convert(model: tobj::Model, definitions: &[Definition]) -> Mesh {
     let points = |numbers: &[f64]| numbers.chunks_exact(3).map(DVec3::from_slice).collect();
+    let definition = model.mesh.material_id.and_then(|index| definitions.get(index));
+    let place = |d: &Definition| {
+        let place = |vt: &[f64]| d.scale * DVec2::from_slice(vt) + d.offset;
+        model.mesh.texcoords.chunks_exact(2).map(place).collect()
+    };
     Mesh {
+        coordinates: definition.filter(|d| d.material.texture.is_some()).map_or_else(Vec::new, place),
         positions: points(&model.mesh.positions),
         normals: points(&model.mesh.normals),
         indices: model.mesh.indices,
@@ -90,16 +108,19 @@ struct Checked {
     used: Vec<(usize, String)>,
     /// Whether a material is in force.
     has_material: bool,
-    /// Whether the last face had normals.
-    had_normals: Option<bool>,
-    /// How many positions and normals there are.
-    counts: [usize; 2],
-    /// The highest position and normal index seen, and its line: a face may precede its vertices.
-    highest: [(usize, usize); 2],
+    /// Whether the last face had normals, and texture coordinates.
+    had: Option<[bool; 2]>,
+    /// How many positions, normals and texture coordinates there are.
+    counts: [usize; 3],
+    /// The highest index of each seen, and its line: a face may precede its vertices.
+    highest: [(usize, usize); 3],
 }
 
 /// What is wrong with a line.
-type Checking<T> = std::result::Result<T, String>;
+pub(super) type Checking<T> = std::result::Result<T, String>;
+
+/// What the corners of faces refer to.
+const KINDS: [&str; 3] = ["vertices", "normals", "texture coordinates"];
 
 fn check(path: &Path, text: &str) -> Result<Checked> {
     let mut checked = Checked { text: "mtllib all\n".to_owned(), ..Default::default() };
@@ -108,6 +129,7 @@ fn check(path: &Path, text: &str) -> Result<Checked> {
         let line = index + 1;
         let result = match keyword {
             "v" | "vn" => checked.vertex(keyword, rest),
+            "vt" => checked.coordinates(rest),
             "f" => checked.face(line, rest),
             "mtllib" | "usemtl" if rest.is_empty() => Err("a name is missing".to_owned()),
             "mtllib" => {
@@ -122,9 +144,7 @@ fn check(path: &Path, text: &str) -> Result<Checked> {
         };
         result.map_err(|message| Error::input_at(path, line, format!("{keyword}: {message}")))?;
     }
-    for (((index, line), count), kind) in
-        checked.highest.into_iter().zip(checked.counts).zip(["vertices", "normals"])
-    {
+    for (((index, line), count), kind) in checked.highest.into_iter().zip(checked.counts).zip(KINDS) {
         if index > count {
             let message = format!("f: index {index} is out of range: the file has {count} {kind}");
             return Err(Error::input_at(path, line, message));
@@ -134,7 +154,7 @@ fn check(path: &Path, text: &str) -> Result<Checked> {
 }
 
 /// Keyword and the rest of a line.
-fn statement(line: &str) -> (&str, &str) {
+pub(super) fn statement(line: &str) -> (&str, &str) {
     let line = line.trim();
     line.split_once(char::is_whitespace).map_or((line, ""), |(keyword, rest)| (keyword, rest.trim_start()))
 }
@@ -149,6 +169,19 @@ impl Checked {
         }
         self.counts[usize::from(is_normal)] += 1;
         self.write(format_args!("{keyword} {x:e} {y:e} {z:e}\n"));
+        Ok(())
+    }
+
+    fn coordinates(&mut self, rest: &str) -> Checking<()> {
+        let mut words = rest.split_whitespace().take_while(|word| !word.starts_with('#'));
+        let u = words.next().ok_or("one to three numbers were expected")?;
+        let v = words.next().unwrap_or("0");
+        let number = |word: &str| word.parse::<f64>().ok().filter(|number| number.abs() <= 1e6);
+        let (Some(u), Some(v)) = (number(u), number(v)) else {
+            return Err(format!("{rest:?} is not one to three numbers up to 1e6"));
+        };
+        self.counts[2] += 1;
+        self.write(format_args!("vt {u:e} {v:e}\n"));
         Ok(())
     }
 
@@ -169,18 +202,22 @@ impl Checked {
         if !self.has_material {
             self.material(line, NO_MATERIAL);
         }
-        let has_normals = corners.iter().all(|&[_, normal]| normal > 0);
-        if self.had_normals.replace(has_normals).is_some_and(|had| had != has_normals) {
-            // Starts another mesh: those with and without normals must not mix.
+        let has = [1, 2].map(|kind| corners.iter().all(|corner| corner[kind] > 0));
+        if self.had.replace(has).is_some_and(|had| had != has) {
+            // Starts another mesh: those with and without normals, or texture coordinates, must not mix.
             self.text.push_str("o next\n");
         }
         self.text.push('f');
-        for [position, normal] in corners {
-            self.highest[0] = self.highest[0].max((position, line));
-            self.highest[1] = self.highest[1].max((normal, line));
-            match has_normals {
-                true => self.write(format_args!(" {position}//{normal}")),
-                false => self.write(format_args!(" {position}")),
+        for corner in corners {
+            for (highest, index) in self.highest.iter_mut().zip(corner) {
+                *highest = (*highest).max((index, line));
+            }
+            let [position, normal, coordinates] = corner;
+            match has {
+                [true, true] => self.write(format_args!(" {position}/{coordinates}/{normal}")),
+                [true, false] => self.write(format_args!(" {position}//{normal}")),
+                [false, true] => self.write(format_args!(" {position}/{coordinates}")),
+                [false, false] => self.write(format_args!(" {position}")),
             }
         }
         self.text.push('\n');
@@ -193,7 +230,7 @@ impl Checked {
 }
 
 /// Three numbers; more may follow (weights, colours) and count for nothing.
-fn numbers(rest: &str) -> Checking<[f64; 3]> {
+pub(super) fn numbers(rest: &str) -> Checking<[f64; 3]> {
     let mut words = rest.split_whitespace();
     let mut next = || {
         let word = words.next().ok_or("three numbers were expected")?;
@@ -202,10 +239,11 @@ fn numbers(rest: &str) -> Checking<[f64; 3]> {
     Ok([next()?, next()?, next()?])
 }
 
-/// Position and normal index (from 1; 0 for no normal) of `v`, `v/vt`, `v//vn` or `v/vt/vn`.
-fn corner(word: &str, counts: [usize; 2]) -> Checking<[usize; 2]> {
+/// Index of position, normal and texture coordinates (from 1; 0 for none) of `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+fn corner(word: &str, counts: [usize; 3]) -> Checking<[usize; 3]> {
     let malformed = || format!("{word:?} is not a corner: v, v/vt, v//vn or v/vt/vn was expected");
-    let index = |part: &str, count: usize, kind: &str| {
+    let index = |part: &str, of: usize| {
+        let (count, kind) = (counts[of], KINDS[of]);
         let index: i64 = part.parse().map_err(|_| malformed())?;
         // Negative indices count back from the last one so far.
         let absolute = if index < 0 { index.saturating_add_unsigned(count as u64 + 1) } else { index };
@@ -215,74 +253,12 @@ fn corner(word: &str, counts: [usize; 2]) -> Checking<[usize; 2]> {
             .ok_or_else(|| format!("index {index} is out of range: {count} {kind} precede it"))
     };
     let parts: Vec<&str> = word.splitn(4, '/').collect();
-    let normal = match parts[..] {
-        [_] | [_, _] | [_, _, ""] => 0,
-        [_, _, normal] => index(normal, counts[1], "normals")?,
+    let (coordinates, normal) = match parts[..] {
+        [_] => ("", ""),
+        [_, coordinates] => (coordinates, ""),
+        [_, coordinates, normal] => (coordinates, normal),
         _ => return Err(malformed()),
     };
-    Ok([index(parts[0], counts[0], "vertices")?, normal])
-}
-
-/// Reads `Kd`, `Ks` and `Ns`; other statements change nothing, and one warning names those that one would miss.
-fn load_materials(path: &Path, text: &str, warnings: &mut Vec<String>) -> Result<Vec<Material>> {
-    let mut checked = Checked::default();
-    let mut ignored = BTreeSet::new();
-    for (index, content) in text.strip_prefix('\u{feff}').unwrap_or(text).lines().enumerate() {
-        let (keyword, rest) = statement(content);
-        let result = match keyword {
-            "newmtl" if rest.is_empty() => Err("a name is missing".to_owned()),
-            "newmtl" => {
-                checked.write(format_args!("newmtl {rest}\n"));
-                Ok(())
-            }
-            "Kd" | "Ks" | "Ns" => checked.reflectance(keyword, rest),
-            "map_Kd" | "map_Ks" => {
-                ignored.insert(keyword);
-                Ok(())
-            }
-            "Ke" if numbers(rest) != Ok([0.0; 3]) => {
-                ignored.insert(keyword);
-                Ok(())
-            }
-            _ => Ok(()),
-        };
-        result.map_err(|message| Error::input_at(path, index + 1, format!("{keyword}: {message}")))?;
-    }
-    if !ignored.is_empty() {
-        let ignored: Vec<&str> = ignored.into_iter().collect();
-        warnings.push(format!(
-            "{:?}: ignored {}: no textures, no emission",
-            path.display(),
-            ignored.join(", ")
-        ));
-    }
-    let (materials, _) = tobj::load_mtl_buf(&mut checked.text.as_bytes())
-        .map_err(|fault| Error::input(path, format!("cannot be read: {fault}")))?;
-    let vec3 = |values: Option<[f64; 3]>, default| values.map_or(default, |v| DVec3::from(v).as_vec3());
-    let convert = |material: tobj::Material| Material {
-        diffuse: vec3(material.diffuse, NEUTRAL),
-        specular: vec3(material.specular, Vec3::ZERO),
-        // Exporters write 0 for "not shiny".
-        exponent: material.shininess.map_or(1.0, |exponent| (exponent as f32).max(1.0)),
-        ..Material::neutral(&material.name)
-    };
-    Ok(materials.into_iter().map(convert).collect())
-}
-
-impl Checked {
-    /// `Kd` and `Ks` state three numbers, `Ns` one.
-    fn reflectance(&mut self, keyword: &str, rest: &str) -> Checking<()> {
-        if self.text.is_empty() {
-            return Err("a `newmtl` line must come first".to_owned());
-        }
-        let count = if keyword == "Ns" { 1 } else { 3 };
-        let words: Vec<&str> = rest.split_whitespace().take(count).collect();
-        let in_range = |word: &&str| word.parse().is_ok_and(|value: f64| (0.0..=1e6).contains(&value));
-        if words.len() < count || !words.iter().all(in_range) {
-            let expected = if count == 1 { "one number" } else { "three numbers" };
-            return Err(format!("{rest:?} is not {expected} from 0 to 1e6"));
-        }
-        self.write(format_args!("{keyword} {}\n", words.join(" ")));
-        Ok(())
-    }
+    let optional = |part: &str, of: usize| if part.is_empty() { Ok(0) } else { index(part, of) };
+    Ok([index(parts[0], 0)?, optional(normal, 1)?, optional(coordinates, 2)?])
 }

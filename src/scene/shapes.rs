@@ -71,6 +71,7 @@ fn scene(name: &str, triangles: Vec<Triangle>, material: Material, light: Light,
     Scene {
         name: name.to_owned(),
         triangles,
+        texture_coordinates: Vec::new(),
         materials: vec![material],
         lights: vec![light],
         cameras: vec![camera],

@@ -7,6 +7,7 @@ mod compare;
 mod exact;
 mod lights;
 mod sweep;
+mod textures;
 
 use std::fs;
 use std::io::BufReader;

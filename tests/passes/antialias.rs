@@ -1,38 +1,38 @@
-//! Antialiasing: which pixels are sampled, what their samples see, and what becomes of them.
+//! Antialiasing: which pixels are sampled, and what their samples see.
 
 use crate::common::{assert_silent, context};
 use crate::path_trace;
-use crate::world::{FLOAT, Random, SUM, World, assert_near};
-use glam::{DVec3, Vec3};
+use crate::world::World;
+use glam::Vec3;
 use lightpaths::cpu;
 use lightpaths::cpu::antialias::Thresholds;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::antialias::{Antialias, CONTRAST, CREASE, STEP};
-use lightpaths::passes::frame::compose::{Compose, Irradiances};
 use lightpaths::passes::frame::direct::Direct;
-use lightpaths::passes::frame::gloss_pixels::GlossShine;
+use lightpaths::passes::frame::pixel_colours::PixelColours;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::{Camera, shapes};
 use lightpaths::types::{LightSource, NO_SIDE, PixelSurface, View};
 
 /// A frame's part up to the layers of its lights.
-struct Frame {
-    view: View,
-    pixels: Vec<PixelSurface>,
+pub(crate) struct Frame {
+    pub(crate) view: View,
+    pub(crate) pixels: Vec<PixelSurface>,
     /// Of each light: its layer as first traced, and with its shadows' edges averaged.
-    layers: Vec<[Vec<f32>; 2]>,
+    pub(crate) layers: Vec<[Vec<f32>; 2]>,
     /// Shadow edges of each light.
-    shadow_counts: Vec<u32>,
-    irradiance: Vec<Vec3>,
-    antialias: Antialias,
-    offsets: Vec<u32>,
-    buffers: [Buffer; 2],
+    pub(crate) shadow_counts: Vec<u32>,
+    pub(crate) irradiance: Vec<Vec3>,
+    pub(crate) antialias: Antialias,
+    pub(crate) offsets: Vec<u32>,
+    pub(crate) buffers: [Buffer; 2],
+    pub(crate) colours: PixelColours,
 }
 
 impl Frame {
-    fn new(world: &World, lights: &[LightSource], camera: &Camera, most_samples: u32) -> Self {
+    pub(crate) fn new(world: &World, lights: &[LightSource], camera: &Camera, most_samples: u32) -> Self {
         Self::with_room(world, lights, camera, most_samples, u32::MAX)
     }
 
@@ -49,6 +49,8 @@ impl Frame {
         let mut antialias = Antialias::new(context, size, most_samples).unwrap();
         antialias.capacity = antialias.capacity.min(room);
         let direct = Direct::new(context, size, antialias.capacity).unwrap();
+        let colours =
+            PixelColours::new(context, &world.buffers, size[0] * size[1], antialias.capacity).unwrap();
         let table = Buffer::from_slice(context, "lights", lights).unwrap();
         let layer = || Buffer::storage(context, "layer", 4 * u64::from(direct.point_count())).unwrap();
         let buffers: Vec<Buffer> = lights.iter().map(|_| layer()).collect();
@@ -57,6 +59,8 @@ impl Frame {
                 primary.record(rec, &world.buffers, &view);
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 antialias.record(rec, &world.buffers, &view, &primary.pixels);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+                colours.record(rec, &world.buffers, &view, &primary.pixels, Some(&antialias));
             })
             .unwrap();
         let (mut layers, mut shadow_counts) = (Vec::new(), Vec::new());
@@ -91,37 +95,38 @@ impl Frame {
             offsets: antialias.offsets.read().unwrap(),
             antialias,
             buffers: [primary.pixels, direct.irradiance],
+            colours,
         }
     }
 
-    fn edge_count(&self) -> u32 {
+    pub(crate) fn edge_count(&self) -> u32 {
         *self.offsets.last().unwrap()
     }
 
-    fn edge_pixels(&self) -> Vec<u32> {
+    pub(crate) fn edge_pixels(&self) -> Vec<u32> {
         (0..self.pixels.len()).filter(|&i| self.offsets[i + 1] > self.offsets[i]).map(|i| i as u32).collect()
     }
 
     /// Samples of each of so many edge pixels.
-    fn samples_per_edge(&self, edge_count: u32) -> u32 {
+    pub(crate) fn samples_per_edge(&self, edge_count: u32) -> u32 {
         cpu::antialias::samples_per_edge(edge_count, self.antialias.most_samples, self.antialias.capacity)
     }
 
     /// Samples of the edges of geometry: surfaces and sources.
-    fn samples(&self) -> Vec<(PixelSurface, u32)> {
+    pub(crate) fn samples(&self) -> Vec<(PixelSurface, u32)> {
         let count = (self.edge_count() * self.samples_per_edge(self.edge_count())) as usize;
         let surfaces: Vec<PixelSurface> = self.antialias.edge_surfaces.read_range(0, count).unwrap();
         surfaces.into_iter().zip(self.antialias.edge_sources.read_range(0, count).unwrap()).collect()
     }
 }
 
-fn camera(size: [u32; 2], distance: f32) -> Camera {
+pub(crate) fn camera(size: [u32; 2], distance: f32) -> Camera {
     let position = Vec3::new(0.1, 0.05, 0.48) * distance;
     let target = Vec3::new(-0.1, -0.2, 0.0);
     Camera { name: "camera".to_owned(), position, target, up: Vec3::Y, fov_y_degrees: 95.0, size }
 }
 
-fn lights() -> Vec<LightSource> {
+pub(crate) fn lights() -> Vec<LightSource> {
     vec![
         LightSource::point(Vec3::new(0.1, 0.7, -0.2), Vec3::new(1.0, 2.0, 3.0)),
         LightSource::point(Vec3::new(-0.9, -0.7, 0.45), Vec3::new(1.0, 0.0, 1e-4)),
@@ -300,74 +305,6 @@ fn many_edges_share_the_room_that_there_is() {
         let frame = Frame::with_room(&world, &lights(), &camera, 16, room);
         assert_eq!(frame.samples_per_edge(edges), expected);
         assert_eq!(frame.samples().len() as u32, expected * edges);
-    }
-    assert_silent(&context());
-}
-
-#[test]
-fn pictures_equal_the_twin() {
-    let world = World::room();
-    let mut random = Random::new(73);
-    for (size, most, share) in [
-        ([13, 11], 128, [1.0, 1.0]),
-        ([31, 17], 256, [0.0, 1.0]),
-        ([31, 17], 256, [1.0, 0.0]),
-        ([31, 17], 0, [1.0; 2]),
-    ] {
-        let frame = Frame::new(&world, &lights(), &camera(size, 1.0), most);
-        let indirect: Vec<Vec3> = frame.pixels.iter().map(|_| 1.0 + random.cube()).collect();
-        let buffer = Buffer::from_slice(&world.context, "indirect", &indirect).unwrap();
-        let pass = Compose::new(&world.context, frame.pixels.len() as u32, true).unwrap();
-        let shine =
-            |random: &mut Random| GlossShine { direct: 1.0 + random.cube(), indirect: 1.0 + random.cube() };
-        let shine: Vec<GlossShine> = frame.pixels.iter().map(|_| shine(&mut random)).collect();
-        let gloss = Buffer::from_slice(&world.context, "gloss radiance", &shine).unwrap();
-        let irradiances = Irradiances {
-            pixels: &frame.buffers[0],
-            direct: &frame.buffers[1],
-            indirect: &buffer,
-            gloss: Some(&gloss),
-            antialias: &frame.antialias,
-        };
-        world.context.run(|rec| pass.record(rec, &world.buffers, irradiances, share)).unwrap();
-        let radiance: Vec<Vec3> = pass.radiance.read().unwrap();
-        let material_of = |side: u32| world.surfaces[side as usize / 2].material;
-        let reflected = |pixel: usize, side: u32, direct: Vec3, source: usize| {
-            if side == NO_SIDE {
-                return DVec3::ZERO;
-            }
-            let albedo = world.materials[material_of(side) as usize].diffuse;
-            // A pixel's shine is that of its centre's material.
-            let centre = frame.pixels[pixel].side;
-            let is_own = centre != NO_SIDE && material_of(centre) == material_of(side);
-            let shine = shine[if is_own { pixel } else { source }];
-            cpu::compose::compose(
-                albedo,
-                share[0] * direct,
-                share[1] * indirect[source],
-                share[0] * shine.direct + share[1] * shine.indirect,
-            )
-        };
-        let count = frame.samples_per_edge(frame.edge_count()) as usize;
-        let samples = frame.samples();
-        assert_eq!(samples.is_empty(), most == 0);
-        for (index, device) in radiance.iter().enumerate() {
-            let first = frame.offsets[index] as usize;
-            let is_sampled = count > 0 && frame.offsets[index + 1] as usize > first;
-            if !is_sampled {
-                let pixel = &frame.pixels[index];
-                let twin = reflected(index, pixel.side, frame.irradiance[index], index);
-                assert_near(*device, twin, FLOAT, 0.0, "centre");
-                continue;
-            }
-            let own = first * count..(first + 1) * count;
-            let lit = frame.irradiance[frame.pixels.len()..][own.clone()].iter();
-            let sum: DVec3 = lit
-                .zip(&samples[own])
-                .map(|(direct, (surface, source))| reflected(index, surface.side, *direct, *source as usize))
-                .sum();
-            assert_near(*device, sum / count as f64, SUM, 0.0, "edge");
-        }
     }
     assert_silent(&context());
 }

@@ -1,6 +1,7 @@
 //! The frame's recipe: what each edit redoes, and that its barriers are enough and none is too many.
 
 use crate::common::{assert_silent, context};
+use crate::world::textured;
 use glam::Vec3;
 use lightpaths::renderer::{Renderer, Silent, Work};
 use lightpaths::scene::{Light, LightKind, Quality, Scene, shapes};
@@ -43,13 +44,19 @@ fn expect(renderer: &mut Renderer, what: &str, passes: &[&[&str]]) {
 
 #[test]
 fn each_edit_redoes_what_depends_on_it_and_no_more() {
+    each_edit_redoes_what_depends_on_it_in(scene(), VIEW);
+    let with_colours = [VIEW, &["pixel_colours"]].concat();
+    each_edit_redoes_what_depends_on_it_in(textured(scene()), &with_colours);
+}
+
+fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
     let context = context();
-    let mut renderer = Renderer::new(&context, scene(), &mut Silent).unwrap();
+    let mut renderer = Renderer::new(&context, scene, &mut Silent).unwrap();
     context.take_redundant_barriers();
     let renderer = &mut renderer;
     let (sum, factors, flux, scan): (&[&str], &[&str], &[&str], &[&str]) =
         (&["direct_sum"], &["form_factors"], &["path_flux"], &["path_scan"]);
-    let all = &[VIEW, LAYER, sum, factors, flux, scan, ENERGY, &["splat"], PICTURE];
+    let all = &[view, LAYER, sum, factors, flux, scan, ENERGY, &["splat"], PICTURE];
     let moved = &[LAYER, sum, factors, flux, ENERGY, PICTURE];
     let recoloured = &[sum, flux, ENERGY, PICTURE];
     expect(renderer, "the first frame", all);
@@ -85,11 +92,11 @@ fn each_edit_redoes_what_depends_on_it_and_no_more() {
     expect(renderer, "a light is removed", recoloured);
 
     renderer.move_camera(Vec3::new(0.1, 0.0, 0.4), Vec3::ZERO);
-    expect(renderer, "the camera moves, no light shines", &[VIEW, &["splat"], PICTURE]);
+    expect(renderer, "the camera moves, no light shines", &[view, &["splat"], PICTURE]);
     renderer.set_light(0, kind).unwrap();
     expect(renderer, "light again", moved);
     renderer.move_camera(Vec3::new(0.2, 0.0, 0.4), Vec3::ZERO);
-    expect(renderer, "the camera moves", &[VIEW, LAYER, sum, &["splat"], PICTURE]);
+    expect(renderer, "the camera moves", &[view, LAYER, sum, &["splat"], PICTURE]);
     renderer.move_camera(Vec3::new(0.2, 0.0, 0.4), Vec3::ZERO);
     expect(renderer, "the camera stays", &[]);
     renderer.set_diffuse(0, Vec3::new(0.5, 0.4, 0.3)).unwrap();
@@ -103,7 +110,7 @@ fn each_edit_redoes_what_depends_on_it_and_no_more() {
         (Work::Everything, &all[..]),
         (Work::Light(0), moved),
         (Work::Colour, recoloured),
-        (Work::View, &[VIEW, LAYER, sum, &["splat"], PICTURE]),
+        (Work::View, &[view, LAYER, sum, &["splat"], PICTURE]),
         (Work::Material, &[scan, ENERGY, PICTURE]),
     ] {
         renderer.force(work);

@@ -51,7 +51,16 @@ fn irradiance_and_gradients_equal_the_twin() {
         slots: &[],
     };
     let inverse_areas = Buffer::from_slice(&context, "inverse areas", &[1.0_f32; CLUSTERS as usize]).unwrap();
-    for (rings, point_count) in [(1, 0), (1, 1), (1, 65), (3, 17), (4, 63), (8, 1), (8, 67)] {
+    for (rings, point_count, has_colours) in [
+        (1, 0, false),
+        (1, 1, true),
+        (1, 65, false),
+        (3, 17, true),
+        (4, 63, false),
+        (8, 1, false),
+        (8, 67, true),
+        (8, 67, false),
+    ] {
         let strata = Strata { rings, sectors: 4 * rings };
         let points = random_points(&mut random, point_count);
         let mut rays = random_rays(&mut random, code, point_count * strata.rays());
@@ -62,11 +71,20 @@ fn irradiance_and_gradients_equal_the_twin() {
         let rows = point_count.div_ceil(3).max(1);
         let parts = rays.chunks((rows * strata.rays()) as usize);
         let buffers = parts.map(|part| Buffer::from_slice(&context, "gather rays", part).unwrap());
+        let colours: Vec<u32> = rays.iter().map(|_| random.word()).collect();
+        let colour_parts = colours.chunks((rows * strata.rays()) as usize);
+        let colour_buffers =
+            colour_parts.map(|part| Buffer::from_slice(&context, "ray colours", part).unwrap());
         let pass = Gather::new(
             &context,
             Buffer::from_slice(&context, "cache points", &points).unwrap(),
             point_count,
-            RayTable { rows_per_buffer: rows, buffers: buffers.collect() },
+            RayTable {
+                rows_per_buffer: rows,
+                buffers: buffers.collect(),
+                colours: colour_buffers.collect(),
+                has_colours,
+            },
             Hemisphere { rings, sectors: strata.sectors },
             code,
             false,
@@ -81,11 +99,13 @@ fn irradiance_and_gradients_equal_the_twin() {
         context.run(|rec| pass.record(rec, buffers, point_count)).unwrap();
         let records: Vec<Record> = pass.records.read().unwrap();
         assert_eq!(records.len(), points.len());
-        for ((record, point), row) in
-            records.iter().zip(&points).zip(rays.chunks_exact(strata.rays() as usize))
+        let colour_rows = colours.chunks_exact(strata.rays() as usize);
+        for ((record, point), (row, colours)) in
+            records.iter().zip(&points).zip(rays.chunks_exact(strata.rays() as usize).zip(colour_rows))
         {
             assert_eq!(record.position, point.position);
-            let twin = gather(sources, strata, point.normal, row);
+            let colours = if has_colours { colours } else { &[] };
+            let twin = gather(sources, strata, point.normal, row, colours);
             assert_near(record.irradiance, twin.irradiance, SUM, 0.0, "irradiance");
             // Terms of both signs cancel in a gradient: an error is relative to what they would add up to. Steepest is
             // the outermost ring, a turn of which counts √(2·rings) times.
@@ -129,7 +149,7 @@ fn the_rotational_gradient_is_a_derivative() {
             let direction = frame * strata.direction(ray, 0, 0);
             GatherRay { target: (32.0 * (1.0 + direction.x)) as u32, gradient: 0 }
         };
-        gather(sources, strata, normal, &(0..strata.rays()).map(ray).collect::<Vec<_>>())
+        gather(sources, strata, normal, &(0..strata.rays()).map(ray).collect::<Vec<_>>(), &[])
     };
     let at = gathered(Vec3::Z);
     for turned in [Vec3::new(0.05, 0.0, 1.0), Vec3::new(0.0, 0.05, 1.0), Vec3::new(-0.03, 0.04, 1.0)] {

@@ -1,16 +1,17 @@
 //! Gather rays and clearances: what each ray of a cache point finds, and its weight in the translational gradient.
 
 use crate::common::assert_silent;
-use crate::world::{Random, World};
+use crate::world::{Random, World, room, textured};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu::gather::unpack;
-use lightpaths::cpu::gather_rays::{Tracing, translational_gradient};
+use lightpaths::cpu::gather_rays::{Found, Tracing, translational_gradient};
 use lightpaths::cpu::hemisphere::Strata;
+use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::clearance::{Clearance, ClearancePush};
-use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
-use lightpaths::types::{CachePoint, GatherRay, NO_TARGET};
+use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, RayTable};
+use lightpaths::types::{CachePoint, NO_TARGET};
 
 const SEED: u32 = 5;
 
@@ -26,7 +27,7 @@ fn tracing(world: &World, rings: u32) -> Tracing<'_> {
     }
 }
 
-fn trace(world: &World, points: &[CachePoint], rings: u32, code: GatherCode) -> Vec<GatherRay> {
+fn trace(world: &World, points: &[CachePoint], rings: u32, code: GatherCode) -> RayTable {
     let buffer = Buffer::from_slice(&world.context, "cache points", points).unwrap();
     let rays = gather_rays::trace(
         &world.context,
@@ -39,19 +40,29 @@ fn trace(world: &World, points: &[CachePoint], rings: u32, code: GatherCode) -> 
         SEED,
         &mut Silent,
     );
-    rays.unwrap().read().unwrap()
+    rays.unwrap()
 }
 
 #[test]
 fn targets_and_gradient_weights_equal_the_twin() {
-    let world = World::room();
+    for world in [World::room(), World::new(&textured(room()), 16)] {
+        targets_and_gradient_weights_equal_the_twin_in(&world);
+    }
+}
+
+fn targets_and_gradient_weights_equal_the_twin_in(world: &World) {
     let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
     let mut random = Random::new(41);
+    let (mut tinted, mut other_colours) = (0, 0);
     let (mut rays_in_all, mut disagree, mut coarse, mut lost, mut compared) = (0, 0, 0, 0, 0);
     for (rings, count) in [(1, 0), (1, 1), (1, 130), (3, 7), (4, 65), (8, 23)] {
         let points = world.cache_points(&mut random, count, 0.1);
-        let tracing = tracing(&world, rings);
-        let rays = trace(&world, &points, rings, code);
+        let tracing = tracing(world, rings);
+        let table = trace(world, &points, rings, code);
+        let rays = table.read().unwrap();
+        let colours: Vec<u32> =
+            table.colours.iter().flat_map(|buffer| buffer.read::<u32>().unwrap()).collect();
+        assert_eq!(table.has_colours, !world.coordinates.is_empty());
         let per_point = tracing.strata.rays();
         assert_eq!(rays.len(), count * per_point as usize);
         for ((index, point), row) in (0..).zip(&points).zip(rays.chunks_exact(per_point as usize)) {
@@ -70,6 +81,15 @@ fn targets_and_gradient_weights_equal_the_twin() {
             if wrong > 0 {
                 continue;
             }
+            // Half of the last bit of a packed root, and the error of f32 texture coordinates.
+            let first = index as usize * per_point as usize;
+            let is_apart = |(ray, found): &(usize, &Found)| {
+                let packed = colours.get(first + ray).filter(|_| table.has_colours);
+                let colour = packed.map_or(DVec3::ONE, |&packed| unpack_colour(packed));
+                found.target.is_some() && (colour - found.colour).abs().max_element() > 2e-3
+            };
+            tinted += found.iter().filter(|found| found.colour.min_element() < 0.9).count();
+            other_colours += found.iter().enumerate().filter(is_apart).count();
             let distances: Vec<_> = found.iter().map(|found| found.distance).collect();
             for ray in 0..per_point {
                 // The gradient is linear in the radiances: a ray's weight is its gradient when it alone is bright.
@@ -89,6 +109,9 @@ fn targets_and_gradient_weights_equal_the_twin() {
         }
     }
     // Rays on an edge of a triangle, of a cell, or between two levels.
+    println!("{other_colours} colours differ, {tinted} are dark, {disagree} of {rays_in_all} rays disagree");
+    assert!(other_colours * 500 <= rays_in_all, "{other_colours} of {rays_in_all} rays have other colours");
+    assert_eq!(tinted * 4 > rays_in_all, !world.coordinates.is_empty());
     assert!(disagree * 500 <= rays_in_all, "{disagree} of {rays_in_all} rays disagree");
     assert!(compared * 10 > rays_in_all * 7, "{compared} of {rays_in_all} weights were compared");
     assert!(

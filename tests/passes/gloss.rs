@@ -1,51 +1,44 @@
-//! Surfaces that shine: the tables, the light that clusters send towards directions, and the rays of pixels.
+//! Surfaces that shine: the tables, and the light that clusters send towards directions.
 
 use crate::common::assert_silent;
-use crate::world::{FLOAT, Random, SUM, World, assert_near};
-use glam::{DVec3, Vec3};
+use crate::world::{Random, SUM, World, assert_near};
+use glam::Vec3;
 use lightpaths::cpu::direct::lit_samples;
-use lightpaths::cpu::gather_rays::Tracing;
 use lightpaths::cpu::gloss::{Beam, reflected_flux, shine};
-use lightpaths::cpu::gloss_pixels;
 use lightpaths::cpu::hemisphere::{Strata, frame};
+use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::gloss::{Gloss, GlossBeam, GlossLight};
-use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, GlossShine, LOBE_RAYS, Surroundings};
-use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
 use lightpaths::passes::precompute::gloss::{self, GlossTables};
-use lightpaths::passes::precompute::light_paths::{self, LightPaths};
+use lightpaths::passes::precompute::light_paths;
+use lightpaths::passes::precompute::path_orders::LightPaths;
 use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::directions::Directions;
-use lightpaths::scene::{Camera, Light, LightKind, Material};
-use lightpaths::types::{
-    CachePoint, Deposit, GatherRay, LightSource, NO_CLUSTER, NO_SIDE, NO_TARGET, PathVertex, PixelSurface,
-    View,
-};
-use std::f64::consts::PI;
+use lightpaths::scene::{Light, LightKind, Material};
+use lightpaths::types::{CachePoint, Deposit, GatherRay, LightSource, NO_CLUSTER, NO_TARGET, PathVertex};
 
-const SEED: u32 = 3;
-const DIRECTIONS: Directions = Directions { side: 12 };
-const HEMISPHERE: Hemisphere = Hemisphere { rings: 4, sectors: 16 };
+pub(crate) const SEED: u32 = 3;
+pub(crate) const DIRECTIONS: Directions = Directions { side: 12 };
+pub(crate) const HEMISPHERE: Hemisphere = Hemisphere { rings: 4, sectors: 16 };
 
 /// A shining room, precomputed as far as the passes of gloss need it.
-struct Shining {
-    world: World,
-    entry_points: Vec<PathVertex>,
-    paths: LightPaths,
-    points: Vec<CachePoint>,
-    traced: Vec<GatherRay>,
-    code: GatherCode,
-    packed: Vec<GatherRay>,
-    packed_code: GatherCode,
-    tables: GlossTables,
+pub(crate) struct Shining {
+    pub(crate) world: World,
+    pub(crate) entry_points: Vec<PathVertex>,
+    pub(crate) paths: LightPaths,
+    pub(crate) points: Vec<CachePoint>,
+    pub(crate) traced: Vec<GatherRay>,
+    pub(crate) code: GatherCode,
+    pub(crate) packed: Vec<GatherRay>,
+    pub(crate) packed_code: GatherCode,
+    pub(crate) tables: GlossTables,
 }
 
 impl Shining {
-    fn new() -> Self {
-        let world = World::shining_room();
+    pub(crate) fn new(world: World) -> Self {
         let mut random = Random::new(61);
         let mut entry_points = Vec::new();
         while entry_points.len() < 20_000 {
@@ -107,7 +100,7 @@ impl Shining {
         Self { world, entry_points, paths, points, traced, code, packed, packed_code, tables }
     }
 
-    fn material_of(&self, side: u32) -> usize {
+    pub(crate) fn material_of(&self, side: u32) -> usize {
         self.world.surfaces[side as usize / 2].material as usize
     }
 
@@ -124,7 +117,7 @@ impl Shining {
 
 #[test]
 fn rays_that_meet_what_shines_read_the_direction_that_they_come_from() {
-    let shining = Shining::new();
+    let shining = Shining::new(World::shining_room());
     let strata = Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors };
     let clusters = shining.world.hvds.cluster_count();
     let (mut shiny, mut matt) = (0, 0);
@@ -159,7 +152,7 @@ fn rays_that_meet_what_shines_read_the_direction_that_they_come_from() {
 }
 
 /// A point light, and an area light of more samples than one.
-fn lights() -> Vec<LightSource> {
+pub(crate) fn lights() -> Vec<LightSource> {
     let point = LightKind::Point { position: Vec3::new(0.1, 0.5, -0.2), intensity: Vec3::new(1.0, 2.0, 3.0) };
     let area = LightKind::Area {
         corner: Vec3::new(-0.9, 0.7, -0.3),
@@ -174,14 +167,22 @@ fn lights() -> Vec<LightSource> {
 
 #[test]
 fn light_on_what_shines_equals_the_twin() {
-    let shining = Shining::new();
+    for world in [World::shining_room(), World::textured_shining_room()] {
+        light_on_what_shines_equals_the_twin_in(world);
+    }
+}
+
+fn light_on_what_shines_equals_the_twin_in(world: World) {
+    let shining = Shining::new(world);
     let world = &shining.world;
     let mut random = Random::new(62);
     let lights = lights();
     let table = Buffer::from_slice(&world.context, "lights", &lights).unwrap();
     let path_count = shining.entry_points.len();
     let area_m2 = 0.017;
-    let gloss = Gloss::new(&world.context, &shining.tables, DIRECTIONS, path_count as u32, area_m2).unwrap();
+    let gloss =
+        Gloss::new(&world.context, &world.buffers, &shining.tables, DIRECTIONS, path_count as u32, area_m2)
+            .unwrap();
     let flux: Vec<Vec3> = (0..path_count).map(|_| 1.0 + random.cube()).collect();
     gloss.reflected_flux.write(&flux).unwrap();
     let mut deposits = shining.paths.deposits.clone();
@@ -253,7 +254,8 @@ fn light_on_what_shines_equals_the_twin() {
         let twin = match world.materials[material].may_shine() {
             true => {
                 let departure = shining.paths.arrivals.departures[path];
-                reflected_flux(&materials[material], &of_paths[path], departure)
+                let colour = unpack_colour(shining.paths.arrivals.entry_colours[path]);
+                reflected_flux(&materials[material], colour, &of_paths[path], departure)
             }
             false => flux[path].as_dvec3(),
         };
@@ -296,141 +298,5 @@ fn light_on_what_shines_equals_the_twin() {
     assert!(coarse > 100 && lit > 500, "{coarse} coarse slots, {lit} with light");
     let sums: usize = shining.tables.sums.iter().map(ExactSizeIterator::len).sum();
     assert!(sums > 50, "{sums} slots are sums");
-    assert_silent(&world.context);
-}
-
-#[test]
-fn shining_pixels_equal_the_twin() {
-    let shining = Shining::new();
-    let world = &shining.world;
-    let mut random = Random::new(63);
-    let path_count = shining.entry_points.len();
-    let gloss = Gloss::new(&world.context, &shining.tables, DIRECTIONS, path_count as u32, 1.0).unwrap();
-    // Nothing shines back: what does is the test above, and the physics.
-    gloss.reflected_flux.write(&vec![Vec3::ZERO; path_count]).unwrap();
-    let lights = lights();
-    let table = Buffer::from_slice(&world.context, "lights", &lights).unwrap();
-    let clusters = world.hvds.cluster_count() as usize;
-    let irradiance: Vec<Vec3> = (0..clusters).map(|_| 1.0 + random.cube()).collect();
-    let irradiance_buffer = Buffer::from_slice(&world.context, "irradiance", &irradiance).unwrap();
-    let inverse_areas =
-        Buffer::from_slice(&world.context, "inverse areas", &vec![1.0_f32; clusters]).unwrap();
-    let first = Buffer::from_slice(&world.context, "first deposits", &shining.paths.first_deposits).unwrap();
-    let deposits = Buffer::from_slice(&world.context, "deposits", &shining.paths.deposits).unwrap();
-    let bits = shining.code.cluster_bits;
-    let tracing = Tracing {
-        geometry: world.geometry(),
-        hvds: &world.hvds,
-        strata: Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors },
-        seed: SEED,
-        entry_points: &world.in_clusters,
-        least_entry_points: gather_rays::LEAST_ENTRY_POINTS,
-    };
-    for (size, most) in [([1, 1], 4), ([9, 7], 3), ([31, 33], 16)] {
-        let camera = Camera {
-            name: String::new(),
-            position: Vec3::new(0.1, 0.05, 0.45),
-            target: Vec3::new(-0.1, 0.0, -0.4),
-            up: Vec3::Y,
-            fov_y_degrees: 80.0,
-            size,
-        };
-        let view = View::from(&camera);
-        let count = (size[0] * size[1]) as usize;
-        let primary = Primary::new(&world.context, count as u32).unwrap();
-        world.context.run(|rec| primary.record(rec, &world.buffers, &view)).unwrap();
-        let pixels: Vec<PixelSurface> = primary.pixels.read().unwrap();
-        let pass = GlossPixels::new(&world.context, count as u32, most, bits).unwrap();
-        let samples = most.div_ceil(LOBE_RAYS);
-        let layers: Vec<Buffer> = lights
-            .iter()
-            .map(|_| Buffer::storage(&world.context, "layer", 4 * u64::from(pass.capacity)).unwrap())
-            .collect();
-        let around = Surroundings {
-            scene: &world.buffers,
-            pixels: &primary.pixels,
-            irradiance: &irradiance_buffer,
-            inverse_areas: &inverse_areas,
-            gloss: &gloss,
-            first_deposits: &first,
-            deposits: &deposits,
-        };
-        let highlights: Vec<_> = lights.iter().map(|light| light.emission).zip(&layers).collect();
-        world
-            .context
-            .run(|rec| {
-                let scene = &world.buffers;
-                pass.record_rays(rec, scene, &world.clusters, &primary.pixels, &view, SEED);
-                rec.barrier(COMPUTE_TO_COMPUTE);
-                let mut open = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
-                for (index, (light, layer)) in (0..).zip(lights.iter().zip(&layers)) {
-                    let light = OneLight { table: &table, index, samples: light.samples, traces_all: false };
-                    pass.record_highlights(&mut open, scene, light, (view.position, SEED), layer);
-                }
-                drop(open);
-                rec.barrier(COMPUTE_TO_COMPUTE);
-                pass.record(rec, around, &[], &highlights);
-            })
-            .unwrap();
-        let found: Vec<GlossShine> = pass.radiance.read().unwrap();
-        let points: Vec<PixelSurface> = pass.samples.read().unwrap();
-        let rays: Vec<GlossRay> = pass.rays.read().unwrap();
-        let shines = |side: u32| side != NO_SIDE && shining.material_of(side) < 2;
-        let listed: Vec<usize> = (0..count).filter(|&index| shines(pixels[index].side)).collect();
-        assert_eq!(pass.count().unwrap() as usize, listed.len());
-        assert!(count < 1_000 || listed.len() > 200);
-        let reflectances = world.reflectances();
-        let (mut differ, mut bright) = (0, 0);
-        for (place, &index) in listed.iter().enumerate() {
-            let material = &reflectances[shining.material_of(pixels[index].side)];
-            let [mut indirect, mut direct] = [DVec3::ZERO; 2];
-            for number in 0..samples {
-                let at = place * samples as usize + number as usize;
-                let point = &points[at];
-                let twin = gloss_pixels::sample(&tracing, &view, &pixels[index], index as u32, number);
-                let is_near = (twin.position - point.position).length() < 1e-4;
-                differ += usize::from(twin.side != point.side || !is_near);
-                for light in &lights {
-                    let factor = gloss_pixels::highlight(
-                        &tracing,
-                        point,
-                        view.position,
-                        material,
-                        light,
-                        [index as u32, number],
-                    );
-                    direct += factor * light.emission.as_dvec3();
-                }
-                for lobe in 0..LOBE_RAYS {
-                    let ray = &rays[at * LOBE_RAYS as usize + lobe as usize];
-                    let which = [number * LOBE_RAYS + lobe, samples * LOBE_RAYS];
-                    let exponent = f64::from(material.exponent);
-                    let eye = view.position;
-                    let twin = gloss_pixels::trace(&tracing, point, index as u32, eye, exponent, which);
-                    let target =
-                        twin.target.map_or(NO_TARGET, |(cluster, material)| cluster | material << bits);
-                    let is_same = (twin.weight - f64::from(ray.weight)).abs() < 1e-4;
-                    differ += usize::from(target != ray.target || !is_same);
-                    if ray.target != NO_TARGET {
-                        let albedo = world.materials[(ray.target >> bits) as usize].diffuse;
-                        let light = albedo * irradiance[(ray.target & ((1 << bits) - 1)) as usize];
-                        indirect += f64::from(ray.weight) * light.as_dvec3();
-                    }
-                }
-            }
-            indirect *= material.specular.as_dvec3() / (f64::from(samples * LOBE_RAYS) * PI);
-            direct /= f64::from(samples);
-            assert_near(found[index].indirect, indirect, 10.0 * FLOAT, 1e-9, "indirect");
-            let off = (found[index].direct.as_dvec3() - direct).abs().max_element();
-            differ += usize::from(off > 1e-3 * direct.max_element() + 1e-5);
-            bright += usize::from(found[index].direct.max_element() > 0.05);
-        }
-        assert!(count < 1_000 || bright > 50, "{bright} pixels show a highlight");
-        // Rays by an edge, of the camera, a lobe or a light.
-        assert!(differ * 100 <= listed.len() * most as usize, "{differ} differ of {}", listed.len());
-        for index in (0..count).filter(|&index| !shines(pixels[index].side)) {
-            assert_eq!((found[index].direct, found[index].indirect), (Vec3::ZERO, Vec3::ZERO));
-        }
-    }
     assert_silent(&world.context);
 }

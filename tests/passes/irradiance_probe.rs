@@ -2,7 +2,7 @@
 
 use crate::common::assert_silent;
 use crate::path_trace;
-use crate::world::Random;
+use crate::world::{Random, World};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::cpu::irradiance_probe::Probe;
 use lightpaths::cpu::lit_scene::LitScene;
@@ -17,7 +17,12 @@ const SEED: u32 = 78;
 
 #[test]
 fn irradiance_equals_the_twin() {
-    let world = path_trace::world();
+    for world in path_trace::worlds() {
+        irradiance_equals_the_twin_in(&world);
+    }
+}
+
+fn irradiance_equals_the_twin_in(world: &World) {
     let lights = light_sources(&path_trace::lights());
     let materials = reflectances(&world.materials);
     let lights_buffer = Buffer::from_slice(&world.context, "lights", &lights).unwrap();

@@ -4,6 +4,7 @@ use crate::common::{assert_silent, context};
 use crate::world::{FLOAT, Random, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu;
+use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::path_scan::{FROM_ENTRY, HEAD, PathScan, PathStep};
 use lightpaths::types::{Deposit, Reflectance};
@@ -24,21 +25,21 @@ fn steps(lengths: &[usize], mut step: impl FnMut() -> (u32, f32)) -> Vec<PathSte
 }
 
 /// Scans paths among diffuse materials.
-fn scan(albedos: &[Vec3], steps: &[PathStep]) -> Vec<Vec3> {
+fn scan(albedos: &[Vec3], steps: &[PathStep], colours: &[u32]) -> Vec<Vec3> {
     let reflectance =
         |&diffuse: &Vec3| Reflectance { diffuse, exponent: 1.0, specular: Vec3::ZERO, flags: 0 };
     let materials: Vec<_> = albedos.iter().map(reflectance).collect();
-    scan_among(&materials, steps, &[])
+    scan_among(&materials, steps, colours, &[])
 }
 
 /// Scans on the device, twice because the result must not depend on what was there: throughputs in path order.
-fn scan_among(materials: &[Reflectance], steps: &[PathStep], lobes: &[f32]) -> Vec<Vec3> {
+fn scan_among(materials: &[Reflectance], steps: &[PathStep], colours: &[u32], lobes: &[f32]) -> Vec<Vec3> {
     const UNTOUCHED: Vec3 = Vec3::splat(-7.0);
     let context = context();
     let materials = Buffer::from_slice(&context, "materials", materials).unwrap();
     let deposit = |path: usize| Deposit { throughput: UNTOUCHED, path: path as u32 };
     let deposits: Vec<_> = (0..=steps.len()).map(deposit).collect();
-    let scan = PathScan::new(&context, steps, lobes, &deposits).unwrap();
+    let scan = PathScan::new(&context, steps, colours, lobes, &deposits).unwrap();
     for _ in 0..2 {
         context.run(|rec| scan.record(rec, &materials, None)).unwrap();
     }
@@ -48,10 +49,14 @@ fn scan_among(materials: &[Reflectance], steps: &[PathStep], lobes: &[f32]) -> V
     steps.iter().map(|step| found[step.slot as usize].throughput).collect()
 }
 
-fn twin(albedos: &[Vec3], steps: &[PathStep]) -> Vec<DVec3> {
-    let albedo =
-        |step: &PathStep| (step.material != HEAD).then(|| albedos[step.material as usize].as_dvec3());
-    cpu::path_scan::path_scan(steps.iter().map(|step| (albedo(step), step.weight)))
+fn twin(albedos: &[Vec3], steps: &[PathStep], colours: &[u32]) -> Vec<DVec3> {
+    let colour = |index: usize| colours.get(index).map_or(DVec3::ONE, |&packed| unpack_colour(packed));
+    let albedo = |(index, step): (usize, &PathStep)| {
+        let albedo =
+            (step.material != HEAD).then(|| albedos[step.material as usize].as_dvec3() * colour(index));
+        (albedo, step.weight)
+    };
+    cpu::path_scan::path_scan(steps.iter().enumerate().map(albedo))
 }
 
 /// Lengths of paths that make `count` vertices, the longest about `longest`.
@@ -79,9 +84,14 @@ fn short_paths_equal_the_twin() {
         // Every material but the black one mostly; survival weights are at least one.
         let steps =
             steps(&lengths, || ([0, 1, 3, 0, 1, 3, 2][random.below(7) as usize], 1.0 + random.unit()));
-        let found = scan(&albedos, &steps);
-        for (index, (device, twin)) in found.iter().zip(twin(&albedos, &steps)).enumerate() {
-            assert_near(*device, twin, FLOAT, 0.0, &format!("vertex {index} of {count}"));
+        // Colours only where there are images; none at the start of a path changes anything.
+        let colour = |step: &PathStep| if step.material == HEAD { u32::MAX } else { random.word() };
+        let colours: Vec<u32> = steps.iter().map(colour).collect();
+        for colours in [&[][..], &colours] {
+            let found = scan(&albedos, &steps, colours);
+            for (index, (device, twin)) in found.iter().zip(twin(&albedos, &steps, colours)).enumerate() {
+                assert_near(*device, twin, FLOAT, 0.0, &format!("vertex {index} of {count}"));
+            }
         }
     }
     assert_silent(&context());
@@ -106,7 +116,7 @@ fn paths_among_shining_surfaces_equal_the_twin() {
         // From the mirror direction itself, by way of where a sharp lobe falls off, to the opposite direction.
         let lobes: Vec<f32> =
             (0..count).map(|_| 2.0 * random.unit().powi(1 + random.below(12) as i32)).collect();
-        let found = scan_among(&materials, &steps, &lobes);
+        let found = scan_among(&materials, &steps, &[], &lobes);
         let reflected = |step: &PathStep, lobe: f32| match step.material {
             HEAD => None,
             FROM_ENTRY => Some(DVec3::ONE),
@@ -150,8 +160,8 @@ fn long_paths_equal_the_twin_exactly() {
                 continue;
             }
             let steps = steps(&lengths, &mut step);
-            let found = scan(&albedos, &steps);
-            let twin = twin(&albedos, &steps);
+            let found = scan(&albedos, &steps, &[]);
+            let twin = twin(&albedos, &steps, &[]);
             assert!(twin.iter().all(|t| t.max_element() < 1e30 && t.min_element() > 1e-30));
             let differs = (0..found.len()).find(|&i| found[i].as_dvec3() != twin[i]);
             assert_eq!(differs, None, "first vertex that differs, of {count} in {} paths", lengths.len());
@@ -170,7 +180,7 @@ fn a_path_of_many_blocks_carries_its_throughput_through_all() {
         index += 1;
         (u32::from(index == 3), 1.0)
     });
-    let found = scan(&albedos, &steps);
+    let found = scan(&albedos, &steps, &[]);
     assert!(found[..2].iter().all(|&throughput| throughput == Vec3::ONE));
     assert!(found[2..].iter().all(|&throughput| throughput == albedos[1]));
     assert_silent(&context());
@@ -202,8 +212,8 @@ fn a_part_scanned_again_equals_a_whole_scan() {
     let mut table = [Vec3::splat(0.7), Vec3::new(0.3, 0.5, 0.9), Vec3::splat(0.1)].map(material);
     let deposits: Vec<_> =
         (0..=steps.len()).map(|path| Deposit { throughput: Vec3::ZERO, path: path as u32 }).collect();
-    let whole = PathScan::new(&context, &steps, &[], &deposits).unwrap();
-    let part = PathScan::new(&context, &steps, &[], &deposits).unwrap();
+    let whole = PathScan::new(&context, &steps, &[], &[], &deposits).unwrap();
+    let part = PathScan::new(&context, &steps, &[], &[], &deposits).unwrap();
     let materials = Buffer::from_slice(&context, "materials", &table).unwrap();
     context.run(|rec| part.record(rec, &materials, None)).unwrap();
     let before: Vec<Deposit> = part.deposits.read().unwrap();

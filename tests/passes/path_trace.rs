@@ -1,7 +1,7 @@
 //! The path tracer.
 
 use crate::common::assert_silent;
-use crate::world::World;
+use crate::world::{World, textured};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu::lit_scene::LitScene;
 use lightpaths::cpu::path_trace::{Paths, Sample};
@@ -10,7 +10,7 @@ use lightpaths::passes::reference::path_trace::{
     Accumulators, Job, PathTrace, ROULETTE_THRESHOLD, RadianceSum, SampleMoments,
 };
 use lightpaths::passes::{self, light_sources, reflectances};
-use lightpaths::scene::{Camera, Light, LightKind};
+use lightpaths::scene::{Camera, Light, LightKind, Scene};
 use lightpaths::types::View;
 
 const SIZE: [u32; 2] = [11, 9];
@@ -36,14 +36,23 @@ pub(crate) fn lights() -> Vec<Light> {
 }
 
 /// The room with glossy walls and without its lid, so that parallel light comes in.
-pub(crate) fn world() -> World {
+fn scene() -> Scene {
     let mut scene = crate::world::room();
     scene.triangles.retain(|triangle| triangle.positions.iter().any(|p| p.y < 0.7));
     for (material, exponent) in scene.materials.iter_mut().zip([1.0, 30.0, 2000.0]) {
         (material.diffuse, material.specular, material.exponent) =
             (0.5 * material.diffuse, Vec3::splat(0.4), exponent);
     }
-    World::new(&scene, 8)
+    scene
+}
+
+pub(crate) fn world() -> World {
+    World::new(&scene(), 8)
+}
+
+/// Without images and with them.
+pub(crate) fn worlds() -> [World; 2] {
+    [world(), World::new(&textured(scene()), 8)]
 }
 
 pub(crate) fn view() -> View {
@@ -55,7 +64,12 @@ pub(crate) fn view() -> View {
 
 #[test]
 fn samples_equal_the_twin() {
-    let world = world();
+    for world in worlds() {
+        samples_equal_the_twin_in(&world);
+    }
+}
+
+fn samples_equal_the_twin_in(world: &World) {
     let (view, lights) = (view(), light_sources(&lights()));
     let materials = reflectances(&world.materials);
     let paths = Paths {
@@ -65,7 +79,7 @@ fn samples_equal_the_twin() {
         roulette_threshold: f64::from(ROULETTE_THRESHOLD),
     };
     let buffer = Buffer::from_slice(&world.context, "lights", &lights).unwrap();
-    let pass = PathTrace::new(&world.context, &view).unwrap();
+    let pass = PathTrace::new(&world.context, &world.buffers, &view).unwrap();
     let pixels = SIZE[0] * SIZE[1];
     for light_count in [4, 0, 1] {
         let scene = LitScene { lights: &lights[..light_count as usize], ..paths.scene };

@@ -1,9 +1,9 @@
 //! Final gathering at the pixels.
 
 use crate::common::assert_silent;
-use crate::path_trace::{lights, view, world};
+use crate::path_trace::{lights, view, worlds};
 use crate::photons::{cells, grid, map_of, points_of};
-use crate::world::Random;
+use crate::world::{Random, World};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu::lit_scene::LitScene;
 use lightpaths::cpu::photon_gather::{Gather, IrradiancePoint};
@@ -16,7 +16,12 @@ const SEED: u32 = 33;
 
 #[test]
 fn samples_equal_the_twin() {
-    let world = world();
+    for world in worlds() {
+        samples_equal_the_twin_in(&world);
+    }
+}
+
+fn samples_equal_the_twin_in(world: &World) {
     let (view, sources) = (view(), light_sources(&lights()));
     let materials = reflectances(&world.materials);
     let buffer = Buffer::from_slice(&world.context, "lights", &sources).unwrap();
@@ -29,8 +34,8 @@ fn samples_equal_the_twin() {
                 Photon { position, side, flux: Vec3::ONE }
             })
             .collect();
-        let map = map_of(&world, &photons);
-        let (points, reaches) = points_of(&world, &map, photons.len());
+        let map = map_of(world, &photons);
+        let (points, reaches) = points_of(world, &map, photons.len());
         let irradiances: Vec<Vec3> = points.iter().map(|_| Vec3::ONE + random.cube()).collect();
         let listed: Vec<IrradiancePoint> = points
             .iter()
@@ -61,7 +66,7 @@ fn samples_equal_the_twin() {
             radius,
         };
         let pixels = view.width * view.height;
-        let mut pass = PhotonGather::new(&world.context).unwrap();
+        let mut pass = PhotonGather::new(&world.context, &world.buffers).unwrap();
         let sequence = Sequence::new(&world.context, pixels, SEED).unwrap();
         for samples in [0..1, 1..5] {
             let light_count = sources.len() as u32;

@@ -1,7 +1,7 @@
 //! Photon tracing, the photon map, and the density estimate.
 
 use crate::common::assert_silent;
-use crate::path_trace::{lights, world};
+use crate::path_trace::{lights, world, worlds};
 use crate::world::{Random, SUM, World, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu;
@@ -57,7 +57,12 @@ pub(crate) fn points_of(world: &World, map: &PhotonMap, count: usize) -> (Vec<Su
 
 #[test]
 fn photons_equal_the_twin() {
-    let world = world();
+    for world in worlds() {
+        photons_equal_the_twin_in(&world);
+    }
+}
+
+fn photons_equal_the_twin_in(world: &World) {
     let sources = light_sources(&lights());
     let materials = reflectances(&world.materials);
     let photons = Photons {
@@ -73,7 +78,7 @@ fn photons_equal_the_twin() {
         let first_rays = [5, 0, u32::MAX - 3, 70];
         let count: u32 = rays.iter().sum();
         let map = PhotonMap::new(&world.context, (count * 40).max(STEPS)).unwrap();
-        let mut trace = PhotonTrace::new(&world.context, count, SPHERE).unwrap();
+        let mut trace = PhotonTrace::new(&world.context, &world.buffers, count, SPHERE).unwrap();
         let paths = photon_trace::start(&rays, &first_rays);
         let mut ms = 0.0;
         let used = trace.trace(scene, paths.clone(), SEED, &map, &mut ms).unwrap().unwrap();
@@ -131,7 +136,7 @@ fn a_full_map_is_told() {
     let sources = light_sources(&lights());
     let buffer = Buffer::from_slice(&world.context, "lights", &sources).unwrap();
     let map = PhotonMap::new(&world.context, 100 * STEPS).unwrap();
-    let mut trace = PhotonTrace::new(&world.context, 101, SPHERE).unwrap();
+    let mut trace = PhotonTrace::new(&world.context, &world.buffers, 101, SPHERE).unwrap();
     let scene = passes::LitScene { buffers: &world.buffers, lights: &buffer, light_count: 4 };
     let mut slots = |rays| {
         let paths = photon_trace::start(&[rays, 0, 0, 0], &[0; 4]);

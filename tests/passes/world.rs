@@ -3,16 +3,17 @@
 use std::sync::Arc;
 
 use crate::common::{context, random_words};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use lightpaths::cpu::math::clear_distance;
 use lightpaths::cpu::rays::Geometry;
+use lightpaths::cpu::textures::Textures;
 use lightpaths::gpu::{Buffer, Context, Pipeline, Recorder};
 use lightpaths::layout::GpuStruct;
 use lightpaths::passes::precompute::entry_points::Strata;
 use lightpaths::passes::{ClusterBuffers, SceneBuffers, reflectances};
 use lightpaths::scene::bvh::Bvh;
 use lightpaths::scene::hvds::Hvds;
-use lightpaths::scene::{Material, Scene, Triangle, grid, shapes, surfaces};
+use lightpaths::scene::{Image, Material, Scene, Texture, Triangle, grid, shapes, surfaces};
 use lightpaths::types::{CachePoint, Grid, PixelSurface, Reflectance, Surface};
 
 /// Relative tolerance of a value that a few operations lead to.
@@ -69,6 +70,7 @@ pub(crate) struct World {
     pub context: Arc<Context>,
     pub triangles: Vec<Triangle>,
     pub surfaces: Vec<Surface>,
+    pub coordinates: Vec<[Vec2; 3]>,
     pub materials: Vec<Material>,
     pub hvds: Hvds,
     /// Density of entry points on each piece of `hvds`: all there may be, in no order.
@@ -89,12 +91,15 @@ impl World {
     pub(crate) fn on_grid(scene: &Scene, grid: Grid, cells: u32) -> Self {
         let context = context();
         let bvh = Bvh::build(&scene.triangles).unwrap();
-        let triangles: Vec<_> = bvh.order.iter().map(|&index| scene.triangles[index as usize]).collect();
+        let mut ordered = scene.clone();
+        ordered.reorder(&bvh.order);
+        let (triangles, coordinates) = (ordered.triangles, ordered.texture_coordinates);
         let sees = surfaces::sides_that_see_something(&triangles);
         let surfaces: Vec<_> =
             triangles.iter().zip(sees).map(|(triangle, sees)| surfaces::surface(triangle, sees)).collect();
         let materials = scene.materials.clone();
-        let buffers = SceneBuffers::new(&context, &bvh, &triangles, &surfaces, &materials).unwrap();
+        let buffers =
+            SceneBuffers::new(&context, &bvh, &triangles, &surfaces, &coordinates, &materials).unwrap();
         let hvds = Hvds::build(&triangles, &surfaces, grid, cells);
         let densities: Vec<f32> =
             (0..hvds.pieces.len()).map(|piece| 1.0 + 7.0 * (piece as f32 * 0.618_034).fract()).collect();
@@ -105,6 +110,7 @@ impl World {
             context,
             triangles,
             surfaces,
+            coordinates,
             materials,
             hvds,
             densities,
@@ -120,16 +126,18 @@ impl World {
         Self::new(&room(), 16)
     }
 
-    /// The room, one of its materials shining, one editable and shining.
+    /// The room with images on its walls.
+    pub(crate) fn textured_room() -> Self {
+        Self::new(&textured(room()), 16)
+    }
+
     pub(crate) fn shining_room() -> Self {
-        let mut scene = room();
-        for (material, exponent) in scene.materials.iter_mut().zip([20.0, 5.0]) {
-            material.diffuse *= 0.5;
-            material.specular = Vec3::new(0.3, 0.2, 0.4);
-            material.exponent = exponent;
-        }
-        scene.materials[1].editable = true;
-        Self::new(&scene, 16)
+        Self::new(&shining(room()), 16)
+    }
+
+    /// Images on what shines.
+    pub(crate) fn textured_shining_room() -> Self {
+        Self::new(&textured(shining(room())), 16)
     }
 
     pub(crate) fn reflectances(&self) -> Vec<Reflectance> {
@@ -137,7 +145,12 @@ impl World {
     }
 
     pub(crate) fn geometry(&self) -> Geometry<'_> {
-        Geometry { triangles: &self.triangles, surfaces: &self.surfaces, clear_distance: self.clear_distance }
+        Geometry {
+            triangles: &self.triangles,
+            surfaces: &self.surfaces,
+            textures: Textures { materials: &self.materials, coordinates: &self.coordinates },
+            clear_distance: self.clear_distance,
+        }
     }
 
     /// A uniform point of a random side, its interpolated shading normal, and the side.
@@ -208,10 +221,34 @@ pub(crate) fn room() -> Scene {
     scene
 }
 
+/// Images on all but every third material: one that repeats, and one that does not; noise of all codes.
+pub(crate) fn textured(mut scene: Scene) -> Scene {
+    let mut random = Random::new(17);
+    for (index, material) in scene.materials.iter_mut().enumerate().filter(|(index, _)| index % 3 != 1) {
+        let size = [[5, 3], [2, 8]][index % 2];
+        let codes = (0..size[0] * size[1]).map(|_| [0; 3].map(|_| random.word() as u8)).collect();
+        material.texture = Some(Texture { image: Arc::new(Image { size, codes }), is_clamped: index == 2 });
+    }
+    let mut corner = || 2.0 * random.cube().truncate();
+    scene.texture_coordinates = scene.triangles.iter().map(|_| [corner(), corner(), corner()]).collect();
+    scene
+}
+
 /// Fails unless all components agree to `tolerance` relative to the larger of the twin's largest one and `scale`.
 #[track_caller]
 pub(crate) fn assert_near(device: Vec3, twin: DVec3, tolerance: f64, scale: f64, what: &str) {
     let bound = tolerance * twin.abs().max_element().max(scale);
     let error = (device.as_dvec3() - twin).abs();
     assert!(error.max_element() <= bound, "{what}: {device} on the device, {twin} by the twin");
+}
+
+/// One of a scene's materials shines, one is editable and shines.
+pub(crate) fn shining(mut scene: Scene) -> Scene {
+    for (material, exponent) in scene.materials.iter_mut().zip([20.0, 5.0]) {
+        material.diffuse *= 0.5;
+        material.specular = Vec3::new(0.3, 0.2, 0.4);
+        material.exponent = exponent;
+    }
+    scene.materials[1].editable = true;
+    scene
 }

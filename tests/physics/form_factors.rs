@@ -33,7 +33,8 @@ fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     let sees = surfaces::sides_that_see_something(&scene.triangles);
     let surfaces: Vec<_> =
         scene.triangles.iter().zip(sees).map(|(t, sees)| surfaces::surface(t, sees)).collect();
-    let buffers = SceneBuffers::new(context, &bvh, &scene.triangles, &surfaces, &scene.materials).unwrap();
+    let buffers =
+        SceneBuffers::new(context, &bvh, &scene.triangles, &surfaces, &[], &scene.materials).unwrap();
     let (low, high) = scene.bounds();
     let hvds = Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, CELLS), CELLS);
     // As dense everywhere: a path is a path.

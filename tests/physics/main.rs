@@ -16,6 +16,7 @@ mod photons;
 mod plates;
 mod sphere;
 mod stages;
+mod textures;
 
 use common::context;
 use lightpaths::renderer::{Renderer, Silent};

@@ -13,6 +13,7 @@ use refused::message;
 #[allow(dead_code, reason = "the example's main")]
 mod box_model;
 mod refused;
+mod textures;
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nf 1 2 3 4\n";
 const HEAD: &str = "[[model]]\nfile = \"m.obj\"\n";
@@ -235,7 +236,7 @@ fn models_are_repaired_and_say_so() {
 #[test]
 fn materials_come_from_mtl_with_repairs() {
     let obj = format!("mtllib m.mtl\nusemtl mirror\n{SQUARE}v 9 9 9\nusemtl  lost one\nf 1 2 5\n");
-    let mtl = "newmtl mirror\n\tKd 0.5 0.8 0.1\n  Ks 0.5 0.5 0.5\nNs 96\nmap_Kd a.png\nd 1 junk\n";
+    let mtl = "newmtl mirror\n\tKd 0.5 0.8 0.1\n  Ks 0.5 0.5 0.5\nNs 96\nmap_Ks a.png\nd 1 junk\n";
     let toml = good_toml();
     let files: [(&str, &[u8]); 3] =
         [("s.toml", toml.as_bytes()), ("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes())];
@@ -246,7 +247,7 @@ fn materials_come_from_mtl_with_repairs() {
     assert!(close(mirror.diffuse, Vec3::new(0.5, 0.8, 0.1) / 1.3));
     assert_eq!(scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>(), [0, 0, 1]);
     let [textures, missing, scaled] = &scene.warnings[..] else { panic!("{:?}", scene.warnings) };
-    assert!(textures.contains("ignored map_Kd"), "{textures}");
+    assert!(textures.contains("ignored map_Ks"), "{textures}");
     assert!(missing.contains("m.obj:9: material \"lost one\" is defined nowhere"), "{missing}");
     assert!(scaled.contains("material \"mirror\" reflected more than it receives"), "{scaled}");
     // An override defines what the model does not.

@@ -235,7 +235,8 @@ fn mutated_files_do_not_panic() {
     let obj = format!(
         "mtllib m.mtl\no x\nusemtl a\nvt 0 0\nvn 0 1 0\n{SQUARE}f -4/1/1 -3/1/1 -2//1\nf 1 2/1 3 # end\n"
     );
-    let mtl = "newmtl a\nKd 0.5 0.5 0.5\nKs 0 0 0\nNs 10\nKe 0 0 1\n";
+    let mtl = "newmtl a\nKd 0.5 0.5 0.5\nKs 0 0 0\nNs 10\nKe 0 0 1\nmap_Kd -s 2 1 -clamp on a.tga\n";
+    let image = super::textures::tga();
     let tokens: [&[u8]; 14] = [
         b"nan",
         b"-1",
@@ -259,14 +260,16 @@ fn mutated_files_do_not_panic() {
     };
     let mut loaded = 0;
     for _ in 0..3000 {
-        let mut files = [toml.clone().into_bytes(), obj.clone().into_bytes(), mtl.as_bytes().to_vec()];
-        let file = &mut files[random(3)];
+        let mut files =
+            [toml.clone().into_bytes(), obj.clone().into_bytes(), mtl.as_bytes().to_vec(), image.clone()];
+        let file = &mut files[random(4)];
         for _ in 0..=random(3) {
             let (at, token) = (random(file.len()), tokens[random(tokens.len())]);
             let end = (at + random(4)).min(file.len());
             file.splice(at..end, token.iter().copied());
         }
-        let files: [(&str, &[u8]); 3] = [("s.toml", &files[0]), ("m.obj", &files[1]), ("m.mtl", &files[2])];
+        let names = ["s.toml", "m.obj", "m.mtl", "a.tga"];
+        let files: Vec<(&str, &[u8])> = names.into_iter().zip(files.iter().map(Vec::as_slice)).collect();
         match load_files(&files, "s.toml", &LoadOptions::default()) {
             Ok(scene) => {
                 loaded += 1;

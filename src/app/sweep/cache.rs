@@ -57,10 +57,20 @@ pub(super) fn default_folder() -> Result<PathBuf> {
 /// File name of the reference of a scene seen by its first camera. Whatever changes the picture changes the name.
 pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
     let mut key = Key(0xcbf2_9ce4_8422_2325);
-    let Scene { triangles, materials, lights, cameras, origin: _, quality, name: _, warnings: _ } = scene;
+    let Scene {
+        triangles,
+        texture_coordinates,
+        materials,
+        lights,
+        cameras,
+        origin: _,
+        quality,
+        name: _,
+        warnings: _,
+    } = scene;
     let shader = Shader::named("path_trace");
     write!(key, "{FORMAT} {} {} {budget} {}", shader.source_hash, fnv1a(shader.bytes), quality.seed)
-        .and_then(|()| write!(key, "{materials:?} {lights:?} {:?}", cameras[0]))
+        .and_then(|()| write!(key, "{materials:?} {texture_coordinates:?} {lights:?} {:?}", cameras[0]))
         .and_then(|()| triangles.iter().try_for_each(|triangle| write!(key, "{triangle:?}")))
         .expect("a hash takes everything");
     format!("{:016x}.reference", key.0)
@@ -127,8 +137,9 @@ pub(super) fn write(file: &Path, size: [u32; 2], kept: &Kept) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{LightKind, LoadOptions};
-    use glam::Vec3;
+    use crate::scene::{Image, LightKind, LoadOptions, Texture};
+    use glam::{Vec2, Vec3};
+    use std::sync::Arc;
 
     const SIZE: [u32; 2] = [3, 2];
 
@@ -183,6 +194,13 @@ mod tests {
         };
         changed(&|scene| scene.triangles[7].positions[1].y += 1e-6);
         changed(&|scene| scene.materials[0].diffuse.x *= 0.999);
+        let image = |code| {
+            let image = Image { size: [1, 1], codes: vec![[code; 3]] };
+            Some(Texture { image: Arc::new(image), is_clamped: false })
+        };
+        changed(&|scene| scene.materials[0].texture = image(1));
+        changed(&|scene| scene.materials[0].texture = image(2));
+        changed(&|scene| scene.texture_coordinates = vec![[Vec2::ZERO; 3]]);
         changed(&|scene| scene.cameras[0].size[0] += 1);
         changed(&|scene| scene.quality.seed += 1);
         changed(&|scene| {
@@ -192,7 +210,7 @@ mod tests {
         });
         others.sort();
         others.dedup();
-        assert_eq!(others.len(), 6);
+        assert_eq!(others.len(), 9);
         assert!(!others.contains(&name));
         let mut renamed = scene.clone();
         renamed.quality.entry_points += 1;

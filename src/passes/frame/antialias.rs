@@ -85,8 +85,8 @@ pub struct Antialias {
     samples: Pipeline,
     shadow_edges: Pipeline,
     prefix_sum: PrefixSum,
-    /// Of the edges that were listed last.
-    edge_pixels: Buffer,
+    /// Index of each edge pixel, of the edges that were listed last.
+    pub edge_pixels: Buffer,
     /// Workgroups along each axis that take four of them each.
     edge_groups: Buffer,
     /// Shadow edges of the light that was taken last before each pixel, and their number.

@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
-use crate::passes::frame::antialias::Antialias;
+use crate::passes::frame::{antialias::Antialias, pixel_colours::PixelColours};
 use std::sync::Arc;
 
 gpu_struct! {
@@ -40,6 +40,8 @@ pub struct Irradiances<'a> {
     pub gloss: Option<&'a Buffer>,
     /// Samples of the pixels that show an edge.
     pub antialias: &'a Antialias,
+    /// Colours of images at pixels and samples.
+    pub colours: &'a PixelColours,
 }
 
 /// The pipeline and the picture.
@@ -58,9 +60,10 @@ impl Compose {
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, pixel_count: u32, shines: bool) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, scene: &SceneBuffers, pixel_count: u32, shines: bool) -> Result<Self> {
+        let constants = [("SHINES", u32::from(shines)), scene.textures.constant()];
         Ok(Self {
-            pipeline: Pipeline::new(context, Self::STEM, &[("SHINES", u32::from(shines))])?,
+            pipeline: Pipeline::new(context, Self::STEM, &constants)?,
             pixel_count,
             radiance: Buffer::storage(context, "radiance", u64::from(pixel_count) * 12)?,
         })
@@ -74,7 +77,7 @@ impl Compose {
         irradiances: Irradiances<'_>,
         [direct_share, indirect_share]: [f32; 2],
     ) {
-        let Irradiances { pixels, direct, indirect, gloss, antialias } = irradiances;
+        let Irradiances { pixels, direct, indirect, gloss, antialias, colours } = irradiances;
         rec.pass(Self::STEM).dispatch(
             &self.pipeline,
             [self.pixel_count, 1, 1],
@@ -97,6 +100,8 @@ impl Compose {
                 // Where nothing shines nobody reads it.
                 ("GlossRadiance", gloss.unwrap_or(indirect)),
                 ("Radiance", &self.radiance),
+                ("PixelColours", &colours.of_pixels),
+                ("EdgeColours", &colours.of_edges),
             ],
         );
     }

@@ -6,6 +6,7 @@ use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::gloss::Gloss;
+use crate::passes::has_textures;
 use crate::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
 use crate::types::Record;
 use glam::{DVec2, Vec2};
@@ -78,8 +79,9 @@ impl Gather {
         shines: bool,
     ) -> Result<Self> {
         let [rings, sectors] = hemisphere.constants();
+        let constants = [rings, sectors, ("SHINES", u32::from(shines)), has_textures(rays.has_colours)];
         Ok(Self {
-            pipeline: Pipeline::new(context, Self::STEM, &[rings, sectors, ("SHINES", u32::from(shines))])?,
+            pipeline: Pipeline::new(context, Self::STEM, &constants)?,
             point_count,
             code,
             hemisphere,
@@ -106,7 +108,7 @@ impl Gather {
         // Where no ray reads a slot nobody looks at what is bound for it.
         let (slots, fluxes) = gloss.map_or((irradiance, irradiance), |gloss| (&gloss.slots, &gloss.fluxes));
         let mut pass = rec.pass(Self::STEM);
-        for (first_point, point_count, rays) in self.rays.parts(point_count) {
+        for (first_point, point_count, [rays, colours]) in self.rays.parts(point_count) {
             let push = GatherPush {
                 first_point,
                 point_count,
@@ -132,6 +134,7 @@ impl Gather {
                     ("GlossSlots", slots),
                     ("GlossFluxes", fluxes),
                     ("Records", &self.records),
+                    ("RayColours", colours),
                 ],
             );
         }

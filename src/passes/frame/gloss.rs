@@ -28,6 +28,8 @@ gpu_struct! {
         pub departure: Vec3,
         /// Its material.
         pub material: u32,
+        /// Packed colour of the image there; white where there is none.
+        pub colour: u32,
     }
 }
 
@@ -211,6 +213,7 @@ impl Gloss {
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(
         context: &Arc<Context>,
+        scene: &SceneBuffers,
         tables: &GlossTables,
         directions: Directions,
         path_count: u32,
@@ -221,7 +224,7 @@ impl Gloss {
         let base = |entry_points| Pipeline::new(context, Self::STEM, &[("ENTRY_POINTS", entry_points)]);
         Ok(Self {
             trace: Pipeline::new(context, Self::BEAMS_STEM, &[])?,
-            reflect: Pipeline::new(context, Self::ENTRIES_STEM, &[])?,
+            reflect: Pipeline::new(context, Self::ENTRIES_STEM, &[scene.textures.constant()])?,
             base: [base(0)?, base(1)?],
             level: Pipeline::new(context, "gloss_level", &[])?,
             entries: Buffer::from_slice(context, "gloss entries", &tables.entries)?,

@@ -3,13 +3,13 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::gloss::{Dispatch, Gloss, GlossLight, GlossPart};
 use crate::passes::frame::light_sum::LightSum;
 use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::precompute::gather_rays::LEAST_ENTRY_POINTS;
-use crate::passes::{ClusterBuffers, OneLight, SceneBuffers};
+use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::types::{Grid, PixelSurface, View};
 use glam::Vec3;
 use std::sync::Arc;
@@ -75,28 +75,6 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `highlights`.
-    pub struct HighlightsPush {
-        /// The camera, metres.
-        pub eye: Vec3,
-        /// Of the image.
-        pub pixel_count: u32,
-        /// Samples of a pixel at most.
-        pub most_samples: u32,
-        /// Samples that there is room for.
-        pub capacity: u32,
-        /// Which light.
-        pub light: u32,
-        /// First point sample of the light.
-        pub first_sample: u32,
-        /// Behind the last.
-        pub end_sample: u32,
-        /// Seed of the directions.
-        pub seed: u32,
-    }
-}
-
-gpu_struct! {
     /// Push constants of `gloss_hits`.
     pub struct GlossHitsPush {
         /// What to take of the clusters.
@@ -133,7 +111,6 @@ pub const LAYOUTS: &[Layout] = &[
     GlossMarkPush::LAYOUT,
     GlossListPush::LAYOUT,
     GlossRaysPush::LAYOUT,
-    HighlightsPush::LAYOUT,
     GlossHitsPush::LAYOUT,
     GlossPixelsPush::LAYOUT,
 ];
@@ -171,23 +148,25 @@ pub struct GlossPixels {
     mark: Pipeline,
     list: Pipeline,
     trace: Pipeline,
-    highlight: Pipeline,
+    pub(super) highlight: Pipeline,
     sum: LightSum,
     /// Over other vertices, and over entry points.
     meet: [Pipeline; 2],
     shine: Pipeline,
     prefix_sum: PrefixSum,
-    pixel_count: u32,
-    most_samples: u32,
+    pub(super) pixel_count: u32,
+    pub(super) most_samples: u32,
     /// Samples that there is room for.
     pub capacity: u32,
     cluster_bits: u32,
-    offsets: Buffer,
-    pixels: Buffer,
+    pub(super) offsets: Buffer,
+    pub(super) pixels: Buffer,
     /// `PixelSurface`s, pixel by pixel.
     pub samples: Buffer,
     /// `GlossRay`s, sample by sample.
     pub rays: Buffer,
+    /// Packed colour of the image where each ray met one; a word that nobody reads in scenes without images.
+    pub colours: Buffer,
     /// What each ray that meets what shines finds there, W/m²; three floats.
     hits: Buffer,
     /// What each sample sends to the camera straight from the lights, per unit of specular albedo, W/m²/sr; three floats.
@@ -199,8 +178,6 @@ pub struct GlossPixels {
 impl GlossPixels {
     /// What tracing the rays is called in timings.
     pub const RAYS_STEM: &str = "gloss_rays";
-    /// What the highlights of the lights are called in timings.
-    pub const HIGHLIGHTS_STEM: &str = "highlights";
     /// What the light is called in timings.
     pub const STEM: &str = "gloss_pixels";
 
@@ -209,7 +186,14 @@ impl GlossPixels {
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, pixel_count: u32, most_rays: u32, cluster_bits: u32) -> Result<Self> {
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &SceneBuffers,
+        pixel_count: u32,
+        most_rays: u32,
+        cluster_bits: u32,
+    ) -> Result<Self> {
+        let textures = &scene.textures;
         let most_samples = most_rays.div_ceil(LOBE_RAYS);
         let all = u64::from(pixel_count) * u64::from(most_samples);
         let wanted = all.div_ceil(SHARE).max(all.min(LEAST_ROOM));
@@ -220,11 +204,11 @@ impl GlossPixels {
         Ok(Self {
             mark: Pipeline::new(context, "gloss_mark", &[])?,
             list: Pipeline::new(context, "gloss_list", &[])?,
-            trace: Pipeline::new(context, Self::RAYS_STEM, &[])?,
+            trace: Pipeline::new(context, Self::RAYS_STEM, &[textures.constant()])?,
             highlight: Pipeline::new(context, Self::HIGHLIGHTS_STEM, &[])?,
             sum: LightSum::new(context)?,
             meet: [meet(0)?, meet(1)?],
-            shine: Pipeline::new(context, Self::STEM, &[])?,
+            shine: Pipeline::new(context, Self::STEM, &[textures.constant()])?,
             prefix_sum: PrefixSum::new(context, pixel_count)?,
             pixel_count,
             most_samples,
@@ -234,6 +218,7 @@ impl GlossPixels {
             pixels: Buffer::storage(context, "gloss pixels", 4 * u64::from(pixel_count))?,
             samples: room("gloss samples", size_of::<PixelSurface>() as u64)?,
             rays: room("gloss rays", sample_bytes)?,
+            colours: textures.colours(context, "gloss colours", u64::from(capacity * LOBE_RAYS))?,
             hits: room("gloss hits", 12 * u64::from(LOBE_RAYS))?,
             highlights: room("highlights", 12)?,
             radiance: Buffer::storage(
@@ -292,7 +277,7 @@ impl GlossPixels {
                 cluster_bits: self.cluster_bits,
                 least_entry_points: LEAST_ENTRY_POINTS,
             },
-            &[
+            &scene.textures.after([
                 ("Nodes", &scene.nodes),
                 ("Triangles", &scene.triangles),
                 ("Surfaces", &scene.surfaces),
@@ -305,50 +290,9 @@ impl GlossPixels {
                 ("GlossPixels", &self.pixels),
                 ("GlossSamples", &self.samples),
                 ("GlossRays", &self.rays),
-            ],
+                ("GlossColours", &self.colours),
+            ]),
         );
-    }
-
-    /// Fills a light's layer of highlights: one value a sample. Records into an open pass, with barriers between its own dispatches
-    /// only.
-    pub fn record_highlights(
-        &self,
-        pass: &mut PassScope<'_>,
-        scene: &SceneBuffers,
-        light: OneLight<'_>,
-        (eye, seed): (Vec3, u32),
-        layer: &Buffer,
-    ) {
-        for (first_sample, end_sample) in light.spans() {
-            if first_sample > 0 {
-                pass.barrier(COMPUTE_TO_COMPUTE);
-            }
-            pass.dispatch(
-                &self.highlight,
-                [self.capacity, 1, 1],
-                &HighlightsPush {
-                    eye,
-                    pixel_count: self.pixel_count,
-                    most_samples: self.most_samples,
-                    capacity: self.capacity,
-                    light: light.index,
-                    first_sample,
-                    end_sample,
-                    seed,
-                },
-                &[
-                    ("Nodes", &scene.nodes),
-                    ("Triangles", &scene.triangles),
-                    ("Surfaces", &scene.surfaces),
-                    ("Materials", &scene.materials),
-                    ("Lights", light.table),
-                    ("GlossOffsets", &self.offsets),
-                    ("GlossSamples", &self.samples),
-                    ("GlossPixels", &self.pixels),
-                    ("HighlightLayer", layer),
-                ],
-            );
-        }
     }
 
     /// The light that the pixels shine: what comes back along the rays, and the sum of the lights' highlights, each with its emission.
@@ -403,6 +347,7 @@ impl GlossPixels {
                 ("GlossHits", &self.hits),
                 ("Highlights", &self.highlights),
                 ("GlossRadiance", &self.radiance),
+                ("GlossColours", &self.colours),
             ],
         );
     }

@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::has_textures;
 use crate::types::Deposit;
 use glam::Vec3;
 use std::ops::Range;
@@ -92,6 +93,7 @@ pub struct PathScan {
     /// Of each step 1 − cosα off the mirror direction; where nothing shines, there are none.
     lobes: Option<Buffer>,
     step_count: u32,
+    colours: Buffer,
     block_products: Buffer,
     /// Product that enters each block from the left; three floats.
     entering: Buffer,
@@ -103,27 +105,35 @@ impl PathScan {
     /// The name that shaders, twin and timing share.
     pub const STEM: &str = "path_scan";
 
-    /// Uploads the paths; `lobes` is empty where no material may shine.
+    /// Uploads the paths. `colours`: packed, of the image where the step before ended; none at all in scenes without images. `lobes` is
+    /// empty where no material may shine.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(
         context: &Arc<Context>,
         steps: &[PathStep],
+        colours: &[u32],
         lobes: &[f32],
         deposits: &[Deposit],
     ) -> Result<Self> {
+        let constants = [("SHINES", u32::from(!lobes.is_empty())), has_textures(!colours.is_empty())];
         let lobes =
             (!lobes.is_empty()).then(|| Buffer::from_slice(context, "path lobes", lobes)).transpose()?;
         let step_count = steps.len() as u32;
         let block_count = u64::from(step_count.div_ceil(BLOCK_STEPS));
         Ok(Self {
-            blocks: Pipeline::new(context, "path_scan_blocks", &[("SHINES", u32::from(lobes.is_some()))])?,
+            blocks: Pipeline::new(context, "path_scan_blocks", &constants)?,
             carry: Pipeline::new(context, "path_scan_carry", &[])?,
             apply: Pipeline::new(context, "path_scan_apply", &[])?,
             steps: Buffer::from_slice(context, "path steps", steps)?,
             lobes,
             step_count,
+            colours: Buffer::from_slice(
+                context,
+                "step colours",
+                if colours.is_empty() { &[0] } else { colours },
+            )?,
             block_products: Buffer::storage(
                 context,
                 "block products",
@@ -134,17 +144,17 @@ impl PathScan {
         })
     }
 
-    /// Bytes of the stored steps.
-    pub fn step_bytes(&self) -> u64 {
-        self.steps.bytes() + self.lobes.as_ref().map_or(0, Buffer::bytes)
+    /// Bytes of the stored steps, and of their lobes and colours, which are read once.
+    pub fn step_bytes(&self) -> [u64; 2] {
+        [self.steps.bytes(), self.lobes.as_ref().map_or(0, Buffer::bytes) + self.colours.bytes()]
     }
 
     /// Scans all paths again, or those parts of the vertex array only. A part that was not asked for keeps what it has: the same bits.
     pub fn record(&self, rec: &mut Recorder, materials: &Buffer, parts: Option<&[Range<u32>]>) {
         let step_count = self.step_count;
         let block_count = step_count.div_ceil(BLOCK_STEPS);
-        let all = [0..step_count];
-        let ranges = blocks_of(parts.unwrap_or(&all));
+        let all = 0..step_count;
+        let ranges = blocks_of(parts.unwrap_or(std::slice::from_ref(&all)));
         let mut pass = rec.pass(Self::STEM);
         for (index, blocks) in ranges.iter().enumerate() {
             if index > 0 {
@@ -162,6 +172,7 @@ impl PathScan {
                     ("Lobes", self.lobes.as_ref().unwrap_or(&self.steps)),
                     ("Deposits", &self.deposits),
                     ("Blocks", &self.block_products),
+                    ("StepColours", &self.colours),
                 ],
             );
         }

@@ -110,17 +110,34 @@ pub struct RayTable {
     pub rows_per_buffer: u32,
     /// The buffers.
     pub buffers: Vec<Buffer>,
+    /// Beside each, the packed colour of the image where each ray met one; a word that nobody reads in scenes without images.
+    pub colours: Vec<Buffer>,
+    /// Whether there are images.
+    pub has_colours: bool,
 }
 
 impl RayTable {
-    fn new(context: &Arc<Context>, point_count: u32, hemisphere: Hemisphere) -> Result<Self> {
+    fn new(
+        context: &Arc<Context>,
+        scene: &SceneBuffers,
+        point_count: u32,
+        hemisphere: Hemisphere,
+    ) -> Result<Self> {
         let row_bytes = u64::from(hemisphere.rays()) * size_of::<GatherRay>() as u64;
         let limit = (context.limits().storage_range_bytes / row_bytes).max(1);
         let rows_per_buffer = limit.min(u64::from(point_count.max(1))) as u32;
         let rows = Self::split(rows_per_buffer, point_count);
         let buffers =
             rows.map(|(_, rows)| Buffer::storage(context, "gather rays", u64::from(rows) * row_bytes));
-        Ok(Self { rows_per_buffer, buffers: buffers.collect::<Result<_>>()? })
+        let rays_of = |rows: u32| u64::from(rows) * u64::from(hemisphere.rays());
+        let colours = Self::split(rows_per_buffer, point_count)
+            .map(|(_, rows)| scene.textures.colours(context, "ray colours", rays_of(rows)));
+        Ok(Self {
+            rows_per_buffer,
+            buffers: buffers.collect::<Result<_>>()?,
+            colours: colours.collect::<Result<_>>()?,
+            has_colours: scene.textures.are_used,
+        })
     }
 
     /// First row and number of rows of each buffer.
@@ -129,16 +146,16 @@ impl RayTable {
         starts.map(move |first| (first, rows_per_buffer.min(point_count - first)))
     }
 
-    /// First point, number of points and buffer of each part of the table.
-    pub fn parts(&self, point_count: u32) -> impl Iterator<Item = (u32, u32, &Buffer)> {
+    /// First point, number of points, rays and colours of each part of the table.
+    pub fn parts(&self, point_count: u32) -> impl Iterator<Item = (u32, u32, [&Buffer; 2])> {
         Self::split(self.rows_per_buffer, point_count)
-            .zip(&self.buffers)
-            .map(|((first, rows), buffer)| (first, rows, buffer))
+            .zip(self.buffers.iter().zip(&self.colours))
+            .map(|((first, rows), (rays, colours))| (first, rows, [rays, colours]))
     }
 
     /// Bytes of all parts.
     pub fn bytes(&self) -> u64 {
-        self.buffers.iter().map(Buffer::bytes).sum()
+        self.buffers.iter().chain(&self.colours).map(Buffer::bytes).sum()
     }
 
     /// Replaces all rows.
@@ -180,11 +197,12 @@ pub fn trace(
     seed: u32,
     progress: &mut dyn Progress,
 ) -> Result<RayTable> {
-    let pipeline = Pipeline::new(context, STEM, &hemisphere.constants())?;
-    let table = RayTable::new(context, point_count, hemisphere)?;
+    let [rings, sectors] = hemisphere.constants();
+    let pipeline = Pipeline::new(context, STEM, &[rings, sectors, scene.textures.constant()])?;
+    let table = RayTable::new(context, scene, point_count, hemisphere)?;
     progress.stage("gather rays", u64::from(point_count));
     let mut chunks = Chunks::new(64, point_count.max(1));
-    for (first_point, rows, rays) in table.parts(point_count) {
+    for (first_point, rows, [rays, colours]) in table.parts(point_count) {
         chunks.run(rows, |first_row, count| {
             let push = GatherRaysPush {
                 grid: clusters.grid,
@@ -201,7 +219,7 @@ pub fn trace(
                     &pipeline,
                     [count * pipeline.local_size()[0], 1, 1],
                     &push,
-                    &[
+                    &scene.textures.after([
                         ("Nodes", &scene.nodes),
                         ("Triangles", &scene.triangles),
                         ("Surfaces", &scene.surfaces),
@@ -210,7 +228,8 @@ pub fn trace(
                         ("ClusterLinks", &clusters.links),
                         ("CachePoints", cache_points),
                         ("GatherRays", rays),
-                    ],
+                        ("RayColours", colours),
+                    ]),
                 );
             })?;
             progress.advance(u64::from(first_point + first_row + count));

@@ -3,7 +3,7 @@
 //! In: paths, gather rays. Out: tables; gather rays that read a direction point to its slot.
 
 use super::gather_rays::{GatherCode, Hemisphere, RayTable};
-use super::light_paths::LightPaths;
+use super::path_orders::LightPaths;
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::Result;
 use crate::passes::frame::gloss::{GlossEntry, GlossSlot, GlossVertex, NO_ENTRY};
@@ -138,9 +138,9 @@ fn base_ranges(hvds: &Hvds) -> Vec<UVec2> {
 
 impl GlossTables {
     fn find_entries(&mut self, sources: &Sources<'_>) {
-        for ((path, entry), &departure) in
-            (0..).zip(sources.entry_points).zip(&sources.paths.arrivals.departures)
-        {
+        let arrivals = &sources.paths.arrivals;
+        let leaving = arrivals.departures.iter().zip(&arrivals.entry_colours);
+        for ((path, entry), (&departure, &colour)) in (0..).zip(sources.entry_points).zip(leaving) {
             let surface = &sources.surfaces[entry.side as usize / 2];
             if sources.materials[surface.material as usize].may_shine() {
                 let normal = if entry.side % 2 == 1 { -surface.normal } else { surface.normal };
@@ -151,6 +151,7 @@ impl GlossTables {
                     weight: entry.weight,
                     departure,
                     material: surface.material,
+                    colour,
                 });
             }
         }

@@ -1,16 +1,15 @@
 //! Light paths from all entry points. [Yue §1]
 //! In: entry points. Out: steps in path order and deposits in cluster order.
 
+use super::path_orders::{Arrivals, LightPaths, Vertex, WHITE, editable_bits, group};
 use super::{Chunks, Progress};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::frame::path_scan::{FROM_ENTRY, HEAD, PathStep};
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::Material;
-use crate::types::{Deposit, Grid, NO_CLUSTER, PathVertex, Surface};
+use crate::types::{Deposit, Grid, PathVertex, Surface};
 use glam::Vec3;
-use std::ops::Range;
 use std::sync::Arc;
 
 gpu_struct! {
@@ -61,77 +60,6 @@ pub const ROULETTE_THRESHOLD: f32 = 0.5;
 /// What roulette takes editable materials to reflect: were it what they reflect at load, the paths that matter after an edit
 /// upwards would have ended early; were it all, paths among editable materials would never end.
 pub const EDITABLE_ALBEDO: f32 = 0.9;
-
-/// Where on its path a vertex was found, and what becomes of it.
-#[derive(Clone, Copy)]
-struct Vertex {
-    path: u32,
-    side: u32,
-    weight: f32,
-    cluster: u32,
-    incoming: Vec3,
-    lobe: f32,
-}
-
-impl Vertex {
-    fn new(path: u32, vertex: &PathVertex) -> Self {
-        let PathVertex { side, weight, cluster, incoming, lobe, .. } = *vertex;
-        Self { path, side, weight, cluster, incoming, lobe }
-    }
-}
-
-/// What is known of the vertices where a material may shine.
-#[derive(Default)]
-pub struct Arrivals {
-    /// Of each step: 1 − cosα off the mirror direction at the vertex before.
-    pub lobes: Vec<f32>,
-    /// Of each deposit: unit direction of travel when the path arrived; zero at entry points.
-    pub incoming: Vec<Vec3>,
-    /// Of each deposit: 2·triangle + (1 if the back side).
-    pub sides: Vec<u32>,
-    /// Of each path: unit direction in which it left its entry point; zero if it ended there.
-    pub departures: Vec<Vec3>,
-}
-
-/// Paths that stand together because the same editable materials reflect them.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PathGroup {
-    /// A bit for each editable material, by [`editable_bits`].
-    pub materials: u32,
-    /// Their steps.
-    pub steps: Range<u32>,
-}
-
-/// The bit of each material that is editable, in order; the last bit stands for all that find no other. Zero for the others.
-pub fn editable_bits(materials: &[Material]) -> Vec<u32> {
-    let mut editable = 0;
-    let bit = |material: &Material| {
-        if !material.editable {
-            return 0;
-        }
-        editable += 1;
-        1 << (editable - 1).min(31)
-    };
-    materials.iter().map(bit).collect()
-}
-
-/// All light paths, in the two orders that a frame needs.
-pub struct LightPaths {
-    /// Every vertex in path order: how its energy follows from the vertex before.
-    pub steps: Vec<PathStep>,
-    /// Every vertex in the order of base clusters; throughputs are the scan's to fill in. One more, which nobody reads,
-    /// takes vertices that no cluster holds.
-    pub deposits: Vec<Deposit>,
-    /// First deposit of each base cluster by an entry point, then its first by another vertex, and the end.
-    pub first_deposits: Vec<u32>,
-    /// Where some materials are editable: the paths by which of them reflect them, entry points aside.
-    pub groups: Vec<PathGroup>,
-    /// Empty where nothing shines.
-    pub arrivals: Arrivals,
-    /// Vertices that no cluster holds: zero unless the binning is broken.
-    pub lost: u64,
-}
-
 /// Traces all paths. Where some materials are editable, entry points and their paths are put in an order in which those that the same
 /// of them reflect stand together. `surfaces` in BVH order, `materials` as on the device; `base_clusters` counts the clusters of the base level.
 ///
@@ -154,7 +82,7 @@ pub fn trace(
     let mut live: Vec<PathState> = Vec::with_capacity(entry_points.len());
     for (path, entry) in entry_points.iter().enumerate() {
         let path = path as u32;
-        vertices.push(Vertex::new(path, entry));
+        vertices.push(Vertex::new(path, entry, WHITE));
         live.push(PathState {
             position: entry.position,
             side: entry.side,
@@ -169,7 +97,7 @@ pub fn trace(
 
     let may_shine: Vec<bool> = materials.iter().map(Material::may_shine).collect();
     let shines = may_shine.contains(&true);
-    let walk = Walk::new(context, clusters, entry_points.len() as u32, shines, seed)?;
+    let walk = Walk::new(context, scene, clusters, entry_points.len() as u32, shines, seed)?;
     let mut chunks = Chunks::new(1 << 12, LIMIT);
     progress.stage("light paths", live.len() as u64);
     let total = live.len() as u64;
@@ -201,6 +129,9 @@ pub fn trace(
     if !shines {
         paths.arrivals = Arrivals::default();
     }
+    if !scene.textures.are_used {
+        paths.colours = Vec::new();
+    }
     Ok(paths)
 }
 
@@ -211,6 +142,7 @@ struct Walk {
     paths: Buffer,
     vertices: Buffer,
     counts: Buffer,
+    colours: Buffer,
     grid: Grid,
     seed: u32,
 }
@@ -218,6 +150,7 @@ struct Walk {
 impl Walk {
     fn new(
         context: &Arc<Context>,
+        scene: &SceneBuffers,
         clusters: &ClusterBuffers,
         paths: u32,
         shines: bool,
@@ -229,6 +162,7 @@ impl Walk {
             ("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits()),
             ("EDITABLE_ALBEDO", EDITABLE_ALBEDO.to_bits()),
             ("SHINES", u32::from(shines)),
+            scene.textures.constant(),
         ];
         let vertex_bytes = limit * u64::from(STEPS) * size_of::<PathVertex>() as u64;
         Ok(Self {
@@ -237,6 +171,7 @@ impl Walk {
             paths: Buffer::storage(context, "path states", limit * size_of::<PathState>() as u64)?,
             vertices: Buffer::storage(context, "path vertices", vertex_bytes)?,
             counts: Buffer::storage(context, "vertex counts", limit * 4)?,
+            colours: scene.textures.colours(context, "vertex colours", limit * u64::from(STEPS))?,
             grid: clusters.grid,
             seed,
         })
@@ -258,7 +193,7 @@ impl Walk {
                 &self.pipeline,
                 [push.path_count, 1, 1],
                 &push,
-                &[
+                &scene.textures.after([
                     ("Nodes", &scene.nodes),
                     ("Triangles", &scene.triangles),
                     ("Surfaces", &scene.surfaces),
@@ -268,132 +203,23 @@ impl Walk {
                     ("Paths", &self.paths),
                     ("Vertices", &self.vertices),
                     ("VertexCounts", &self.counts),
-                ],
+                    ("VertexColours", &self.colours),
+                ]),
             );
         })?;
         let counts: Vec<u32> = self.counts.read_range(0, states.len())?;
         let vertices: Vec<PathVertex> = self.vertices.read_range(0, states.len() * STEPS as usize)?;
-        for ((state, &count), row) in states.iter().zip(&counts).zip(vertices.chunks_exact(STEPS as usize)) {
-            found.extend(row[..count as usize].iter().map(|vertex| Vertex::new(state.path, vertex)));
+        let colours: Vec<u32> = match scene.textures.are_used {
+            true => self.colours.read_range(0, vertices.len())?,
+            false => vec![WHITE; vertices.len()],
+        };
+        let rows = vertices.chunks_exact(STEPS as usize).zip(colours.chunks_exact(STEPS as usize));
+        for ((state, &count), (row, colours)) in states.iter().zip(&counts).zip(rows) {
+            let row = row[..count as usize].iter().zip(colours);
+            found.extend(row.map(|(vertex, &colour)| Vertex::new(state.path, vertex, colour)));
         }
         let after: Vec<PathState> = self.paths.read_range(0, states.len())?;
         survivors.extend(after.into_iter().filter(|state| state.is_alive == 1));
         Ok(timings[0].ms)
     }
-}
-
-/// Reorders entry points and numbers the paths anew, so that those that the same editable materials reflect stand together;
-/// returns for each path which these are. Entry points do not count: their reflection is part of the path's flux.
-fn group(vertices: &mut [Vertex], entry_points: &mut [PathVertex], bit: impl Fn(u32) -> u32) -> Vec<u32> {
-    let mut masks = vec![0; entry_points.len()];
-    let mut pending: Vec<Option<u32>> = vec![None; entry_points.len()];
-    for vertex in &*vertices {
-        // A vertex reflects what reaches the next one, if there is one.
-        let path = vertex.path as usize;
-        if let Some(reflector) = pending[path] {
-            masks[path] |= reflector;
-        }
-        let is_entry = vertex.incoming == Vec3::ZERO;
-        pending[path] = Some(if is_entry { 0 } else { bit(vertex.side) });
-    }
-    let mut order: Vec<u32> = (0..entry_points.len() as u32).collect();
-    order.sort_by_key(|&path| masks[path as usize]);
-    let mut places = vec![0; order.len()];
-    for (place, &path) in (0..).zip(&order) {
-        places[path as usize] = place;
-    }
-    vertices.iter_mut().for_each(|vertex| vertex.path = places[vertex.path as usize]);
-    let sorted: Vec<PathVertex> = order.iter().map(|&path| entry_points[path as usize]).collect();
-    entry_points.copy_from_slice(&sorted);
-    order.iter().map(|&path| masks[path as usize]).collect()
-}
-
-impl LightPaths {
-    /// Notes where the paths of each mask stand; `masks` in path order, or none.
-    fn group_steps(&mut self, masks: &[u32]) {
-        let mut path = 0;
-        for (index, step) in (0..).zip(&self.steps) {
-            if step.material == HEAD {
-                path += 1;
-            }
-            let Some(&materials) = masks.get(path - 1) else { return };
-            match self.groups.last_mut() {
-                Some(group) if group.materials == materials => group.steps.end = index + 1,
-                _ => self.groups.push(PathGroup { materials, steps: index..index + 1 }),
-            }
-        }
-    }
-
-    /// Orders vertices by path, and by cluster. Vertices of one path come in the order of the walk.
-    fn from_vertices(
-        mut vertices: Vec<Vertex>,
-        surfaces: &[Surface],
-        may_shine: &[bool],
-        paths: usize,
-        base_clusters: u32,
-    ) -> Self {
-        let first_vertices = offsets(paths, vertices.iter().map(|vertex| vertex.path));
-        let mut ordered = vertices.clone();
-        let mut cursor = first_vertices.clone();
-        for vertex in vertices.drain(..) {
-            let place = &mut cursor[vertex.path as usize];
-            ordered[*place as usize] = vertex;
-            *place += 1;
-        }
-
-        let mut heads = vec![false; ordered.len()];
-        first_vertices[..paths].iter().for_each(|&first| heads[first as usize] = true);
-        let list = |(vertex, &is_head): (&Vertex, &bool)| 2 * vertex.cluster + u32::from(!is_head);
-        let held = ordered.iter().zip(&heads).filter(|(vertex, _)| vertex.cluster != NO_CLUSTER);
-        let first_deposits = offsets(2 * base_clusters as usize, held.map(list));
-        let total = first_deposits[2 * base_clusters as usize];
-        let mut cursor = first_deposits.clone();
-        let mut deposits = vec![Deposit { throughput: Vec3::ZERO, path: 0 }; total as usize + 1];
-        let mut steps = Vec::with_capacity(ordered.len());
-        let mut arrivals = Arrivals {
-            lobes: Vec::with_capacity(ordered.len()),
-            incoming: vec![Vec3::ZERO; deposits.len()],
-            sides: vec![0; deposits.len()],
-            departures: vec![Vec3::ZERO; paths],
-        };
-        let mut before: Option<(Vertex, bool)> = None;
-        let mut lost = 0;
-        for (vertex, is_head) in ordered.into_iter().zip(heads) {
-            let slot = if vertex.cluster == NO_CLUSTER {
-                lost += 1;
-                total
-            } else {
-                let place = &mut cursor[2 * vertex.cluster as usize + usize::from(!is_head)];
-                *place += 1;
-                *place - 1
-            };
-            deposits[slot as usize].path = vertex.path;
-            arrivals.lobes.push(vertex.lobe);
-            arrivals.incoming[slot as usize] = vertex.incoming;
-            arrivals.sides[slot as usize] = vertex.side;
-            let mut material = HEAD;
-            if let Some((reflector, is_entry)) = before.filter(|(before, _)| before.path == vertex.path) {
-                material = surfaces[reflector.side as usize / 2].material;
-                if is_entry {
-                    arrivals.departures[vertex.path as usize] = vertex.incoming;
-                    material = if may_shine[material as usize] { FROM_ENTRY } else { material };
-                }
-            }
-            steps.push(PathStep { material, weight: vertex.weight, slot });
-            before = Some((vertex, is_head));
-        }
-        Self { steps, deposits, first_deposits, groups: Vec::new(), arrivals, lost }
-    }
-}
-
-/// Where each bin of a counting sort begins, and the end.
-fn offsets(bins: usize, keys: impl Iterator<Item = u32>) -> Vec<u32> {
-    let mut first = vec![0; bins + 1];
-    for key in keys {
-        first[key as usize + 1] += 1;
-    }
-    for bin in 0..bins {
-        first[bin + 1] += first[bin];
-    }
-    first
 }

@@ -10,6 +10,7 @@ pub mod gloss;
 pub mod light_paths;
 pub mod near_clusters;
 pub mod neighbours;
+pub mod path_orders;
 pub mod rays;
 pub mod sides;
 

@@ -88,7 +88,8 @@ pub struct Job<'a> {
 pub fn trace(context: &Arc<Context>, job: Job<'_>) -> Result<Vec<Vec3>> {
     let [rings, sectors] = job.hemisphere.constants();
     let roulette = ("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits());
-    let pipeline = Pipeline::new(context, STEM, &[rings, sectors, roulette])?;
+    let pipeline =
+        Pipeline::new(context, STEM, &[rings, sectors, roulette, job.scene.buffers.textures.constant()])?;
     let strata = job.hemisphere.rays();
     let points_at_a_time = (STRATA_LIMIT / strata).clamp(1, job.point_count.max(1));
     let path_bytes = size_of::<ProbePath>() as u64;

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::LitScene;
+use crate::passes::{LitScene, SceneBuffers};
 use crate::types::View;
 use glam::Vec3;
 use std::ops::Range;
@@ -153,8 +153,8 @@ impl PathTrace {
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, view: &View) -> Result<Self> {
-        let constants = [("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits())];
+    pub fn new(context: &Arc<Context>, scene: &SceneBuffers, view: &View) -> Result<Self> {
+        let constants = [("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits()), scene.textures.constant()];
         let lanes = u64::from(Self::tiles(view).min(TILE_LIMIT) * TILE * TILE);
         Ok(Self {
             context: context.clone(),

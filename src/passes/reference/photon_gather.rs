@@ -3,9 +3,9 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::LitScene;
 use crate::passes::precompute::Chunks;
 use crate::passes::reference::photon_map::PhotonGrid;
+use crate::passes::{LitScene, SceneBuffers};
 use crate::types::View;
 use glam::{DVec3, Vec3};
 use std::ops::Range;
@@ -115,10 +115,10 @@ impl PhotonGather {
     ///
     /// # Errors
     /// A Vulkan call failed.
-    pub fn new(context: &Arc<Context>) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, scene: &SceneBuffers) -> Result<Self> {
         Ok(Self {
             context: context.clone(),
-            pipeline: Pipeline::new(context, STEM, &[])?,
+            pipeline: Pipeline::new(context, STEM, &[scene.textures.constant()])?,
             chunks: Chunks::new(1 << 10, u32::MAX),
         })
     }

@@ -3,9 +3,9 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::LitScene;
 use crate::passes::precompute::Chunks;
 use crate::passes::reference::photon_map::PhotonMap;
+use crate::passes::{LitScene, SceneBuffers};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -81,8 +81,14 @@ impl PhotonTrace {
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, capacity: u32, sphere: BoundingSphere) -> Result<Self> {
-        let constants = [("STEPS", STEPS), ("MOST_SURVIVAL", MOST_SURVIVAL.to_bits())];
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &SceneBuffers,
+        capacity: u32,
+        sphere: BoundingSphere,
+    ) -> Result<Self> {
+        let constants =
+            [("STEPS", STEPS), ("MOST_SURVIVAL", MOST_SURVIVAL.to_bits()), scene.textures.constant()];
         Ok(Self {
             context: context.clone(),
             pipeline: Pipeline::new(context, STEM, &constants)?,

@@ -1,0 +1,13 @@
+// Colours of images seen through image points. Include after textures.glsl; the including shader binds `Surface surfaces[]`, too.
+
+// Where the ray of an image point, in pixels from the top left corner, meets a triangle's plane: the triangle's image there. With it
+// the side on which the ray meets the plane, positive or negative.
+vec4 colour_through(View view, vec2 point, uint triangle) {
+    vec2 ndc = point / vec2(view.width, view.height) * 2.0 - 1.0;
+    vec3 direction = view.forward + ndc.x * view.right - ndc.y * view.up;
+    Surface surface = surfaces[triangle];
+    float facing = dot(surface.normal, direction);
+    float t = dot(surface.normal, triangles[triangle].p0 - view.position) / facing;
+    vec3 barycentric = barycentric_at(triangle, view.position + t * direction);
+    return vec4(facing == 0.0 ? vec3(0.0) : image_at(surface.material, triangle, barycentric), facing);
+}

@@ -1,0 +1,42 @@
+// Images that materials take their diffuse albedo from: bilinear, decoded from sRGB before texels are mixed. Include after
+// colour.glsl. The including shader binds `Triangle triangles[]`, `vec2 texture_coordinates[]`, three a triangle, `Texture textures[]`,
+// one a material, and `uint texels[]`: what the 256 codes decode to, as floats, then the images. Without HAS_TEXTURES nothing of it
+// is read.
+
+vec3 texel_at(Texture image, ivec2 place) {
+    ivec2 size = ivec2(image.width, image.height);
+    // `place` is one texel outside at most.
+    ivec2 inside = image.is_clamped != 0u ? clamp(place, ivec2(0), size - 1) : (place + size) % size;
+    uint codes = texels[image.first + uint(inside.y) * image.width + uint(inside.x)];
+    return uintBitsToFloat(uvec3(texels[codes & 255u], texels[codes >> 8 & 255u], texels[codes >> 16 & 255u]));
+}
+
+// Colour of a material's image at a point of a triangle; white where it has none.
+vec3 image_at(uint material, uint triangle, vec3 barycentric) {
+    vec3 colour = vec3(1.0);
+    Texture image = textures[material];
+    // A loop that turns once, which lavapipe skips where a branch would be taken by all.
+    for (bool is_due = image.width != 0u; is_due; is_due = false) {
+        vec2 uv = barycentric.x * texture_coordinates[3u * triangle] + barycentric.y * texture_coordinates[3u * triangle + 1u]
+                + barycentric.z * texture_coordinates[3u * triangle + 2u];
+        // Rows are stored from the top.
+        vec2 place = vec2(uv.x, 1.0 - uv.y);
+        place = image.is_clamped != 0u ? clamp(place, 0.0, 1.0) : place - floor(place);
+        vec2 between = place * vec2(image.width, image.height) - 0.5;
+        ivec2 low = ivec2(floor(between));
+        vec2 share = between - vec2(low);
+        vec3 above = mix(texel_at(image, low), texel_at(image, low + ivec2(1, 0)), share.x);
+        vec3 below = mix(texel_at(image, low + ivec2(0, 1)), texel_at(image, low + ivec2(1)), share.x);
+        colour = mix(above, below, share.y);
+    }
+    return colour;
+}
+
+// Weights of a triangle's corners at a point of its plane.
+vec3 barycentric_at(uint triangle, vec3 position) {
+    Triangle t = triangles[triangle];
+    vec3 normal = cross(t.p1 - t.p0, t.p2 - t.p0);
+    vec3 from_p0 = position - t.p0;
+    vec2 weights = vec2(dot(cross(from_p0, t.p2 - t.p0), normal), dot(cross(t.p1 - t.p0, from_p0), normal)) / dot(normal, normal);
+    return vec3(1.0 - weights.x - weights.y, weights);
+}

@@ -1,0 +1,42 @@
+// Colours of images at pixels: their mean over the pixel, as far as it shows one surface. No ray is traced. Deterministic.
+// One invocation = one pixel. In: what the pixels see, images. Out: packed colours. Only in scenes with images.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/colour.glsl"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint POINTS = 0;  // along each side of a pixel
+
+struct PixelColoursPush { View view; };
+
+layout(scalar, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar, binding = 1) readonly buffer Surfaces { Surface surfaces[]; };
+layout(scalar, binding = 2) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(scalar, binding = 3) writeonly buffer PixelColours { uint pixel_colours[]; };
+layout(scalar, binding = 4) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 5) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 6) readonly buffer Texels { uint texels[]; };
+layout(scalar, push_constant) uniform Push { PixelColoursPush push; };
+
+#include "include/textures.glsl"
+#include "include/pixel_colours.glsl"
+
+void main() {
+    uint index = flat_invocation();
+    View view = push.view;
+    if (index >= view.width * view.height) return;
+    uint side = pixels[index].side;
+    vec2 corner = vec2(index % view.width, index / view.width);
+    vec4 sum = vec4(0.0);
+    // Beyond the surface's horizon, on the other side of its plane, there is nothing of it.
+    float sign_seen = (side & 1u) != 0u ? 1.0 : -1.0;
+    for (uint i = 0u; i < POINTS * POINTS && side != NO_SIDE; ++i) {
+        vec2 point = corner + (vec2(i % POINTS, i / POINTS) + 0.5) / float(POINTS);
+        vec4 found = colour_through(view, point, side >> 1);
+        if (found.w * sign_seen > 0.0) sum += vec4(found.xyz, 1.0);
+    }
+    pixel_colours[index] = pack_colour(sum.xyz / max(sum.w, 1.0));
+}

@@ -1,0 +1,81 @@
+//! Highlights: what shining pixels send to the camera of one light, straight from it. They are a layer of the light, one value a sample.
+//! In: samples of shining pixels, a light. Out: its layer, per unit of its emission and of the specular albedo.
+
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::gpu::{Buffer, PassScope};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::frame::gloss_pixels::GlossPixels;
+use crate::passes::{OneLight, SceneBuffers};
+use glam::Vec3;
+
+gpu_struct! {
+    /// Push constants of `highlights`.
+    pub struct HighlightsPush {
+        /// The camera, metres.
+        pub eye: Vec3,
+        /// Of the image.
+        pub pixel_count: u32,
+        /// Samples of a pixel at most.
+        pub most_samples: u32,
+        /// Samples that there is room for.
+        pub capacity: u32,
+        /// Which light.
+        pub light: u32,
+        /// First point sample of the light.
+        pub first_sample: u32,
+        /// Behind the last.
+        pub end_sample: u32,
+        /// Seed of the directions.
+        pub seed: u32,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[HighlightsPush::LAYOUT];
+
+impl GlossPixels {
+    /// What the highlights of the lights are called in timings.
+    pub const HIGHLIGHTS_STEM: &str = "highlights";
+
+    /// Fills a light's layer of highlights: one value a sample. Records into an open pass, with barriers between its own dispatches
+    /// only.
+    pub fn record_highlights(
+        &self,
+        pass: &mut PassScope<'_>,
+        scene: &SceneBuffers,
+        light: OneLight<'_>,
+        (eye, seed): (Vec3, u32),
+        layer: &Buffer,
+    ) {
+        for (first_sample, end_sample) in light.spans() {
+            if first_sample > 0 {
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
+            pass.dispatch(
+                &self.highlight,
+                [self.capacity, 1, 1],
+                &HighlightsPush {
+                    eye,
+                    pixel_count: self.pixel_count,
+                    most_samples: self.most_samples,
+                    capacity: self.capacity,
+                    light: light.index,
+                    first_sample,
+                    end_sample,
+                    seed,
+                },
+                &[
+                    ("Nodes", &scene.nodes),
+                    ("Triangles", &scene.triangles),
+                    ("Surfaces", &scene.surfaces),
+                    ("Materials", &scene.materials),
+                    ("Lights", light.table),
+                    ("GlossOffsets", &self.offsets),
+                    ("GlossSamples", &self.samples),
+                    ("GlossPixels", &self.pixels),
+                    ("HighlightLayer", layer),
+                ],
+            );
+        }
+    }
+}

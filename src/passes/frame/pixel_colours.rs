@@ -1,0 +1,141 @@
+//! Colours of images at pixels and at the samples of edge pixels, by which the composition multiplies albedos.
+//! In: what they see, images. Out: packed colours. In scenes without images, nothing runs.
+
+use crate::cpu::textures::unpack_colour;
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::SceneBuffers;
+use crate::passes::frame::antialias::Antialias;
+use crate::scene::Material;
+use crate::types::{NO_SIDE, PixelSurface, Surface, View};
+use glam::Vec3;
+use std::sync::Arc;
+
+gpu_struct! {
+    /// Push constants of `pixel_colours`.
+    pub struct PixelColoursPush {
+        /// The camera.
+        pub view: View,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `edge_colours`.
+    pub struct EdgeColoursPush {
+        /// The camera.
+        pub view: View,
+        /// Samples of a pixel at most.
+        pub most_samples: u32,
+        /// Samples that there is room for.
+        pub capacity: u32,
+    }
+}
+
+/// What this pass shares with its shaders.
+pub const LAYOUTS: &[Layout] = &[PixelColoursPush::LAYOUT, EdgeColoursPush::LAYOUT];
+
+/// Points along each side of a pixel that its colour is the mean of.
+pub const POINTS: u32 = 4;
+
+/// The pipelines and what they find.
+pub struct PixelColours {
+    pipelines: Option<[Pipeline; 2]>,
+    /// Mean colour of each pixel, packed; a word that nobody reads in scenes without images.
+    pub of_pixels: Buffer,
+    /// Colour of each edge sample, packed; likewise.
+    pub of_edges: Buffer,
+}
+
+impl PixelColours {
+    /// The name that shader, twin and timing share.
+    pub const STEM: &str = "pixel_colours";
+
+    /// Makes room for an image of `pixel_count` pixels and the edge samples that `antialias` has room for, where the scene has images.
+    ///
+    /// # Errors
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &SceneBuffers,
+        pixel_count: u32,
+        edge_capacity: u32,
+    ) -> Result<Self> {
+        let constant = scene.textures.constant();
+        let pipelines = || -> Result<_> {
+            Ok([
+                Pipeline::new(context, Self::STEM, &[("POINTS", POINTS), constant])?,
+                Pipeline::new(context, "edge_colours", &[constant])?,
+            ])
+        };
+        Ok(Self {
+            pipelines: scene.textures.are_used.then(pipelines).transpose()?,
+            of_pixels: scene.textures.colours(context, "pixel colours", pixel_count.into())?,
+            of_edges: scene.textures.colours(context, "edge colours", edge_capacity.into())?,
+        })
+    }
+
+    /// Colours of all pixels, and of the edge samples of the same camera while their list is there: shadow edges overwrite it. Does
+    /// nothing in scenes without images.
+    pub fn record(
+        &self,
+        rec: &mut Recorder,
+        scene: &SceneBuffers,
+        view: &View,
+        pixels: &Buffer,
+        antialias: Option<&Antialias>,
+    ) {
+        let Some([of_pixels, of_edges]) = &self.pipelines else { return };
+        let mut pass = rec.pass(Self::STEM);
+        pass.dispatch(
+            of_pixels,
+            [view.width * view.height, 1, 1],
+            &PixelColoursPush { view: *view },
+            &scene.textures.after([
+                ("Triangles", &scene.triangles),
+                ("Surfaces", &scene.surfaces),
+                ("Pixels", pixels),
+                ("PixelColours", &self.of_pixels),
+            ]),
+        );
+        let Some(antialias) = antialias.filter(|antialias| antialias.most_samples > 0) else { return };
+        let (most_samples, capacity) = (antialias.most_samples, antialias.capacity);
+        pass.dispatch(
+            of_edges,
+            [capacity, 1, 1],
+            &EdgeColoursPush { view: *view, most_samples, capacity },
+            &scene.textures.after([
+                ("Triangles", &scene.triangles),
+                ("Surfaces", &scene.surfaces),
+                ("EdgeOffsets", &antialias.offsets),
+                ("EdgePixels", &antialias.edge_pixels),
+                ("EdgeSurfaces", &antialias.edge_surfaces),
+                ("EdgeColours", &self.of_edges),
+            ]),
+        );
+    }
+
+    /// Diffuse albedo of each pixel, its colour included; black where the ray left the scene.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn albedos(
+        &self,
+        pixels: &[PixelSurface],
+        surfaces: &[Surface],
+        materials: &[Material],
+    ) -> Result<Vec<[f32; 3]>> {
+        let colours: Option<Vec<u32>> =
+            self.pipelines.as_ref().map(|_| self.of_pixels.read_range(0, pixels.len())).transpose()?;
+        let albedo = |(index, pixel): (usize, &PixelSurface)| {
+            if pixel.side == NO_SIDE {
+                return [0.0; 3];
+            }
+            let diffuse = materials[surfaces[pixel.side as usize / 2].material as usize].diffuse;
+            let colour =
+                colours.as_ref().map_or(Vec3::ONE, |colours| unpack_colour(colours[index]).as_vec3());
+            (diffuse * colour).to_array()
+        };
+        Ok(pixels.iter().enumerate().map(albedo).collect())
+    }
+}

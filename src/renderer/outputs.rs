@@ -1,0 +1,110 @@
+//! What can be read when a frame is done: pictures, numbers, and the buffers between its stages.
+
+use super::{Layer, Renderer, Statistics};
+use crate::error::Result;
+use crate::gpu::Buffer;
+use crate::passes::precompute::gather_rays::RayTable;
+use crate::types::{NO_SIDE, PixelSurface};
+
+impl Renderer {
+    /// The last frame for eyes: sRGB codes R, G, B, 255, row by row from the top.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn display(&self) -> Result<Vec<[u8; 4]>> {
+        self.tonemap.display.read()
+    }
+
+    /// A layer of the last frame, row by row from the top, linear Rec.709.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn layer(&self, layer: Layer) -> Result<Vec<[f32; 3]>> {
+        let pixels = || self.primary.pixels.read::<PixelSurface>();
+        // Composed again with a share of the light only; then the picture is put back.
+        let share = |shares: [f32; 2]| -> Result<Vec<[f32; 3]>> {
+            let compose = |shares| {
+                self.context.run(|rec| self.compose.record(rec, &self.buffers, self.irradiances(), shares))
+            };
+            compose(shares)?;
+            let layer = self.compose.radiance.read()?;
+            compose([1.0, 1.0])?;
+            Ok(layer)
+        };
+        match layer {
+            Layer::Beauty => self.compose.radiance.read(),
+            Layer::Direct => share([1.0, 0.0]),
+            Layer::Indirect => share([0.0, 1.0]),
+            Layer::Albedo => self.pixel_colours.albedos(&pixels()?, &self.surfaces, &self.scene.materials),
+            Layer::Normal => Ok(pixels()?.iter().map(|pixel| pixel.normal.to_array()).collect()),
+            Layer::Depth => {
+                let depth = |pixel: &PixelSurface| match pixel.side {
+                    NO_SIDE => f32::INFINITY,
+                    _ => (pixel.position - self.view.position).dot(self.view.forward),
+                };
+                Ok(pixels()?.iter().map(|pixel| [depth(pixel); 3]).collect())
+            }
+        }
+    }
+
+    /// Costs and sizes so far, the last view's shortcomings included.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn statistics(&self) -> Result<Statistics> {
+        let mut statistics = self.statistics.clone();
+        let memory = self.context.memory();
+        statistics.memory_bytes = memory.current_bytes;
+        statistics.peak_memory_bytes = memory.peak_bytes;
+        statistics.largest_binding_bytes = memory.largest_binding_bytes;
+        let (pairs, weights) = self.splat.list_lengths()?;
+        let [edges, shadow_edges] = self.antialias.edge_counts()?;
+        let counts = [
+            ("pixels", self.size()[0] * self.size()[1]),
+            ("edge pixels", edges),
+            ("shadow edge pixels of the light traced last", shadow_edges),
+            ("pixels without a covering record", self.splat.bare_pixel_count()?),
+            ("splat tile pairs", pairs),
+            ("splat weights", weights),
+        ];
+        statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), u64::from(value))));
+        let (skipped, unreached) = self.skipped_light()?;
+        statistics.skipped.extend(skipped);
+        statistics.counts.insert("entry points that no light reaches".into(), unreached);
+        Ok(statistics)
+    }
+
+    /// What the passes can be asked about, for tests: the buffers between the stages.
+    pub fn stages(&self) -> StageBuffers<'_> {
+        StageBuffers {
+            path_flux: &self.form_factors.flux,
+            deposits: &self.path_scan.deposits,
+            cluster_flux: &self.pyramid.flux,
+            cluster_irradiance: &self.pyramid.irradiance,
+            cache_points: &self.gather.cache_points,
+            gather_rays: &self.gather.rays,
+            gathered: &self.gather.records,
+            records: &self.blend.records,
+        }
+    }
+}
+
+/// The buffers between the stages of a frame.
+pub struct StageBuffers<'a> {
+    /// Flux of each path's first vertex, W; three floats.
+    pub path_flux: &'a Buffer,
+    /// `Deposit`s in cluster order.
+    pub deposits: &'a Buffer,
+    /// `ClusterFlux` of each cluster, W.
+    pub cluster_flux: &'a Buffer,
+    /// Irradiance of each cluster, W/m²; three floats.
+    pub cluster_irradiance: &'a Buffer,
+    /// `CachePoint`s.
+    pub cache_points: &'a Buffer,
+    /// `GatherRay`s, a row a cache point.
+    pub gather_rays: &'a RayTable,
+    /// `Record`s of the cache points as gathered.
+    pub gathered: &'a Buffer,
+    /// `Record`s of the cache points, blended.
+    pub records: &'a Buffer,
+}

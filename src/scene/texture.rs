@@ -1,0 +1,71 @@
+//! Images that materials take their diffuse albedo from.
+
+use std::fmt;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io::Cursor;
+use std::path::Path;
+use std::sync::Arc;
+
+use image::{DynamicImage, ImageFormat, ImageReader};
+
+/// Width and height of an image at most, texels.
+pub const MOST_TEXELS: u32 = 8192;
+
+/// An image of sRGB codes.
+#[derive(Clone, PartialEq)]
+pub struct Image {
+    /// Width and height in texels.
+    pub size: [u32; 2],
+    /// Red, green, blue, row by row from the top.
+    pub codes: Vec<[u8; 3]>,
+}
+
+/// How a material's image lies on its surfaces; a triangle's corners say where, in [`super::Scene::texture_coordinates`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture {
+    /// What is multiplied with the material's diffuse albedo.
+    pub image: Arc<Image>,
+    /// Outside of the image, its outermost texels go on; otherwise it repeats itself.
+    pub is_clamped: bool,
+}
+
+/// Images are told apart by their contents without printing them.
+impl fmt::Debug for Image {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        let mut hasher = DefaultHasher::new();
+        self.codes.hash(&mut hasher);
+        let [width, height] = self.size;
+        write!(formatter, "Image({width}×{height} {:016x})", hasher.finish())
+    }
+}
+
+impl Image {
+    /// Decodes a PNG, JPEG or TGA, and says whether transparency was left out. Grey becomes colour, 16 bits become 8. The contents
+    /// decide what it is; a TGA is told by the ending of `name`.
+    ///
+    /// Fails in words that follow the file's name.
+    pub(super) fn decode(name: &Path, bytes: &[u8]) -> Result<(Self, bool), String> {
+        let has_ending = |ending| name.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending));
+        let format = match image::guess_format(bytes) {
+            Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg)) => format,
+            _ if has_ending("tga") => ImageFormat::Tga,
+            _ => return Err("is no PNG, JPEG or TGA: convert it".to_owned()),
+        };
+        let reader = || ImageReader::with_format(Cursor::new(bytes), format);
+        let fault = |error| format!("is no readable {format:?}: {error}");
+        let (width, height) = reader().into_dimensions().map_err(fault)?;
+        if width.max(height) > MOST_TEXELS || width.min(height) == 0 {
+            return Err(format!(
+                "is {width}×{height} texels large, 1 to {MOST_TEXELS} either way can be used: scale it"
+            ));
+        }
+        let decoded = reader().decode().map_err(fault)?;
+        let is_transparent = has_transparency(&decoded);
+        let codes = decoded.into_rgb8().into_raw().as_chunks().0.to_vec();
+        Ok((Self { size: [width, height], codes }, is_transparent))
+    }
+}
+
+fn has_transparency(image: &DynamicImage) -> bool {
+    image.color().has_alpha() && image.to_rgba8().pixels().any(|pixel| pixel.0[3] < u8::MAX)
+}

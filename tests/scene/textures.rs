@@ -1,0 +1,257 @@
+//! Images of materials: formats, options, texture coordinates, and what is refused.
+
+use std::io::Cursor;
+
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use image::{DynamicImage, ImageFormat, Rgb, RgbImage, RgbaImage};
+use lightpaths::Result;
+use lightpaths::cpu::textures::{linear, pack_colour, sample, unpack_colour};
+use lightpaths::scene::{Image, LoadOptions, Scene, Texture};
+use std::sync::Arc;
+
+use super::refused::message;
+use super::{good_toml, load_files, set};
+
+/// A unit square whose corners lie at the corners of its image.
+const SQUARE: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+usemtl wall\nf 1/1 2/2 3/3 4/4\n";
+const MTL: &str = "newmtl wall\nmap_Kd a.png\n";
+
+/// Two texels beside each other, and two below them.
+const CODES: [[u8; 3]; 4] = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [128, 64, 32]];
+
+fn pixels() -> RgbImage {
+    RgbImage::from_fn(2, 2, |x, y| Rgb(CODES[(2 * y + x) as usize]))
+}
+
+fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    image.into().write_to(&mut bytes, format).unwrap();
+    bytes.into_inner()
+}
+
+pub(super) fn tga() -> Vec<u8> {
+    encoded(pixels(), ImageFormat::Tga)
+}
+
+fn png() -> Vec<u8> {
+    encoded(pixels(), ImageFormat::Png)
+}
+
+fn load_with(
+    toml: &str,
+    obj: &str,
+    mtl: &str,
+    images: &[(&str, &[u8])],
+    options: &LoadOptions,
+) -> Result<Scene> {
+    let mut files = vec![("s.toml", toml.as_bytes()), ("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes())];
+    files.extend(images);
+    load_files(&files, "s.toml", options)
+}
+
+fn load(obj: &str, mtl: &str, images: &[(&str, &[u8])]) -> Result<Scene> {
+    load_with(&good_toml(), obj, mtl, images, &LoadOptions::default())
+}
+
+fn texture(scene: &Scene) -> &Texture {
+    scene.materials[0].texture.as_ref().unwrap()
+}
+
+#[test]
+fn every_format_is_read_and_multiplies_kd() {
+    let grey = DynamicImage::ImageRgb8(pixels()).into_luma8();
+    let deep = DynamicImage::ImageRgb8(pixels()).into_rgb16();
+    for (name, bytes) in [
+        ("a.png", png()),
+        ("a.tga", tga()),
+        ("deep.png", encoded(deep, ImageFormat::Png)),
+        // The contents count, whatever the name says.
+        ("a.jpg", png()),
+    ] {
+        let scene = load(SQUARE, &format!("newmtl wall\nmap_Kd {name}\nKd 0.5 0.6 0.7\n"), &[(name, &bytes)]);
+        let scene = scene.unwrap();
+        assert_eq!(texture(&scene).image.codes, CODES, "{name}");
+        assert_eq!(scene.materials[0].diffuse, Vec3::new(0.5, 0.6, 0.7));
+        assert_eq!(scene.warnings, [""; 0], "{name}");
+    }
+    let scene = load(SQUARE, MTL, &[("a.png", &encoded(grey.clone(), ImageFormat::Png))]).unwrap();
+    assert_eq!(texture(&scene).image.codes, grey.pixels().map(|p| [p.0[0]; 3]).collect::<Vec<_>>());
+    assert_eq!(scene.materials[0].diffuse, Vec3::ONE, "an image alone is not dimmed");
+    let scene = load(SQUARE, &format!("{MTL}Kd 0 0 0\n"), &[("a.png", &png())]).unwrap();
+    assert!(scene.warnings[0].contains("\"wall\" is black: its image is multiplied"), "{:?}", scene.warnings);
+
+    let flat = RgbImage::from_pixel(16, 16, Rgb([200, 100, 50]));
+    let jpeg = encoded(flat, ImageFormat::Jpeg);
+    let scene = load(SQUARE, "newmtl wall\nmap_Kd a b.jpeg\n", &[("a b.jpeg", &jpeg)]).unwrap();
+    let apart = |code: &[u8; 3]| code.iter().zip([200_u8, 100, 50]).all(|(a, b)| a.abs_diff(b) <= 3);
+    assert!(texture(&scene).image.codes.iter().all(apart) && texture(&scene).image.size == [16, 16]);
+}
+
+#[test]
+fn transparency_is_passed_over_with_one_warning() {
+    let opaque = RgbaImage::from_pixel(2, 2, image::Rgba([1, 2, 3, 255]));
+    let mut clear = opaque.clone();
+    clear.get_pixel_mut(1, 1).0[3] = 254;
+    let [opaque, clear] = [opaque, clear].map(|image| encoded(image, ImageFormat::Png));
+    assert_eq!(load(SQUARE, MTL, &[("a.png", &opaque)]).unwrap().warnings, [""; 0]);
+    let mtl = "newmtl wall\nmap_Kd a.png\nnewmtl other\nmap_Kd b.png\n";
+    let scene = load(SQUARE, mtl, &[("a.png", &clear), ("b.png", &clear)]).unwrap();
+    assert_eq!(scene.warnings.len(), 1);
+    assert!(
+        scene.warnings[0].contains("m.mtl\": ignored the transparency of images"),
+        "{:?}",
+        scene.warnings
+    );
+}
+
+#[test]
+fn options_place_the_image() {
+    let corners = |scene: &Scene| {
+        let [first, second] = [0, 1].map(|index| scene.texture_coordinates[index]);
+        [first[0], first[1], first[2], second[2]]
+    };
+    let square = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
+    let image: &[(&str, &[u8])] = &[("a.png", &png())];
+    let scene = load(SQUARE, MTL, image).unwrap();
+    assert_eq!((corners(&scene), texture(&scene).is_clamped), (square, false));
+
+    let mtl = "newmtl wall\nmap_Kd -s 2 3 1 -o 0.25 -clamp on -mm 0 1 -cc off a.png\n";
+    let scene = load(SQUARE, mtl, image).unwrap();
+    let placed = square.map(|corner| Vec2::new(2.0, 3.0) * corner + Vec2::new(0.25, 0.0));
+    assert_eq!((corners(&scene), texture(&scene).is_clamped), (placed, true));
+    assert!(scene.warnings[0].contains("ignored map_Kd -cc, map_Kd -mm"), "{:?}", scene.warnings);
+
+    // A file may be called like a number; folders may be parted by backslashes.
+    let scene = load(SQUARE, "newmtl wall\nmap_Kd -s 2 7\n", &[("7", &png())]).unwrap();
+    assert_eq!(corners(&scene)[2], Vec2::new(2.0, 1.0));
+    load(SQUARE, "newmtl wall\nmap_Kd .\\a.png\n", image).unwrap();
+}
+
+#[test]
+fn coordinates_follow_their_corners() {
+    let image: &[(&str, &[u8])] = &[("a.png", &png())];
+    // Faces with and without coordinates, with normals and with negative indices, one triangle mirrored.
+    let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nvn 0 1 0\nvt 0.5\nvt 0.25 0.75 0 # w\nusemtl wall\n\
+f 1/1/1 2/2/1 3/1/1\nf 1 3 4\n";
+    let scene = load(obj, MTL, image).unwrap();
+    let [a, b] = [Vec2::new(0.5, 0.0), Vec2::new(0.25, 0.75)];
+    assert_eq!(scene.texture_coordinates, [[a, b, a], [Vec2::ZERO; 3]]);
+    assert!(scene.warnings[0].contains("1 triangles of materials with an image have no texture coordinates"));
+    let negative = obj.replace("1/1/1 2/2/1 3/1/1", "1/-2 2/-1 3/-2");
+    assert_eq!(load(&negative, MTL, image).unwrap().texture_coordinates[0], [a, b, a]);
+    let toml = good_toml().replace("m.obj\"", "m.obj\"\nscale = [-1, 1, 1]");
+    let scene = load_with(&toml, obj, MTL, image, &LoadOptions::default()).unwrap();
+    assert_eq!(scene.texture_coordinates[0], [a, a, b]);
+
+    let mut reordered = scene.clone();
+    reordered.reorder(&[1, 0]);
+    assert_eq!(reordered.texture_coordinates, [scene.texture_coordinates[1], scene.texture_coordinates[0]]);
+    assert_eq!(reordered.triangles[0], scene.triangles[1]);
+}
+
+#[test]
+fn a_diffuse_albedo_in_the_scene_file_replaces_an_image() {
+    let image: &[(&str, &[u8])] = &[("a.png", &png())];
+    let toml = good_toml() + "[[material]]\nname = \"wall\"\nspecular = [0.1, 0.1, 0.1]\n";
+    let scene = load_with(&toml, SQUARE, MTL, image, &LoadOptions::default()).unwrap();
+    assert!(scene.materials[0].texture.is_some() && scene.warnings.len() == 1, "scaled to an albedo of 1");
+    let toml = toml.replace("specular", "diffuse");
+    let scene = load_with(&toml, SQUARE, MTL, image, &LoadOptions::default()).unwrap();
+    assert_eq!((&scene.materials[0].texture, scene.materials[0].diffuse), (&None, Vec3::splat(0.1)));
+    assert!(scene.texture_coordinates.is_empty(), "no image is left");
+    let options = set(&["material.wall.diffuse=[0.2, 0.2, 0.2]"]);
+    let scene = load_with(&toml, SQUARE, MTL, image, &options).unwrap();
+    assert_eq!(scene.materials[0].diffuse, Vec3::splat(0.2));
+}
+
+#[test]
+fn what_is_wrong_is_named_with_file_and_line() {
+    let png = png();
+    let refuses = |obj: &str, mtl: &str, bytes: &[u8], expected: &str| {
+        let found = message(load(obj, mtl, &[("a.png", bytes), ("a.tga", bytes)]));
+        assert!(found.starts_with(expected), "expected {expected:?}, found {found:?}");
+    };
+    let map = |rest: &str| format!("newmtl wall\n\nmap_Kd {rest}\n");
+    refuses(SQUARE, &map("b.png"), &png, "m.mtl:3: map_Kd: \"b.png\" does not exist: check the path");
+    refuses(SQUARE, &map("a.png"), &png[..60], "m.mtl:3: map_Kd: \"a.png\" is no readable Png: ");
+    refuses(SQUARE, &map("a.png"), b"", "m.mtl:3: map_Kd: \"a.png\" is no PNG, JPEG or TGA: convert it");
+    refuses(SQUARE, &map("a.png"), b"GIF89a......", "m.mtl:3: map_Kd: \"a.png\" is no PNG, JPEG or TGA");
+    refuses(SQUARE, &map("a.tga"), b"0123456789", "m.mtl:3: map_Kd: \"a.tga\" is no readable Tga: ");
+    refuses(SQUARE, &map(""), &png, "m.mtl:3: map_Kd: the name of an image is missing");
+    refuses(SQUARE, &map("-clamp on"), &png, "m.mtl:3: map_Kd: the name of an image is missing");
+    refuses(SQUARE, &map("-clamp a.png"), &png, "m.mtl:3: map_Kd: -clamp \"a.png\": on or off was expected");
+    refuses(SQUARE, &map("-o a.png"), &png, "m.mtl:3: map_Kd: -o needs one to three numbers up to 1e6");
+    refuses(SQUARE, &map("-s inf a.png"), &png, "m.mtl:3: map_Kd: -s needs one to three numbers up to 1e6");
+    refuses(SQUARE, &map("-wrap a.png"), &png, "m.mtl:3: map_Kd: \"-wrap\" is no option of map_Kd");
+    refuses(SQUARE, "map_Kd a.png\n", &png, "m.mtl:1: map_Kd: a `newmtl` line must come first");
+    let wide = encoded(RgbImage::new(8193, 1), ImageFormat::Png);
+    refuses(
+        SQUARE,
+        &map("a.png"),
+        &wide,
+        "m.mtl:3: map_Kd: \"a.png\" is 8193×1 texels large, 1 to 8192 either way can be used: scale it",
+    );
+    let square = |from: &str, to: &str| SQUARE.replace(from, to);
+    refuses(&square("vt 1 1", "vt 1 x"), MTL, &png, "m.obj:8: vt: \"1 x\" is not one to three numbers");
+    refuses(&square("vt 1 1", "vt nan"), MTL, &png, "m.obj:8: vt: \"nan\" is not one to three numbers");
+    refuses(&square("vt 1 1", "vt"), MTL, &png, "m.obj:8: vt: one to three numbers were expected");
+    refuses(
+        &square("4/4", "4/5"),
+        MTL,
+        &png,
+        "m.obj:11: f: index 5 is out of range: the file has 4 texture coordinates",
+    );
+    refuses(
+        &square("4/4", "4/-5"),
+        MTL,
+        &png,
+        "m.obj:11: f: index -5 is out of range: 4 texture coordinates",
+    );
+    refuses(&square("4/4", "4/y"), MTL, &png, "m.obj:11: f: \"4/y\" is not a corner");
+}
+
+#[test]
+fn an_image_is_a_bilinear_function_of_decoded_codes() {
+    // A quarter, half and the ends of the range, by the standard's formula to nine digits.
+    for (code, expected) in [(0, 0.0), (10, 0.003_035_269_8), (64, 0.051_269_458_4), (128, 0.215_860_500_1)] {
+        assert!((linear(code) - expected).abs() < 1e-9, "{code}: {}", linear(code));
+    }
+    assert_eq!(linear(255), 1.0);
+
+    let image = Arc::new(Image { size: [2, 2], codes: CODES.to_vec() });
+    let [a, b, c, d] = CODES.map(|codes| DVec3::from(codes.map(linear)));
+    for is_clamped in [false, true] {
+        let texture = Texture { image: image.clone(), is_clamped };
+        let at = |u: f64, v: f64| sample(&texture, DVec2::new(u, v));
+        let is = |found: DVec3, expected: DVec3| {
+            assert!((found - expected).abs().max_element() < 1e-12, "{is_clamped}: {found} {expected}");
+        };
+        // The middles of texels, rows from the top; halfway; at the border, with what is beyond it.
+        is(at(0.25, 0.75), a);
+        is(at(0.75, 0.75), b);
+        is(at(0.25, 0.25), c);
+        is(at(0.75, 0.25), d);
+        is(at(0.375, 0.75), 0.75 * a + 0.25 * b);
+        is(at(0.5, 0.5), 0.25 * (a + b + c + d));
+        let border = if is_clamped { a } else { 0.5 * (a + b) };
+        is(at(0.0, 0.75), border);
+        is(at(0.25, 1.0), if is_clamped { a } else { 0.5 * (a + c) });
+        // Beyond it.
+        is(at(-7.75, 3.75), a);
+        is(at(2.25, -0.25), if is_clamped { d } else { a });
+    }
+}
+
+#[test]
+fn packed_colours_are_near_and_exact_at_the_ends() {
+    for end in [DVec3::ZERO, DVec3::ONE, DVec3::X, DVec3::Z] {
+        assert_eq!(unpack_colour(pack_colour(end)), end);
+    }
+    for step in 0..=1000 {
+        let value = f64::from(step) / 1000.0;
+        let error = (unpack_colour(pack_colour(DVec3::splat(value))) - value).abs();
+        let bound = value.sqrt() / 1023.0 + 0.25 / 1023.0_f64.powi(2);
+        assert!(error.max_element() <= bound, "{value}: {error}");
+    }
+}

@@ -46,6 +46,8 @@ layout(scalar, push_constant) uniform Push { GatherRaysPush push; };
 #include "include/textures.glsl"
 
 const float FAR = 1e30;
+// Width of the cells that are read, in widths of a stratum: light varies within a cell, and not evenly as rays see it.
+const float SHARE = 0.25;
 shared float distances[RINGS * SECTORS];
 
 // 1 / distance to the nearer end of an edge between two strata, in units of 1/least_distance so that a half can hold it
@@ -107,7 +109,7 @@ void main() {
         if (dot(direction, normal) > 0.0 && trace(Ray(origin, direction, FAR), false, hit)) {
             distance = hit.t;
             // The solid angle of one stratum.
-            float footprint = sqrt(PI / (float(RINGS * SECTORS) * local.z)) * hit.t;
+            float footprint = SHARE * sqrt(PI / (float(RINGS * SECTORS) * local.z)) * hit.t;
             uint cluster = cluster_for(hit, direction, footprint);
             uint material = surfaces[hit.triangle].material;
             if (cluster != NO_CLUSTER) target = cluster | (material << push.cluster_bits);

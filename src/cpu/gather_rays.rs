@@ -8,6 +8,9 @@ use crate::types::{CachePoint, NO_CLUSTER};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, SQRT_2};
 
+/// Width of the cells that are read, in widths of a stratum.
+const SHARE: f64 = 0.25;
+
 /// What gather rays are traced through, and by which rules.
 #[derive(Clone, Copy)]
 pub struct Tracing<'a> {
@@ -52,7 +55,7 @@ impl Tracing<'_> {
         };
         let solid_angle = PI / (f64::from(self.strata.rays()) * local.z);
         Found {
-            target: self.target(&hit, direction, hit.t * solid_angle.sqrt()),
+            target: self.target(&hit, direction, SHARE * hit.t * solid_angle.sqrt()),
             colour: self.geometry.colour(hit.triangle, hit.barycentric),
             distance: hit.t,
         }

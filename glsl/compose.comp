@@ -19,6 +19,7 @@ struct ComposePush {
     uint pixel_count;
     uint most_samples;     // of an edge pixel
     uint capacity;         // samples that there was room for
+    vec3 tint;             // what all light is to be multiplied with
     float direct_share;    // 1, or 0 for a picture without direct light
     float indirect_share;  // the same for indirect light
 };
@@ -75,5 +76,5 @@ void main() {
     }
     vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(pixel_colours[index]) : vec3(1.0);
     vec3 centre = reflected(pixels[index].side, colour, direct_irradiance[index], index, index);
-    radiance[index] = count == 0u ? centre : sum / float(count);
+    radiance[index] = push.tint * (count == 0u ? centre : sum / float(count));
 }

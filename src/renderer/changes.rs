@@ -40,6 +40,8 @@ pub(super) struct Changes {
     pub(super) view: bool,
     /// What lights emit: their colours, or which of them there are.
     pub(super) emission: bool,
+    /// What the only light emits.
+    pub(super) tint: bool,
     /// Materials.
     pub(super) materials: bool,
     /// Of these, editable ones by their bits; all paths are scanned again where others changed.
@@ -54,6 +56,7 @@ impl Changes {
     pub(super) const ALL: Self = Self {
         view: true,
         emission: true,
+        tint: true,
         materials: true,
         edited: Edited::All,
         lobes: true,
@@ -94,7 +97,7 @@ impl Stages {
         let splat = energy || changes.view;
         let lobes = changes.view || changes.lobes;
         let shine = splat || direct || lobes;
-        let compose = shine;
+        let compose = shine || changes.tint;
         Self {
             view: changes.view,
             direct,

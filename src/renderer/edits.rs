@@ -31,8 +31,7 @@ impl Renderer {
         if old.with_emission(Vec3::ONE) != kind.with_emission(Vec3::ONE) {
             self.lights.moved(light);
         }
-        self.changes.emission |= old.emission() != kind.emission();
-        self.lights.upload(&self.scene.lights)
+        self.lights_changed()
     }
 
     /// Switches a light. It keeps what was traced of it.
@@ -40,8 +39,8 @@ impl Renderer {
     /// # Errors
     /// The device failed.
     pub fn switch_light(&mut self, light: usize, is_on: bool) -> Result<()> {
-        self.changes.emission |= self.lights.switch(light, is_on);
-        self.lights.upload(&self.scene.lights)
+        self.lights.switch(light, is_on);
+        self.lights_changed()
     }
 
     /// Whether a light is on.
@@ -55,9 +54,8 @@ impl Renderer {
     /// The device lacks memory or failed.
     pub fn add_light(&mut self, light: Light) -> Result<()> {
         self.lights.add()?;
-        self.changes.emission = true;
         self.scene.lights.push(light);
-        self.lights.upload(&self.scene.lights)
+        self.lights_changed()
     }
 
     /// Removes a light; those behind it move up by one.
@@ -66,10 +64,16 @@ impl Renderer {
     /// The device failed.
     pub fn remove_light(&mut self, light: usize) -> Result<Light> {
         self.lights.remove(light);
-        self.changes.emission = true;
         let removed = self.scene.lights.remove(light);
-        self.lights.upload(&self.scene.lights)?;
+        self.lights_changed()?;
         Ok(removed)
+    }
+
+    fn lights_changed(&mut self) -> Result<()> {
+        let [emission, tint] = self.lights.upload(&self.scene.lights)?;
+        self.changes.emission |= emission;
+        self.changes.tint |= tint;
+        Ok(())
     }
 
     /// Changes a material's diffuse albedo, which an image of it is multiplied with, as [`Self::set_material`] does.
@@ -157,6 +161,7 @@ impl Renderer {
                 (0..self.scene.lights.len()).for_each(|light| self.lights.moved(light));
             }
             Work::Light(light) => self.lights.moved(light),
+            Work::Colour if self.lights.shining_sources().count() == 1 => self.changes.tint = true,
             Work::Colour => self.changes.emission = true,
             Work::View => self.view_changed(),
             Work::Material => {

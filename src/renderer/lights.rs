@@ -34,6 +34,9 @@ pub(super) struct Lights {
     /// `LightSource`s; those of lights that are off emit nothing.
     pub(super) table: Buffer,
     sources: Vec<LightSource>,
+    /// What all light in a frame is to be multiplied with: where a single light shines it emits one unit of each channel in the table,
+    /// and its emission stands here, so that another colour of it changes nothing but the picture's last step.
+    pub(super) tint: Vec3,
     rows: Vec<Rows>,
     factor_count: u32,
     point_count: u32,
@@ -69,6 +72,7 @@ impl Lights {
             context: context.clone(),
             table: Buffer::from_slice::<LightSource>(context, "lights", &[])?,
             sources: Vec::new(),
+            tint: Vec3::ONE,
             rows: Vec::new(),
             factor_count,
             point_count,
@@ -104,9 +108,8 @@ impl Lights {
         self.rows.remove(light);
     }
 
-    /// Switches a light; whether that is a change.
-    pub(super) fn switch(&mut self, light: usize, is_on: bool) -> bool {
-        std::mem::replace(&mut self.rows[light].is_on, is_on) != is_on
+    pub(super) fn switch(&mut self, light: usize, is_on: bool) {
+        self.rows[light].is_on = is_on;
     }
 
     pub(super) fn is_on(&self, light: usize) -> bool {
@@ -149,12 +152,21 @@ impl Lights {
         }
     }
 
-    /// Writes the device's table.
-    pub(super) fn upload(&mut self, lights: &[Light]) -> Result<()> {
+    /// Writes the device's table. What has changed of what the lights emit: the sums over them, and the tint.
+    pub(super) fn upload(&mut self, lights: &[Light]) -> Result<[bool; 2]> {
+        let emissions =
+            |sources: &[LightSource]| sources.iter().map(|source| source.emission).collect::<Vec<_>>();
+        let (before, tint) = (emissions(&self.sources), self.tint);
         self.sources = light_sources(lights);
         for (source, rows) in self.sources.iter_mut().zip(&self.rows) {
             source.emission = if rows.is_on { source.emission } else { Vec3::ZERO };
         }
+        let mut shining = self.sources.iter_mut().filter(|source| source.emission != Vec3::ZERO);
+        self.tint = match (shining.next(), shining.next()) {
+            (Some(only), None) => std::mem::replace(&mut only.emission, Vec3::ONE),
+            _ => Vec3::ONE,
+        };
+        let changed = [before != emissions(&self.sources), tint != self.tint];
         if let Some(gloss) = self.gloss {
             for (source, rows) in self.sources.iter().zip(&mut self.rows) {
                 let bytes = u64::from(source.samples) * gloss.beam_bytes;
@@ -167,7 +179,8 @@ impl Lights {
         if size_of_val(&*self.sources) as u64 > self.table.bytes() {
             self.table = Buffer::from_slice(&self.context, "lights", &self.sources)?;
         }
-        self.table.write(&self.sources)
+        self.table.write(&self.sources)?;
+        Ok(changed)
     }
 
     /// How many there are, on or off.

@@ -294,6 +294,7 @@ impl Renderer {
             gloss: self.shine.as_ref().map(|shine| &shine.pixels.radiance),
             antialias: &self.antialias,
             colours: &self.pixel_colours,
+            tint: self.lights.tint,
         }
     }
 

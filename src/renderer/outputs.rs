@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::gpu::Buffer;
 use crate::passes::precompute::gather_rays::RayTable;
 use crate::types::{NO_SIDE, PixelSurface};
+use glam::Vec3;
 
 impl Renderer {
     /// The last frame for eyes: sRGB codes R, G, B, 255, row by row from the top.
@@ -77,6 +78,7 @@ impl Renderer {
     /// What the passes can be asked about, for tests: the buffers between the stages.
     pub fn stages(&self) -> StageBuffers<'_> {
         StageBuffers {
+            tint: self.lights.tint,
             path_flux: &self.form_factors.flux,
             deposits: &self.path_scan.deposits,
             cluster_flux: &self.pyramid.flux,
@@ -91,6 +93,8 @@ impl Renderer {
 
 /// The buffers between the stages of a frame.
 pub struct StageBuffers<'a> {
+    /// What all light in them is to be multiplied with: where a single light shines, its emission.
+    pub tint: Vec3,
     /// Flux of each path's first vertex, W; three floats.
     pub path_flux: &'a Buffer,
     /// `Deposit`s in cluster order.

@@ -56,7 +56,7 @@ impl Quality {
         preset: "high",
         entry_points: 1_600_000,
         cache_points: 80_000,
-        gather_rays: 576,
+        gather_rays: 784,
         directions: 256,
         gloss_rays: 64,
         cells: 128,

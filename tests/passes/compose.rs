@@ -82,6 +82,7 @@ fn pictures_equal_the_twin_in(world: &World) {
             gloss: Some(&gloss),
             antialias: &frame.antialias,
             colours: &frame.colours,
+            tint: Vec3::new(0.5, 2.0, 3.0),
         };
         let colours = |buffer: &Buffer| -> Vec<DVec3> {
             let packed = if has_images { buffer.read().unwrap() } else { Vec::new() };
@@ -98,15 +99,16 @@ fn pictures_equal_the_twin_in(world: &World) {
                 return DVec3::ZERO;
             }
             let albedo = world.materials[material_of(side) as usize].diffuse * colour.as_vec3();
+            let light = irradiances.tint;
             // A pixel's shine is that of its centre's material.
             let centre = frame.pixels[pixel].side;
             let is_own = centre != NO_SIDE && material_of(centre) == material_of(side);
             let shine = shine[if is_own { pixel } else { source }];
             cpu::compose::compose(
                 albedo,
-                share[0] * direct,
-                share[1] * indirect[source],
-                share[0] * shine.direct + share[1] * shine.indirect,
+                share[0] * light * direct,
+                share[1] * light * indirect[source],
+                light * (share[0] * shine.direct + share[1] * shine.indirect),
             )
         };
         let count = frame.samples_per_edge(frame.edge_count()) as usize;

@@ -35,13 +35,14 @@ fn deposited(renderer: &Renderer) -> DVec3 {
     let (spare, deposits) = deposits.split_last().unwrap();
     assert_eq!(spare.throughput, Vec3::ZERO, "no vertex is outside all clusters");
     let flux = |d: &Deposit| d.throughput.as_dvec3() * path_flux[d.path as usize].as_dvec3();
-    deposits.iter().map(flux).sum()
+    renderer.stages().tint.as_dvec3() * deposits.iter().map(flux).sum::<DVec3>()
 }
 
 /// Direct and indirect flux of all clusters.
 fn cluster_flux(renderer: &Renderer) -> Vec<[DVec3; 2]> {
     let flux: Vec<ClusterFlux> = renderer.stages().cluster_flux.read().unwrap();
-    flux.into_iter().map(|flux| [flux.direct, flux.indirect].map(Vec3::as_dvec3)).collect()
+    let tint = renderer.stages().tint;
+    flux.into_iter().map(|flux| [flux.direct, flux.indirect].map(|part| (tint * part).as_dvec3())).collect()
 }
 
 /// Direct and indirect flux that the coarsest level holds.
@@ -93,7 +94,8 @@ fn parents_hold_the_sums_of_their_children_and_levels_the_whole() {
     let renderer = sphere();
     let hvds = hierarchy(&renderer);
     let flux = cluster_flux(&renderer);
-    let irradiance: Vec<Vec3> = renderer.stages().cluster_irradiance.read().unwrap();
+    let mut irradiance: Vec<Vec3> = renderer.stages().cluster_irradiance.read().unwrap();
+    irradiance.iter_mut().for_each(|irradiance| *irradiance *= renderer.stages().tint);
     assert_eq!(flux.len(), hvds.cluster_count() as usize);
     let whole = deposited(&renderer);
     let entry_area = (renderer.scene().area_m2() / f64::from(SMALL.entry_points)) as f32;

@@ -100,8 +100,9 @@ fn form_factors_take_in_the_power_of_each_kind() {
         let mut scene = shapes::integrating_sphere(0.8, 3, 0.5, Vec3::ZERO, 1.0);
         scene.lights[0].kind = kind;
         let renderer = render(scene, SMALL);
-        let flux: Vec<Vec3> = renderer.stages().path_flux.read().unwrap();
-        let entering: f64 = flux.iter().map(|flux| f64::from(flux.x)).sum();
+        let stages = renderer.stages();
+        let flux: Vec<Vec3> = stages.path_flux.read().unwrap();
+        let entering: f64 = flux.iter().map(|flux| f64::from(flux.x * stages.tint.x)).sum();
         assert_close(&format!("flux of the light {}", kind.word()), entering, power, 4e-3);
     }
     assert_silent(&context());

@@ -6,6 +6,7 @@ use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
 use crate::passes::frame::{antialias::Antialias, pixel_colours::PixelColours};
+use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
@@ -17,6 +18,8 @@ gpu_struct! {
         pub most_samples: u32,
         /// Samples that there was room for.
         pub capacity: u32,
+        /// What all light is to be multiplied with.
+        pub tint: Vec3,
         /// 1, or 0 for a picture without direct light.
         pub direct_share: f32,
         /// 1, or 0 for a picture without indirect light.
@@ -42,6 +45,8 @@ pub struct Irradiances<'a> {
     pub antialias: &'a Antialias,
     /// Colours of images at pixels and samples.
     pub colours: &'a PixelColours,
+    /// What all of it is to be multiplied with.
+    pub tint: Vec3,
 }
 
 /// The pipeline and the picture.
@@ -77,7 +82,7 @@ impl Compose {
         irradiances: Irradiances<'_>,
         [direct_share, indirect_share]: [f32; 2],
     ) {
-        let Irradiances { pixels, direct, indirect, gloss, antialias, colours } = irradiances;
+        let Irradiances { pixels, direct, indirect, gloss, antialias, colours, tint } = irradiances;
         rec.pass(Self::STEM).dispatch(
             &self.pipeline,
             [self.pixel_count, 1, 1],
@@ -85,6 +90,7 @@ impl Compose {
                 pixel_count: self.pixel_count,
                 most_samples: antialias.most_samples,
                 capacity: antialias.capacity,
+                tint,
                 direct_share,
                 indirect_share,
             },

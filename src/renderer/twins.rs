@@ -65,7 +65,7 @@ impl Renderer {
         Ok(found)
     }
 
-    /// Indirect irradiance at each cache point by path tracing, W/m².
+    /// Indirect irradiance at each cache point by path tracing, W/m², to be multiplied with [`super::StageBuffers::tint`].
     ///
     /// # Errors
     /// The device lacks memory or failed.

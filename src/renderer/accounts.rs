@@ -4,7 +4,7 @@ use super::Renderer;
 use crate::gpu::{Buffer, PassTiming};
 use crate::passes::OneLight;
 use crate::passes::frame::{
-    antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
+    antialias::Antialias, blend::Blend, cluster_views::ClusterViews, compose::Compose, direct::Direct, form_factors::FormFactors,
     gather::Gather, hvds::Pyramid, path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
@@ -45,6 +45,7 @@ impl Renderer {
                 // Steps are read twice, deposits written one vec3 at a time.
                 PathScan::STEM => 2 * self.path_scan.step_bytes() + deposits,
                 Pyramid::STEM => deposits + 12 * paths + 3 * clusters,
+                ClusterViews::STEM => self.views.bytes(),
                 Gather::STEM => self.gather.rays.bytes() + clusters + records,
                 Blend::STEM => self.blend.list_bytes() + 2 * records + self.gather.cache_points.bytes(),
                 Splat::STEM => {

@@ -5,6 +5,7 @@ use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::near_field::NearCluster;
+use crate::passes::precompute::cluster_views::{self, ViewTables};
 use crate::passes::precompute::cache_points::{self, Geometry, Placed, Placement, Survey};
 use crate::passes::precompute::entry_points::{self, Strata};
 use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, RayTable};
@@ -40,6 +41,8 @@ pub(super) struct Precomputed {
     pub(super) cache_points: Buffer,
     pub(super) neighbourhoods: Neighbourhoods,
     pub(super) rays: RayTable,
+    /// None where nothing hides a part of a cluster that is read.
+    pub(super) views: Option<ViewTables>,
     /// None where no material may shine.
     pub(super) gloss: Option<GlossTables>,
     pub(super) hemisphere: Hemisphere,
@@ -170,9 +173,29 @@ pub(super) fn precompute(
     )?;
     watch.lap("gather rays");
     let directions = Directions::new(quality.directions);
+    let mut views = None;
+    let mut code = code;
+    if quality.occlusion {
+        let sources = cluster_views::Sources {
+            hvds: &hvds,
+            in_clusters: &strata.in_clusters,
+            surfaces: &surfaces,
+            materials: &scene.materials,
+            cache_points: &points,
+            hemisphere,
+            seed,
+            directions,
+            clear_distance: clear_distance(&bvh.nodes[0]),
+        };
+        let (tables, packed) =
+            cluster_views::build((&Rays::new(context)?, &buffers), sources, &rays, code, progress)?;
+        (views, code) = (Some(tables), packed);
+        watch.lap("occlusion");
+    }
     let (gloss, code) = gloss::build(
         gloss::Sources {
             hvds: &hvds,
+            view_count: views.as_ref().map_or(0, ViewTables::count),
             surfaces: &surfaces,
             materials: &scene.materials,
             paths: &paths,
@@ -196,6 +219,9 @@ pub(super) fn precompute(
     };
     count(&mut statistics, scene, &surfaces, &hvds, &paths, &placement, hemisphere);
     statistics.counts.insert("near clusters".into(), near_clusters.len() as u64);
+    if let Some(views) = &views {
+        statistics.counts.extend(views.counts());
+    }
     Ok(Precomputed {
         buffers,
         surfaces,
@@ -207,6 +233,7 @@ pub(super) fn precompute(
         cache_points,
         neighbourhoods,
         rays,
+        views: views.filter(|views| !views.is_empty()),
         gloss,
         hemisphere,
         code,

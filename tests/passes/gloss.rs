@@ -93,6 +93,7 @@ impl Shining {
         let traced = rays.read().unwrap();
         let sources = gloss::Sources {
             hvds: &world.hvds,
+            view_count: 0,
             surfaces: &world.surfaces,
             materials: &world.materials,
             paths: &paths,

@@ -39,12 +39,21 @@ fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     // As dense everywhere: a path is a path.
     let strata = Strata::new(&hvds, &vec![1.0; hvds.pieces.len()], PATHS);
     let clusters = ClusterBuffers::new(context, &hvds, &strata.in_clusters).unwrap();
-    let entry_points = entry_points::place(context, &buffers, &clusters, &strata, 3).unwrap();
+    let mut entry_points = entry_points::place(context, &buffers, &clusters, &strata, 3).unwrap();
     assert!(entry_points.iter().all(|point| (point.weight - 1.0).abs() < 1e-5));
     let base = hvds.levels[0].len() as u32;
-    let paths =
-        light_paths::trace(context, &buffers, &clusters, &surfaces, base, &entry_points, 7, &mut Silent)
-            .unwrap();
+    let paths = light_paths::trace(
+        context,
+        &buffers,
+        &clusters,
+        &surfaces,
+        &scene.materials,
+        base,
+        &mut entry_points,
+        7,
+        &mut Silent,
+    )
+    .unwrap();
     let mut reflectors = Vec::new();
     for step in &paths.steps {
         match step.material {

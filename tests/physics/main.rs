@@ -8,6 +8,7 @@ mod corner;
 mod direct;
 mod energy;
 mod form_factors;
+mod hidden_light;
 mod lights;
 mod path_noise;
 mod path_tracer;

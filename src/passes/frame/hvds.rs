@@ -71,7 +71,7 @@ pub struct Pyramid {
     indirect_sources: Buffer,
     /// `ClusterFlux` of each cluster, W.
     pub flux: Buffer,
-    /// Irradiance of each cluster, W/m²; three floats.
+    /// Irradiance of each cluster, W/m²; three floats. Views of clusters may follow.
     pub irradiance: Buffer,
 }
 
@@ -110,6 +110,16 @@ impl Pyramid {
             flux: Buffer::storage(context, "cluster flux", 2 * bytes)?,
             irradiance: Buffer::storage(context, "cluster irradiance", bytes)?,
         })
+    }
+
+    /// Makes room for so many views behind the clusters' irradiance.
+    ///
+    /// # Errors
+    /// The device lacks memory.
+    pub fn make_room(&mut self, context: &Arc<Context>, view_count: u32) -> Result<()> {
+        let bytes = self.irradiance.bytes() + 12 * u64::from(view_count);
+        self.irradiance = Buffer::storage(context, "cluster irradiance", bytes)?;
+        Ok(())
     }
 
     /// Sums the base level, then each coarser one from the level below it; then divides.

@@ -99,7 +99,7 @@ impl Renderer {
         let shine = |tables| Shine::new(context, &scene, &tables, paths, bits);
         let shine = made.gloss.map(shine).transpose()?;
         let mut pyramid = Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2)?;
-        let views = Views::new(context, made.views, &mut pyramid)?;
+        let views = Views::new(context, made.views, &made.hvds, &mut pyramid)?;
         let gloss_room = shine.as_ref().map(Shine::room);
         Ok(Self {
             context: context.clone(),

@@ -9,6 +9,7 @@ use crate::passes::frame::hvds::Pyramid;
 use crate::passes::precompute::cluster_views::ViewTables;
 use crate::passes::precompute::gather_rays::RayTable;
 use crate::scene::directions::Directions;
+use crate::scene::hvds::Hvds;
 use crate::types::CachePoint;
 use std::sync::Arc;
 
@@ -20,12 +21,13 @@ impl Views {
     pub(super) fn new(
         context: &Arc<Context>,
         tables: Option<ViewTables>,
+        hvds: &Hvds,
         pyramid: &mut Pyramid,
     ) -> Result<Self> {
         let clusters = (pyramid.irradiance.bytes() / 12) as u32;
         let Some(tables) = tables else { return Ok(Self(None, clusters)) };
         let pass = ClusterViews::new(context, clusters, &tables.first_parts, &tables.parts)?;
-        pyramid.make_room(context, tables.count())?;
+        pyramid.make_room(context, hvds, tables.count(), tables.pairs.iter().map(|pair| pair[0]))?;
         Ok(Self(Some((tables, pass)), clusters))
     }
 

@@ -6,7 +6,7 @@
 //! its area and its cosine with the direction. Where nothing is hidden, or all alike, rays keep the cluster.
 
 use super::gather_rays::{GatherCode, Hemisphere, RayTable};
-use super::occlusion::{Cells, Hiding, Seen};
+use super::occlusion::{Cells, Hiding, Readers, Seen};
 use super::{Progress, rays::Rays};
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::Result;
@@ -19,12 +19,10 @@ use crate::types::{CachePoint, GatherRay, NO_TARGET, Surface};
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Gather rays whose directions stand for all of a pair's.
-const MOST_DIRECTIONS: usize = 8;
+/// Gather rays whose origins stand for all of a pair's.
+const MOST_READERS: usize = 8;
 /// Clusters of a view at most.
-const MOST_PARTS: usize = 16;
-/// Open shares between which a cluster is looked at in parts.
-const PARTLY_OPEN: std::ops::RangeInclusive<f64> = 0.2..=0.8;
+const MOST_PARTS: usize = 64;
 /// Views differ from their cluster by so much of the weight at the least.
 const LEAST_CHANGE: f64 = 1.0 / 32.0;
 /// Weights are multiples of 1 over this, so that views that differ in rounding only are one.
@@ -83,7 +81,7 @@ struct Node {
 struct Pair {
     cluster: u32,
     bin: u32,
-    directions: Vec<DVec3>,
+    readers: Readers,
     nodes: Vec<Node>,
 }
 
@@ -208,11 +206,17 @@ fn readers(sources: &Sources<'_>, cells: &Cells<'_>, rows: &[GatherRay], code: G
 /// A pair before it is measured.
 fn pair(sources: &Sources<'_>, cells: &Cells<'_>, run: &[(u64, u32)]) -> Pair {
     let (cluster, bin) = ((run[0].0 >> 32) as u32, run[0].0 as u32);
-    let count = run.len().min(MOST_DIRECTIONS);
+    let count = run.len().min(MOST_READERS);
     let directions = sources.ray_directions();
-    let spread = (0..count).map(|index| directions.back(run[index * run.len() / count].1 as usize));
+    let chosen = (0..count).map(|index| run[index * run.len() / count].1);
+    let direction: DVec3 = chosen.clone().map(|ray| directions.back(ray as usize)).sum();
+    let origin = |ray: u32| {
+        let point = &sources.cache_points[(ray / sources.hemisphere.rays()) as usize];
+        point.position + sources.clear_distance * cells.normal(point.side)
+    };
+    let readers = Readers { points: chosen.map(origin).collect(), direction: direction.normalize_or_zero() };
     let node = |cluster| Node { cluster, seen: None };
-    Pair { cluster, bin, directions: spread.collect(), nodes: cells.children(cluster).map(node).collect() }
+    Pair { cluster, bin, readers, nodes: cells.children(cluster).map(node).collect() }
 }
 
 /// Looks at the children of each pair's cluster, and at the children of what is open in part, as long as there is room.
@@ -224,7 +228,7 @@ fn measure(
     loop {
         let asked = pairs.iter().flat_map(|pair| {
             let new = pair.nodes.iter().filter(|node| node.seen.is_none());
-            new.map(|node| (node.cluster, pair.cluster, pair.directions.as_slice()))
+            new.map(|node| (node.cluster, &pair.readers))
         });
         let asked: Vec<_> = asked.collect();
         if asked.is_empty() {
@@ -239,7 +243,7 @@ fn measure(
             let mut nodes = Vec::with_capacity(count);
             for &node in &pair.nodes {
                 let children = cells.children(node.cluster);
-                let is_partly_open = node.seen.is_some_and(|seen| PARTLY_OPEN.contains(&seen.open));
+                let is_partly_open = node.seen.is_some_and(|seen| seen.open > 0.0 && seen.open < 1.0);
                 if is_partly_open && !children.is_empty() && count - 1 + children.len() <= MOST_PARTS {
                     count = count - 1 + children.len();
                     nodes.extend(children.map(|cluster| Node { cluster, seen: None }));

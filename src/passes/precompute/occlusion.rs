@@ -1,5 +1,8 @@
-//! Occlusion in cells: which part of a coarse cluster leaves its cell unblocked along given directions. [Yue §2, Figure 1]
-//! In: clusters, directions. Out: sample points, and the share of them that nothing in the cell hides.
+//! Occlusion in cells: which part of a coarse cluster those see who read it. [Yue §2, Figure 1]
+//! In: clusters, readers. Out: the share of sample points that nothing hides.
+//!
+//! Deviation: rays go on to the reader instead of ending at the cell's boundary. What leaves a cell sideways, below a screen that is
+//! as wide as the cell is high, meets the screen next door.
 
 use super::rays::{RayQuery, Rays};
 use crate::error::Result;
@@ -26,10 +29,18 @@ struct Sample {
     normal: Vec3,
 }
 
+/// Points that read a cluster from about the same direction.
+pub struct Readers {
+    /// Some of them, off their surfaces.
+    pub points: Vec<Vec3>,
+    /// Unit direction towards them, in the mean.
+    pub direction: DVec3,
+}
+
 /// What is seen of a cluster along a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
-    /// Share of its surface that leaves the cell unblocked, of what faces the direction.
+    /// Share of its surface that the readers see, of what faces them.
     pub open: f64,
     /// Cosine of its mean normal with the mean direction, at least 0.
     pub facing: f64,
@@ -145,7 +156,8 @@ impl<'a> Cells<'a> {
         self.pieces[run].to_vec().into_iter().map(move |piece| &hvds.pieces[piece as usize])
     }
 
-    fn normal(&self, side: u32) -> Vec3 {
+    /// Unit geometric normal of a side.
+    pub(super) fn normal(&self, side: u32) -> Vec3 {
         let normal = self.surfaces[side as usize / 2].normal;
         if side % 2 == 1 { -normal } else { normal }
     }
@@ -212,8 +224,7 @@ impl<'a> Cells<'a> {
         self.samples.insert(cluster, samples);
     }
 
-    /// What is seen of clusters, each with the coarse cluster whose cell it lies in and the unit directions, all alike, in which
-    /// its light leaves.
+    /// What readers see of clusters.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -221,53 +232,42 @@ impl<'a> Cells<'a> {
         &mut self,
         rays: &Rays,
         scene: &SceneBuffers,
-        asked: &[(u32, u32, &[DVec3])],
+        asked: &[(u32, &Readers)],
     ) -> Result<Vec<Seen>> {
         let mut queries = Vec::new();
-        let mut exits = Vec::new();
-        for &(cluster, around, directions) in asked {
+        for &(cluster, readers) in asked {
             self.spread(cluster);
-            let [low, high] = self.bounds(around);
             for (index, sample) in self.samples[&cluster].iter().enumerate() {
-                let direction = directions[index % directions.len()];
-                if sample.normal.as_dvec3().dot(direction) <= 0.0 {
-                    continue;
-                }
-                let origin = sample.position + self.clear_distance * sample.normal;
-                let towards = DVec3::select(direction.cmpgt(DVec3::ZERO), high, low);
-                let steps = (towards - origin.as_dvec3()) / direction;
-                // Along an axis in which it does not move it never leaves.
-                let steps = DVec3::select(direction.cmpeq(DVec3::ZERO), DVec3::INFINITY, steps);
-                queries.push(RayQuery { origin, direction: direction.as_vec3() });
-                exits.push(steps.min_element());
+                let query = self.query(sample, readers.points[index % readers.points.len()]);
+                queries.extend(query);
             }
         }
         let answers = rays.trace(scene, &queries)?;
-        let mut found = answers.iter().zip(&exits);
-        let seen = asked.iter().map(|&(cluster, _, directions)| {
+        let mut answers = answers.iter();
+        let seen = asked.iter().map(|&(cluster, readers)| {
             let (mut faces, mut opens) = (0, 0);
             let mut normal = DVec3::ZERO;
             for (index, sample) in self.samples[&cluster].iter().enumerate() {
                 normal += sample.normal.as_dvec3();
-                if sample.normal.as_dvec3().dot(directions[index % directions.len()]) > 0.0 {
-                    let (answer, &exit) = found.next().expect("a ray each was traced");
+                if self.query(sample, readers.points[index % readers.points.len()]).is_some() {
+                    let answer = answers.next().expect("a ray each was traced");
                     faces += 1;
-                    opens += u32::from(answer.t < 0.0 || f64::from(answer.t) >= exit);
+                    opens += u32::from(answer.t < 0.0 || answer.t >= 1.0);
                 }
             }
-            let mean: DVec3 = directions.iter().sum();
             Seen {
                 open: if faces > 0 { f64::from(opens) / f64::from(faces) } else { 0.0 },
-                facing: normal.normalize_or_zero().dot(mean.normalize_or_zero()).max(0.0),
+                facing: normal.normalize_or_zero().dot(readers.direction).max(0.0),
             }
         });
         Ok(seen.collect())
     }
 
-    /// Low and high corner of a cluster's cell, metres.
-    fn bounds(&self, cluster: u32) -> [DVec3; 2] {
-        let (level, cell) = self.place(cluster);
-        [cell, cell + UVec3::ONE].map(|corner| self.hvds.grid.corner(corner << level as u32))
+    /// The ray, as long as its direction, that tells whether a reader sees a sample; none where the sample faces away.
+    fn query(&self, sample: &Sample, reader: Vec3) -> Option<RayQuery> {
+        let origin = sample.position + self.clear_distance * sample.normal;
+        let direction = reader - origin;
+        (direction.dot(sample.normal) > 0.0).then_some(RayQuery { origin, direction })
     }
 }
 

@@ -4,8 +4,9 @@ use super::Renderer;
 use crate::gpu::{Buffer, PassTiming};
 use crate::passes::OneLight;
 use crate::passes::frame::{
-    antialias::Antialias, blend::Blend, cluster_views::ClusterViews, compose::Compose, direct::Direct, form_factors::FormFactors,
-    gather::Gather, hvds::Pyramid, path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
+    antialias::Antialias, blend::Blend, cluster_views::ClusterViews, compose::Compose, direct::Direct,
+    form_factors::FormFactors, gather::Gather, hvds::Pyramid, path_scan::PathScan, primary::Primary,
+    splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 

@@ -2,9 +2,9 @@
 
 use crate::gpu::PassTiming;
 use crate::passes::frame::{
-    antialias::Antialias, blend::Blend, cluster_views::ClusterViews, compose::Compose, direct::Direct, form_factors::FormFactors,
-    gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid, near_field::NearField,
-    path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
+    antialias::Antialias, blend::Blend, cluster_views::ClusterViews, compose::Compose, direct::Direct,
+    form_factors::FormFactors, gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid,
+    near_field::NearField, path_scan::PathScan, primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 

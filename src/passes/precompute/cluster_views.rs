@@ -6,7 +6,7 @@
 //! its area and its cosine with the direction. Where nothing is hidden, or all alike, rays keep the cluster.
 
 use super::gather_rays::{GatherCode, Hemisphere, RayTable};
-use super::occlusion::{Cells, Hiding, Readers, Seen};
+use super::occlusion::{Cells, FIRST_SAMPLES, Hiding, Readers, SAMPLES, Seen};
 use super::{Progress, rays::Rays};
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::Result;
@@ -177,7 +177,12 @@ pub fn build(
 }
 
 /// Pairs, as cluster and direction in one word, with their rays: those that something in their cell may hide.
-fn readers(sources: &Sources<'_>, cells: &Cells<'_>, rows: &[GatherRay], code: GatherCode) -> Vec<(u64, u32)> {
+fn readers(
+    sources: &Sources<'_>,
+    cells: &Cells<'_>,
+    rows: &[GatherRay],
+    code: GatherCode,
+) -> Vec<(u64, u32)> {
     let base = sources.hvds.levels[0].end;
     let directions = sources.ray_directions();
     let mut hidings: HashMap<u32, Hiding> = HashMap::new();
@@ -215,20 +220,18 @@ fn pair(sources: &Sources<'_>, cells: &Cells<'_>, run: &[(u64, u32)]) -> Pair {
         point.position + sources.clear_distance * cells.normal(point.side)
     };
     let readers = Readers { points: chosen.map(origin).collect(), direction: direction.normalize_or_zero() };
-    let node = |cluster| Node { cluster, seen: None };
-    Pair { cluster, bin, readers, nodes: cells.children(cluster).map(node).collect() }
+    Pair { cluster, bin, readers, nodes: vec![Node { cluster, seen: None }] }
 }
 
-/// Looks at the children of each pair's cluster, and at the children of what is open in part, as long as there is room.
-fn measure(
-    cells: &mut Cells<'_>,
-    (rays, scene): (&Rays, &SceneBuffers),
-    pairs: &mut [Pair],
-) -> Result<()> {
+/// Looks at each pair's cluster, and at the children of what is open in part, as long as there is room.
+fn measure(cells: &mut Cells<'_>, (rays, scene): (&Rays, &SceneBuffers), pairs: &mut [Pair]) -> Result<()> {
     loop {
         let asked = pairs.iter().flat_map(|pair| {
             let new = pair.nodes.iter().filter(|node| node.seen.is_none());
-            new.map(|node| (node.cluster, &pair.readers))
+            new.map(|node| {
+                let count = if node.cluster == pair.cluster { FIRST_SAMPLES } else { SAMPLES };
+                (node.cluster, count, &pair.readers)
+            })
         });
         let asked: Vec<_> = asked.collect();
         if asked.is_empty() {

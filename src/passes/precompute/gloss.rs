@@ -85,8 +85,11 @@ pub fn build(
     let read = rows.iter().zip(&wanted).filter(|(_, bin)| **bin != NO_BIN);
     tables.find_slots(sources.hvds, read.map(|(ray, &bin)| (ray.target & mask, bin)).collect());
     let first_slot = sources.hvds.cluster_count() + sources.view_count;
-    let packed =
-        GatherCode::new(first_slot + tables.slots.len() as u32, sources.materials.len(), code.least_distance)?;
+    let packed = GatherCode::new(
+        first_slot + tables.slots.len() as u32,
+        sources.materials.len(),
+        code.least_distance,
+    )?;
     for (ray, bin) in rows.iter_mut().zip(&wanted) {
         if ray.target == NO_TARGET {
             continue;

@@ -13,8 +13,10 @@ use glam::{DVec3, UVec2, UVec3, Vec3};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
-/// Rays that measure a cluster's share.
-pub const SAMPLES: usize = 8;
+/// Rays that measure the share of a cluster within the one that is read.
+pub(super) const SAMPLES: usize = 8;
+/// Rays that tell whether anything of a cluster that is read is hidden.
+pub(super) const FIRST_SAMPLES: usize = 16;
 
 /// Heights over a plane that count as none, in base cells.
 const FLAT: f64 = 1e-3;
@@ -59,7 +61,8 @@ pub(super) struct Cells<'a> {
     first_pieces: Vec<u32>,
     /// Clusters of each cell above the base level.
     in_cells: HashMap<(usize, UVec3), Vec<u32>>,
-    samples: HashMap<u32, Vec<Sample>>,
+    /// Of each cluster and number of samples.
+    samples: HashMap<(u32, usize), Vec<Sample>>,
     clear_distance: f32,
 }
 
@@ -166,21 +169,25 @@ impl<'a> Cells<'a> {
     pub(super) fn hiding(&self, cluster: u32) -> Hiding {
         let flat = FLAT * self.hvds.grid.cell_size();
         let own: Vec<&Piece> = self.pieces_of(cluster).collect();
-        let Some(first) = own.first() else { return Hiding::Nothing };
-        let corners: Vec<DVec3> = own.iter().flat_map(|p| &p.corners).map(|corner| corner.as_dvec3()).collect();
+        let corners: Vec<DVec3> =
+            own.iter().flat_map(|p| &p.corners).map(|corner| corner.as_dvec3()).collect();
         let heights = |normal: DVec3, on: DVec3, points: &[DVec3]| {
             let over = points.iter().map(|&point| normal.dot(point - on));
             over.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| [low.min(h), high.max(h)])
         };
-        let (normal, on) = (self.normal(first.side).as_dvec3(), corners[0]);
-        let [low, high] = heights(normal, on, &corners);
-        let is_flat = high - low <= flat;
+        // Planes of the cluster's sides: what rises above none hides nothing, as on a solid that bulges everywhere.
+        let sides: BTreeMap<u32, DVec3> = own.iter().map(|p| (p.side, p.corners[0].as_dvec3())).collect();
+        if sides.len() > MOST_PLANES {
+            return Hiding::Unknown;
+        }
+        let sides: Vec<(DVec3, DVec3)> =
+            sides.into_iter().map(|(side, on)| (self.normal(side).as_dvec3(), on)).collect();
 
         let mut triangles: BTreeMap<u32, &Piece> = BTreeMap::new();
         for &other in &self.in_cells[&self.place(cluster)] {
             for piece in self.pieces_of(other) {
                 let points: Vec<DVec3> = piece.corners.iter().map(|corner| corner.as_dvec3()).collect();
-                if !is_flat || heights(normal, on, &points)[1] > flat {
+                if sides.iter().any(|&(normal, on)| heights(normal, on, &points)[1] > flat) {
                     triangles.insert(piece.side / 2, piece);
                 }
             }
@@ -204,27 +211,25 @@ impl<'a> Cells<'a> {
     }
 
     /// Points spread over the surface of a cluster, by area.
-    fn spread(&mut self, cluster: u32) {
-        if self.samples.contains_key(&cluster) {
+    fn spread(&mut self, cluster: u32, count: usize) {
+        if self.samples.contains_key(&(cluster, count)) {
             return;
         }
         let pieces = self.pieces_of(cluster);
         let area_m2: f64 = pieces.clone().map(|piece| piece.area_m2).sum();
-        let mut samples = Vec::with_capacity(SAMPLES);
+        let mut samples = Vec::with_capacity(count);
         let mut passed = 0.0;
         for piece in pieces {
             passed += piece.area_m2;
-            while samples.len() < SAMPLES
-                && (samples.len() as f64 + 0.5) * area_m2 <= passed * SAMPLES as f64
-            {
+            while samples.len() < count && (samples.len() as f64 + 0.5) * area_m2 <= passed * count as f64 {
                 let position = point_on(piece, samples.len() as u32).as_vec3();
                 samples.push(Sample { position, normal: self.normal(piece.side) });
             }
         }
-        self.samples.insert(cluster, samples);
+        self.samples.insert((cluster, count), samples);
     }
 
-    /// What readers see of clusters.
+    /// What readers see of clusters, by so many samples of each.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -232,22 +237,22 @@ impl<'a> Cells<'a> {
         &mut self,
         rays: &Rays,
         scene: &SceneBuffers,
-        asked: &[(u32, &Readers)],
+        asked: &[(u32, usize, &Readers)],
     ) -> Result<Vec<Seen>> {
         let mut queries = Vec::new();
-        for &(cluster, readers) in asked {
-            self.spread(cluster);
-            for (index, sample) in self.samples[&cluster].iter().enumerate() {
+        for &(cluster, count, readers) in asked {
+            self.spread(cluster, count);
+            for (index, sample) in self.samples[&(cluster, count)].iter().enumerate() {
                 let query = self.query(sample, readers.points[index % readers.points.len()]);
                 queries.extend(query);
             }
         }
         let answers = rays.trace(scene, &queries)?;
         let mut answers = answers.iter();
-        let seen = asked.iter().map(|&(cluster, readers)| {
+        let seen = asked.iter().map(|&(cluster, count, readers)| {
             let (mut faces, mut opens) = (0, 0);
             let mut normal = DVec3::ZERO;
-            for (index, sample) in self.samples[&cluster].iter().enumerate() {
+            for (index, sample) in self.samples[&(cluster, count)].iter().enumerate() {
                 normal += sample.normal.as_dvec3();
                 if self.query(sample, readers.points[index % readers.points.len()]).is_some() {
                     let answer = answers.next().expect("a ray each was traced");

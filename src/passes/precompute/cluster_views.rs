@@ -185,7 +185,8 @@ fn readers(
 ) -> Vec<(u64, u32)> {
     let base = sources.hvds.levels[0].end;
     let directions = sources.ray_directions();
-    let mut hidings: HashMap<u32, Hiding> = HashMap::new();
+    let mut hidings: Vec<Option<Hiding>> = Vec::new();
+    hidings.resize_with(sources.hvds.cluster_count() as usize, || None);
     let mut readers = Vec::new();
     for (ray, row) in rows.iter().enumerate() {
         let cluster = row.target & ((1 << code.cluster_bits) - 1);
@@ -195,7 +196,7 @@ fn readers(
         if sources.materials[(row.target >> code.cluster_bits) as usize].may_shine() {
             continue;
         }
-        let hiding = hidings.entry(cluster).or_insert_with(|| cells.hiding(cluster));
+        let hiding = hidings[cluster as usize].get_or_insert_with(|| cells.hiding(cluster));
         if matches!(hiding, Hiding::Nothing) {
             continue;
         }

@@ -156,7 +156,7 @@ impl<'a> Cells<'a> {
         let hvds: &'a Hvds = self.hvds;
         let range = self.base_ranges[cluster as usize];
         let run = self.first_pieces[range.x as usize] as usize..self.first_pieces[range.y as usize] as usize;
-        self.pieces[run].to_vec().into_iter().map(move |piece| &hvds.pieces[piece as usize])
+        self.pieces[run].iter().map(move |&piece| &hvds.pieces[piece as usize])
     }
 
     /// Unit geometric normal of a side.

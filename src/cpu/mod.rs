@@ -6,6 +6,7 @@
 pub mod antialias;
 pub mod blend;
 pub mod brdf;
+pub mod cluster_views;
 pub mod compose;
 pub mod direct;
 pub mod emission;

@@ -33,6 +33,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::path_scan::LAYOUTS,
         frame::hvds::LAYOUTS,
         frame::near_field::LAYOUTS,
+        frame::cluster_views::LAYOUTS,
         frame::gloss::LAYOUTS,
         frame::gloss_pixels::LAYOUTS,
         frame::highlights::LAYOUTS,

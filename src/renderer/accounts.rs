@@ -4,9 +4,9 @@ use super::Renderer;
 use crate::gpu::{Buffer, PassTiming};
 use crate::passes::OneLight;
 use crate::passes::frame::{
-    antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
-    gather::Gather, hvds::Pyramid, path_scan::PathScan, pixel_colours::PixelColours, primary::Primary,
-    splat::Splat, tonemap::Tonemap,
+    antialias::Antialias, blend::Blend, cluster_views::ClusterViews, compose::Compose, direct::Direct,
+    form_factors::FormFactors, gather::Gather, hvds::Pyramid, path_scan::PathScan,
+    pixel_colours::PixelColours, primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 
@@ -49,6 +49,7 @@ impl Renderer {
                 // Steps are read twice, deposits written one vec3 at a time.
                 PathScan::STEM => 2 * steps + once + deposits,
                 Pyramid::STEM => deposits + 12 * paths + 3 * clusters,
+                ClusterViews::STEM => self.views.bytes(),
                 Gather::STEM => self.gather.rays.bytes() + clusters + records,
                 Blend::STEM => self.blend.list_bytes() + 2 * records + self.gather.cache_points.bytes(),
                 Splat::STEM => {

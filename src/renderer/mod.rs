@@ -10,6 +10,7 @@ mod report;
 mod shine;
 mod skips;
 mod twins;
+mod views;
 
 pub use crate::passes::precompute::{Progress, Silent};
 pub use changes::Work;
@@ -44,6 +45,7 @@ use lights::Lights;
 use shine::Shine;
 use std::sync::Arc;
 use std::time::Instant;
+use views::Views;
 
 /// A scene whose light paths, cache points and gather rays are traced: every frame is the converged picture.
 pub struct Renderer {
@@ -61,6 +63,7 @@ pub struct Renderer {
     /// Paths by which editable materials reflect them.
     path_groups: Vec<PathGroup>,
     pyramid: Pyramid,
+    views: Views,
     near_field: NearField,
     /// Cache points that see the near field: the first so many.
     near_count: u32,
@@ -97,6 +100,8 @@ impl Renderer {
         let (paths, bits) = ((factor_count, made.area_m2), made.code.cluster_bits);
         let shine = |tables| Shine::new(context, &scene, &made.buffers, &tables, paths, bits);
         let shine = made.gloss.map(shine).transpose()?;
+        let mut pyramid = Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2)?;
+        let views = Views::new(context, made.views, &made.hvds, &mut pyramid)?;
         let gloss_room = shine.as_ref().map(Shine::room);
         Ok(Self {
             context: context.clone(),
@@ -115,7 +120,8 @@ impl Renderer {
                 &made.paths.deposits,
             )?,
             path_groups: made.paths.groups,
-            pyramid: Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2)?,
+            pyramid,
+            views,
             near_count: made.near_count,
             near_field: NearField::new(context, &made.near_clusters)?,
             gather: Gather::new(
@@ -227,11 +233,13 @@ impl Renderer {
             if let Some(shine) = &self.shine {
                 shine.record_clusters(rec, stages, materials, &self.pyramid, deposits, &self.lights);
             }
+            self.views.record(rec, &self.pyramid);
             let sources = self.gather_sources();
             self.gather.record(rec, sources, self.gather.point_count());
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.near_field.record(rec, &self.pyramid, &self.gather.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
+            self.views.record(rec, &self.pyramid);
             self.gather.record(rec, sources, self.near_count);
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.blend.record(rec, &self.gather.cache_points, &self.gather.records);

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::near_field::NearCluster;
 use crate::passes::precompute::cache_points::{self, Geometry, Placed, Placement, Survey};
+use crate::passes::precompute::cluster_views::{self, ViewTables};
 use crate::passes::precompute::entry_points::{self, Strata};
 use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, RayTable};
 use crate::passes::precompute::gloss::{self, GlossTables};
@@ -42,6 +43,8 @@ pub(super) struct Precomputed {
     pub(super) cache_points: Buffer,
     pub(super) neighbourhoods: Neighbourhoods,
     pub(super) rays: RayTable,
+    /// None where nothing hides a part of a cluster that is read.
+    pub(super) views: Option<ViewTables>,
     /// None where no material may shine.
     pub(super) gloss: Option<GlossTables>,
     pub(super) hemisphere: Hemisphere,
@@ -172,9 +175,29 @@ pub(super) fn precompute(
     if point_count > 0 {
         scene.warnings.extend(blurred(&scene.materials, directions));
     }
+    let mut views = None;
+    let mut code = code;
+    if quality.occlusion {
+        let sources = cluster_views::Sources {
+            hvds: &hvds,
+            in_clusters: &strata.in_clusters,
+            surfaces: &surfaces,
+            materials: &scene.materials,
+            cache_points: &points,
+            hemisphere,
+            seed,
+            directions,
+            clear_distance: clear_distance(&bvh.nodes[0]),
+        };
+        let (tables, packed) =
+            cluster_views::build((&Rays::new(context)?, &buffers), sources, &rays, code, progress)?;
+        (views, code) = (Some(tables), packed);
+        watch.lap("occlusion");
+    }
     let (gloss, code) = gloss::build(
         gloss::Sources {
             hvds: &hvds,
+            view_count: views.as_ref().map_or(0, ViewTables::count),
             surfaces: &surfaces,
             materials: &scene.materials,
             paths: &paths,
@@ -198,6 +221,9 @@ pub(super) fn precompute(
     };
     count(&mut statistics, scene, &surfaces, &hvds, &paths, &placement, hemisphere);
     statistics.counts.insert("near clusters".into(), near_clusters.len() as u64);
+    if let Some(views) = &views {
+        statistics.counts.extend(views.counts());
+    }
     Ok(Precomputed {
         buffers,
         surfaces,
@@ -209,6 +235,7 @@ pub(super) fn precompute(
         cache_points,
         neighbourhoods,
         rays,
+        views: views.filter(|views| !views.is_empty()),
         gloss,
         hemisphere,
         code,

@@ -2,9 +2,10 @@
 
 use crate::gpu::PassTiming;
 use crate::passes::frame::{
-    antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
-    gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid, near_field::NearField,
-    path_scan::PathScan, pixel_colours::PixelColours, primary::Primary, splat::Splat, tonemap::Tonemap,
+    antialias::Antialias, blend::Blend, cluster_views::ClusterViews, compose::Compose, direct::Direct,
+    form_factors::FormFactors, gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid,
+    near_field::NearField, path_scan::PathScan, pixel_colours::PixelColours, primary::Primary, splat::Splat,
+    tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 
@@ -60,7 +61,7 @@ impl Columns {
                 | PathScan::STEM
                 | Gloss::BEAMS_STEM
                 | Gloss::ENTRIES_STEM => &mut columns.Tlpe,
-                Pyramid::STEM | Gloss::STEM => &mut columns.Thvds,
+                Pyramid::STEM | Gloss::STEM | ClusterViews::STEM => &mut columns.Thvds,
                 Gather::STEM | NearField::STEM | Blend::STEM | GlossPixels::STEM => &mut columns.Tfg,
                 Splat::STEM | Splat::APPLY_STEM | Compose::STEM | Tonemap::STEM => &mut columns.Tsplat,
                 other => unreachable!("pass `{other}` has no column"),

@@ -167,6 +167,7 @@ impl Renderer {
             self.scene.quality.seed,
             &mut Silent,
         )?;
+        self.views.redirect(&rays, points, self)?;
         // These rays read clusters, not slots: what surfaces shine is not in it.
         let gather = Gather::new(&self.context, buffer, count, rays, hemisphere, code, false)?;
         self.context.run(|rec| gather.record(rec, self.gather_sources(), count))?;

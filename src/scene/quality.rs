@@ -20,6 +20,8 @@ pub struct Quality {
     pub gloss_rays: u32,
     /// Base cells of the volumetric hierarchy along the scene's longest axis: a power of two.
     pub cells: u32,
+    /// Clusters of which other surface in their cell hides a part are read as what shows towards the reader.
+    pub occlusion: bool,
     /// Samples of a pixel that shows an edge; 0 turns antialiasing off.
     pub edge_samples: u32,
     /// Seeds every sampled decision; the same seed gives the same bytes.
@@ -36,6 +38,7 @@ impl Quality {
         directions: 144,
         gloss_rays: 16,
         cells: 32,
+        occlusion: true,
         edge_samples: 16,
         seed: 0,
     };
@@ -48,6 +51,7 @@ impl Quality {
         directions: 256,
         gloss_rays: 32,
         cells: 64,
+        occlusion: true,
         edge_samples: 16,
         seed: 0,
     };
@@ -60,6 +64,7 @@ impl Quality {
         directions: 256,
         gloss_rays: 64,
         cells: 128,
+        occlusion: true,
         edge_samples: 64,
         seed: 0,
     };
@@ -82,6 +87,7 @@ impl Quality {
             "directions",
             "gloss_rays",
             "cells",
+            "occlusion",
             "edge_samples",
             "seed",
         ];
@@ -104,6 +110,7 @@ impl Quality {
         for (key, range, field) in fields {
             *field = section.integer(key, range)?.unwrap_or(*field);
         }
+        quality.occlusion = section.flag("occlusion")?.unwrap_or(quality.occlusion);
         let rings = (f64::from(quality.gather_rays) / 4.0).sqrt().round() as u32;
         if quality.gather_rays != 4 * rings * rings {
             let message =

@@ -67,6 +67,18 @@ pub fn thin_wall() -> Scene {
     )
 }
 
+/// A cube of 2 m from inside, a screen (a square of that side, m) parallel to its wall at x = -1 and `gap` away from the wall's
+/// middle, a point light of 1 W/sr half-way between the two, and a camera at the wall opposite: what is brightest in the room is hidden
+/// from it. [Yue §5, Figure 3]
+pub fn hidden_light(screen: f32, gap: f32, albedo: f32) -> Scene {
+    let (s, x) = (0.5 * screen, gap - 1.0);
+    let mut triangles = inward_box(Vec3::splat(2.0));
+    triangles.extend(quad(Vec3::new(x, -s, -s), Vec3::Y * screen, Vec3::Z * screen));
+    let material = Material { diffuse: Vec3::splat(albedo), ..Material::neutral("wall") };
+    let light = point_light(Vec3::X * (0.5 * gap - 1.0), 1.0);
+    scene("hidden_light", triangles, material, light, camera(Vec3::X * 0.9, Vec3::ZERO, 60.0))
+}
+
 fn scene(name: &str, triangles: Vec<Triangle>, material: Material, light: Light, camera: Camera) -> Scene {
     Scene {
         name: name.to_owned(),

@@ -86,6 +86,7 @@ impl Shining {
         let traced = rays.read().unwrap();
         let sources = gloss::Sources {
             hvds: &world.hvds,
+            view_count: 0,
             surfaces: &world.surfaces,
             materials: &world.materials,
             paths: &paths,

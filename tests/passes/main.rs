@@ -10,6 +10,7 @@ mod common;
 
 mod antialias;
 mod blend;
+mod cluster_views;
 mod clusters;
 mod compose;
 mod energy;

@@ -9,6 +9,7 @@ mod direct;
 mod energy;
 mod form_factors;
 mod gloss;
+mod hidden_light;
 mod lights;
 mod path_noise;
 mod path_tracer;

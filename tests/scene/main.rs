@@ -148,6 +148,7 @@ gather_rays = 64
 cells = 16
 cache_points = 500
 directions = 64
+occlusion = false
 seed = 7
 "#;
     let scene = load(toml, SQUARE).unwrap();
@@ -175,6 +176,7 @@ seed = 7
         [q.entry_points, q.cache_points, q.gather_rays, q.directions, q.cells, q.seed],
         [1000, 500, 64, 64, 16, 7]
     );
+    assert!(!q.occlusion && Quality::DRAFT.occlusion);
     assert_eq!(scene.warnings, Vec::<String>::new());
     assert!(scene.summary().contains(&("light".into(), "s (spot)".into())));
 }

@@ -23,7 +23,7 @@ gpu_struct! {
         pub cluster_bits: u32,
         /// Unit of `GatherRay::gradient`, metres.
         pub least_distance: f32,
-        /// Clusters; targets beyond are slots.
+        /// Clusters and views of clusters; targets beyond are slots.
         pub cluster_count: u32,
     }
 }
@@ -36,7 +36,7 @@ pub const LAYOUTS: &[Layout] = &[GatherPush::LAYOUT];
 pub struct GatherSources<'a> {
     /// `Reflectance` of each material.
     pub materials: &'a Buffer,
-    /// Irradiance of each cluster, W/m².
+    /// Irradiance of each cluster, and behind them of each view of one, W/m².
     pub irradiance: &'a Buffer,
     /// 1/area of each cluster, 1/m².
     pub inverse_areas: &'a Buffer,
@@ -104,7 +104,7 @@ impl Gather {
     /// Gathers at the first `point_count` cache points.
     pub fn record(&self, rec: &mut Recorder, sources: GatherSources<'_>, point_count: u32) {
         let GatherSources { materials, irradiance, inverse_areas, gloss } = sources;
-        let cluster_count = (inverse_areas.bytes() / 4) as u32;
+        let cluster_count = (irradiance.bytes() / 12) as u32;
         // Where no ray reads a slot nobody looks at what is bound for it.
         let (slots, fluxes) = gloss.map_or((irradiance, irradiance), |gloss| (&gloss.slots, &gloss.fluxes));
         let mut pass = rec.pass(Self::STEM);

@@ -57,6 +57,9 @@ pub const LAYOUTS: &[Layout] =
 /// entry points are spread evenly: it takes more of them.
 pub const LEAST_VERTICES: u32 = 48;
 
+/// And if all around it shows surface that is hidden from where the cluster is read: better noisy than wrong.
+pub const LEAST_VERTICES_APART: u32 = 16;
+
 /// The pipelines, the nesting of the clusters and their energy.
 pub struct Pyramid {
     base: Pipeline,
@@ -71,7 +74,7 @@ pub struct Pyramid {
     indirect_sources: Buffer,
     /// `ClusterFlux` of each cluster, W.
     pub flux: Buffer,
-    /// Irradiance of each cluster, W/m²; three floats.
+    /// Irradiance of each cluster, W/m²; three floats. Views of clusters may follow.
     pub irradiance: Buffer,
 }
 
@@ -110,6 +113,27 @@ impl Pyramid {
             flux: Buffer::storage(context, "cluster flux", 2 * bytes)?,
             irradiance: Buffer::storage(context, "cluster irradiance", bytes)?,
         })
+    }
+
+    /// Makes room for so many views behind the clusters' irradiance, and keeps the light of clusters below `mixed` ones to themselves.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn make_room(
+        &mut self,
+        context: &Arc<Context>,
+        hvds: &Hvds,
+        view_count: u32,
+        mixed: impl IntoIterator<Item = u32>,
+    ) -> Result<()> {
+        let mut is_mixed = vec![false; hvds.cluster_count() as usize];
+        mixed.into_iter().for_each(|cluster| is_mixed[cluster as usize] = true);
+        let first_deposits: Vec<u32> = self.first_deposits.read()?;
+        let least = [LEAST_VERTICES, LEAST_VERTICES_APART];
+        self.indirect_sources.write(&unmixed_sources(hvds, &first_deposits, least, &is_mixed))?;
+        let bytes = self.irradiance.bytes() + 12 * u64::from(view_count);
+        self.irradiance = Buffer::storage(context, "cluster irradiance", bytes)?;
+        Ok(())
     }
 
     /// Sums the base level, then each coarser one from the level below it; then divides.
@@ -156,6 +180,16 @@ impl Pyramid {
 
 /// For each cluster, the smallest one around it that holds `least` path vertices that are no entry points.
 pub fn indirect_sources(hvds: &Hvds, first_deposits: &[u32], least: u32) -> Vec<u32> {
+    unmixed_sources(hvds, first_deposits, [least; 2], &vec![false; hvds.cluster_count() as usize])
+}
+
+/// The same; but below a cluster that is mixed the second number is enough.
+pub fn unmixed_sources(
+    hvds: &Hvds,
+    first_deposits: &[u32],
+    [least, least_apart]: [u32; 2],
+    is_mixed: &[bool],
+) -> Vec<u32> {
     let mut counts = vec![0; hvds.cluster_count() as usize];
     for (count, runs) in counts.iter_mut().zip(first_deposits[1..].chunks(2)) {
         *count = runs[1] - runs[0];
@@ -169,7 +203,10 @@ pub fn indirect_sources(hvds: &Hvds, first_deposits: &[u32], least: u32) -> Vec<
     let mut sources: Vec<u32> = (0..hvds.cluster_count()).collect();
     for cluster in (0..counts.len()).rev() {
         let parent = hvds.parents[cluster];
-        if counts[cluster] < least && parent != NO_CLUSTER {
+        if parent == NO_CLUSTER {
+            continue;
+        }
+        if counts[cluster] < if is_mixed[parent as usize] { least_apart } else { least } {
             sources[cluster] = sources[parent as usize];
         }
     }

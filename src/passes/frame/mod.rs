@@ -2,6 +2,7 @@
 
 pub mod antialias;
 pub mod blend;
+pub mod cluster_views;
 pub mod compose;
 pub mod direct;
 pub mod form_factors;

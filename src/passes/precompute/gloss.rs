@@ -44,6 +44,8 @@ pub struct GlossTables {
 pub struct Sources<'a> {
     /// The clusters.
     pub hvds: &'a Hvds,
+    /// Views of clusters, which rays name by indices behind theirs.
+    pub view_count: u32,
     /// In BVH order.
     pub surfaces: &'a [Surface],
     /// As at load.
@@ -62,7 +64,7 @@ pub struct Sources<'a> {
     pub directions: Directions,
 }
 
-/// Makes the tables, and packs the gather rays anew: a target beyond the clusters is a slot. Without materials that may shine
+/// Makes the tables, and packs the gather rays anew: a target beyond clusters and views is a slot. Without materials that may shine
 /// nothing is done, and none are made.
 ///
 /// # Errors
@@ -85,15 +87,18 @@ pub fn build(
     let mask = (1 << code.cluster_bits) - 1;
     let read = rows.iter().zip(&wanted).filter(|(_, bin)| **bin != NO_BIN);
     let slots = tables.find_slots(&sources, read.map(|(ray, &bin)| (ray.target & mask, bin)).collect());
-    let clusters = sources.hvds.cluster_count();
-    let packed =
-        GatherCode::new(clusters + tables.slots.len() as u32, sources.materials.len(), code.least_distance)?;
+    let first_slot = sources.hvds.cluster_count() + sources.view_count;
+    let packed = GatherCode::new(
+        first_slot + tables.slots.len() as u32,
+        sources.materials.len(),
+        code.least_distance,
+    )?;
     for (ray, bin) in rows.iter_mut().zip(&wanted) {
         if ray.target == NO_TARGET {
             continue;
         }
         let (cluster, material) = (ray.target & mask, ray.target >> code.cluster_bits);
-        let read = if *bin == NO_BIN { cluster } else { clusters + slots[&(cluster, *bin)] };
+        let read = if *bin == NO_BIN { cluster } else { first_slot + slots[&(cluster, *bin)] };
         ray.target = read | material << packed.cluster_bits;
     }
     rays.write(&rows)?;
@@ -126,7 +131,7 @@ fn wanted_directions(sources: &Sources<'_>, rows: &[GatherRay], code: GatherCode
 }
 
 /// First base cluster below each cluster, and the end.
-fn base_ranges(hvds: &Hvds) -> Vec<UVec2> {
+pub(super) fn base_ranges(hvds: &Hvds) -> Vec<UVec2> {
     let base = hvds.levels[0].end;
     let mut ranges: Vec<UVec2> = (0..base).map(|cluster| UVec2::new(cluster, cluster + 1)).collect();
     for cluster in base as usize..hvds.cluster_count() as usize {

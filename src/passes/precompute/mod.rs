@@ -3,6 +3,7 @@
 
 pub mod cache_points;
 pub mod clearance;
+pub mod cluster_views;
 mod coverage;
 pub mod entry_points;
 pub mod gather_rays;
@@ -10,6 +11,7 @@ pub mod gloss;
 pub mod light_paths;
 pub mod near_clusters;
 pub mod neighbours;
+pub mod occlusion;
 pub mod path_orders;
 pub mod rays;
 pub mod sides;

@@ -1,0 +1,33 @@
+// Views of clusters: what a coarse cluster shows in directions from which part of it is hidden is the weighted mean of the
+// clusters below it that can be seen. [Yue §2, Figure 1] Deterministic. One invocation = one view.
+// In: irradiance of clusters, W/m². Out: irradiance of views, behind them in the same buffer.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/dispatch.glsl"
+
+layout(local_size_x = 64) in;
+
+struct ViewPart {
+    uint cluster;
+    float weight;  // all of a view's weights sum to 1
+};
+struct ClusterViewsPush {
+    uint cluster_count;
+    uint view_count;
+};
+
+layout(scalar, binding = 0) readonly buffer FirstParts { uint first_parts[]; };  // of each view, and the end
+layout(scalar, binding = 1) readonly buffer ViewParts { ViewPart view_parts[]; };
+layout(scalar, binding = 2) buffer Irradiance { vec3 irradiance[]; };
+layout(scalar, push_constant) uniform Push { ClusterViewsPush push; };
+
+void main() {
+    uint view = flat_invocation();
+    if (view >= push.view_count) return;
+    vec3 sum = vec3(0.0);
+    for (uint i = first_parts[view]; i < first_parts[view + 1u]; ++i) {
+        sum += view_parts[i].weight * irradiance[view_parts[i].cluster];
+    }
+    irradiance[push.cluster_count + view] = sum;
+}

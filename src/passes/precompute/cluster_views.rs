@@ -1,0 +1,351 @@
+//! Which parts of coarse clusters gather rays can see from where they come. [Yue §2, Figure 1]
+//! In: gather rays, clusters. Out: views, each a list of clusters with weights; gather rays that read one point to it.
+//!
+//! A *pair* is a coarse cluster and a discretised direction that gather rays read it from. Where other surface in the cell
+//! hides a part of the cluster, the pair becomes a *view*: the mean over the clusters below it, each weighted by its open share,
+//! its area and its cosine with the direction. Where nothing is hidden, or all alike, rays keep the cluster.
+
+use super::gather_rays::{GatherCode, Hemisphere, RayTable};
+use super::occlusion::{Cells, FIRST_SAMPLES, Hiding, Readers, SAMPLES, Seen};
+use super::{Progress, rays::Rays};
+use crate::cpu::hemisphere::{Strata, frame};
+use crate::error::Result;
+use crate::passes::SceneBuffers;
+use crate::passes::frame::cluster_views::ViewPart;
+use crate::passes::precompute::gather_rays::LEAST_ENTRY_POINTS;
+use crate::scene::directions::Directions;
+use crate::scene::{Material, hvds::Hvds};
+use crate::types::{CachePoint, GatherRay, NO_TARGET, Surface};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Gather rays whose origins stand for all of a pair's.
+const MOST_READERS: usize = 8;
+/// Clusters of a view at most.
+const MOST_PARTS: usize = 64;
+/// Views differ from their cluster by so much of the weight at the least.
+const LEAST_CHANGE: f64 = 1.0 / 32.0;
+/// Weights are multiples of 1 over this, so that views that differ in rounding only are one.
+const WEIGHT_STEPS: f64 = 4096.0;
+/// Pairs that are measured at a time: their rays are kept in a list.
+const PAIRS_AT_A_TIME: usize = 1 << 13;
+
+/// What views are made from.
+#[derive(Clone, Copy)]
+pub struct Sources<'a> {
+    /// The clusters.
+    pub hvds: &'a Hvds,
+    /// Entry points that each holds, in expectation.
+    pub in_clusters: &'a [f32],
+    /// In BVH order.
+    pub surfaces: &'a [Surface],
+    /// As at load.
+    pub materials: &'a [Material],
+    /// Where gather rays begin.
+    pub cache_points: &'a [CachePoint],
+    /// How they are stratified, and the seed that they were traced with.
+    pub hemisphere: Hemisphere,
+    /// See `hemisphere`.
+    pub seed: u32,
+    /// Discretised directions.
+    pub directions: Directions,
+    /// How far ray origins stay off surfaces, metres.
+    pub clear_distance: f32,
+}
+
+/// The views.
+#[derive(Debug, Default)]
+pub struct ViewTables {
+    /// First part of each view, and the end.
+    pub first_parts: Vec<u32>,
+    /// Parts of the views.
+    pub parts: Vec<ViewPart>,
+    /// Cluster, direction and view of each pair that is one, in this order.
+    pub pairs: Vec<[u32; 3]>,
+    /// Pairs that were measured with rays.
+    pub measured: u64,
+    /// Of these, pairs that would be views if their open parts held enough entry points to be trusted.
+    pub poor: u64,
+    /// Gather rays that read views.
+    pub readers: u64,
+}
+
+/// What a view may become: a cluster below the pair's, and what is seen of it.
+#[derive(Clone, Copy)]
+struct Node {
+    cluster: u32,
+    seen: Option<Seen>,
+}
+
+/// A pair under way.
+struct Pair {
+    cluster: u32,
+    bin: u32,
+    readers: Readers,
+    nodes: Vec<Node>,
+}
+
+/// Unit directions of gather rays.
+#[derive(Clone, Copy)]
+struct RayDirections<'a> {
+    points: &'a [CachePoint],
+    strata: Strata,
+    seed: u32,
+}
+
+impl RayDirections<'_> {
+    /// Back along a ray of the table.
+    fn back(&self, ray: usize) -> DVec3 {
+        let (point, ray) = (ray as u32 / self.strata.rays(), ray as u32 % self.strata.rays());
+        -(frame(self.points[point as usize].normal) * self.strata.direction(ray, point, self.seed))
+    }
+}
+
+impl Sources<'_> {
+    fn ray_directions(&self) -> RayDirections<'_> {
+        let strata = Strata { rings: self.hemisphere.rings, sectors: self.hemisphere.sectors };
+        RayDirections { points: self.cache_points, strata, seed: self.seed }
+    }
+}
+
+/// Measures the pairs of all rays that do not meet what may shine, makes the views, and packs the rays anew: a target beyond the
+/// clusters is a view. The tables are empty where nothing is hidden; then the rays stay as they are.
+///
+/// # Errors
+/// The device lacks memory or failed.
+pub fn build(
+    (rays, scene): (&Rays, &SceneBuffers),
+    sources: Sources<'_>,
+    table: &RayTable,
+    code: GatherCode,
+    progress: &mut dyn Progress,
+) -> Result<(ViewTables, GatherCode)> {
+    let mut tables = ViewTables { first_parts: vec![0], ..ViewTables::default() };
+    let mut cells = Cells::new(sources.hvds, sources.surfaces, sources.clear_distance);
+    let mut rows = table.read()?;
+    let readers = readers(&sources, &cells, &rows, code);
+    let runs: Vec<&[(u64, u32)]> = readers.chunk_by(|a, b| a.0 == b.0).collect();
+
+    progress.stage("occlusion", runs.len() as u64);
+    // Bits that materials leave, less one cluster index: a code is `NO_TARGET`.
+    let material_bits = (sources.materials.len() as u32 + 1).next_power_of_two().ilog2();
+    let room = (1_u64 << (31 - material_bits)).saturating_sub(u64::from(sources.hvds.cluster_count()) + 1);
+    let mut known: HashMap<Vec<(u32, u32)>, u32> = HashMap::new();
+    let mut redirected = Vec::new();
+    let mut done = 0;
+    for runs in runs.chunks(PAIRS_AT_A_TIME) {
+        let mut pairs: Vec<Pair> = runs.iter().map(|run| pair(&sources, &cells, run)).collect();
+        measure(&mut cells, (rays, scene), &mut pairs)?;
+        for (pair, run) in pairs.iter().zip(runs) {
+            let Some(weights) = tables.weights(&sources, pair) else { continue };
+            let next = known.len() as u32;
+            if u64::from(next) == room && !known.contains_key(&weights) {
+                continue;
+            }
+            let view = *known.entry(weights.clone()).or_insert(next);
+            if view == next {
+                let part = |&(cluster, steps): &(u32, u32)| ViewPart {
+                    cluster,
+                    weight: (f64::from(steps) / WEIGHT_STEPS) as f32,
+                };
+                tables.parts.extend(weights.iter().map(part));
+                tables.first_parts.push(tables.parts.len() as u32);
+            }
+            tables.pairs.push([pair.cluster, pair.bin, view]);
+            redirected.extend(run.iter().map(|&(_, ray)| (ray, view)));
+        }
+        done += runs.len() as u64;
+        progress.advance(done);
+    }
+    tables.measured = runs.len() as u64;
+    tables.readers = redirected.len() as u64;
+    if tables.is_empty() {
+        return Ok((tables, code));
+    }
+    let clusters = sources.hvds.cluster_count();
+    let packed = GatherCode::new(clusters + tables.count(), sources.materials.len(), code.least_distance)?;
+    let mask = (1 << code.cluster_bits) - 1;
+    for row in rows.iter_mut().filter(|row| row.target != NO_TARGET) {
+        row.target = row.target & mask | row.target >> code.cluster_bits << packed.cluster_bits;
+    }
+    for (ray, view) in redirected {
+        let target = &mut rows[ray as usize].target;
+        *target = *target >> packed.cluster_bits << packed.cluster_bits | (clusters + view);
+    }
+    table.write(&rows)?;
+    Ok((tables, packed))
+}
+
+/// Pairs, as cluster and direction in one word, with their rays: those that something in their cell may hide.
+fn readers(
+    sources: &Sources<'_>,
+    cells: &Cells<'_>,
+    rows: &[GatherRay],
+    code: GatherCode,
+) -> Vec<(u64, u32)> {
+    let base = sources.hvds.levels[0].end;
+    let directions = sources.ray_directions();
+    let mut hidings: Vec<Option<Hiding>> = Vec::new();
+    hidings.resize_with(sources.hvds.cluster_count() as usize, || None);
+    let mut readers = Vec::new();
+    for (ray, row) in rows.iter().enumerate() {
+        let cluster = row.target & ((1 << code.cluster_bits) - 1);
+        if row.target == NO_TARGET || cluster < base {
+            continue;
+        }
+        if sources.materials[(row.target >> code.cluster_bits) as usize].may_shine() {
+            continue;
+        }
+        let hiding = hidings[cluster as usize].get_or_insert_with(|| cells.hiding(cluster));
+        if matches!(hiding, Hiding::Nothing) {
+            continue;
+        }
+        let back = directions.back(ray);
+        if hiding.is_possible_along(back) {
+            readers.push((u64::from(cluster) << 32 | u64::from(sources.directions.bin(back)), ray as u32));
+        }
+    }
+    readers.sort_unstable();
+    readers
+}
+
+/// A pair before it is measured.
+fn pair(sources: &Sources<'_>, cells: &Cells<'_>, run: &[(u64, u32)]) -> Pair {
+    let (cluster, bin) = ((run[0].0 >> 32) as u32, run[0].0 as u32);
+    let count = run.len().min(MOST_READERS);
+    let directions = sources.ray_directions();
+    let chosen = (0..count).map(|index| run[index * run.len() / count].1);
+    let direction: DVec3 = chosen.clone().map(|ray| directions.back(ray as usize)).sum();
+    let origin = |ray: u32| {
+        let point = &sources.cache_points[(ray / sources.hemisphere.rays()) as usize];
+        point.position + sources.clear_distance * cells.normal(point.side)
+    };
+    let readers = Readers { points: chosen.map(origin).collect(), direction: direction.normalize_or_zero() };
+    Pair { cluster, bin, readers, nodes: vec![Node { cluster, seen: None }] }
+}
+
+/// Looks at each pair's cluster, and at the children of what is open in part, as long as there is room.
+fn measure(cells: &mut Cells<'_>, (rays, scene): (&Rays, &SceneBuffers), pairs: &mut [Pair]) -> Result<()> {
+    loop {
+        let asked = pairs.iter().flat_map(|pair| {
+            let new = pair.nodes.iter().filter(|node| node.seen.is_none());
+            new.map(|node| {
+                let count = if node.cluster == pair.cluster { FIRST_SAMPLES } else { SAMPLES };
+                (node.cluster, count, &pair.readers)
+            })
+        });
+        let asked: Vec<_> = asked.collect();
+        if asked.is_empty() {
+            return Ok(());
+        }
+        let mut seen = cells.seen(rays, scene, &asked)?.into_iter();
+        for pair in pairs.iter_mut() {
+            for node in pair.nodes.iter_mut().filter(|node| node.seen.is_none()) {
+                node.seen = seen.next();
+            }
+            let mut count = pair.nodes.len();
+            let mut nodes = Vec::with_capacity(count);
+            for &node in &pair.nodes {
+                let children = cells.children(node.cluster);
+                let is_partly_open = node.seen.is_some_and(|seen| seen.open > 0.0 && seen.open < 1.0);
+                if is_partly_open && !children.is_empty() && count - 1 + children.len() <= MOST_PARTS {
+                    count = count - 1 + children.len();
+                    nodes.extend(children.map(|cluster| Node { cluster, seen: None }));
+                } else {
+                    nodes.push(node);
+                }
+            }
+            pair.nodes = nodes;
+        }
+    }
+}
+
+impl ViewTables {
+    /// Views.
+    pub fn count(&self) -> u32 {
+        self.first_parts.len() as u32 - 1
+    }
+
+    /// What came out, for people.
+    pub fn counts(&self) -> [(String, u64); 6] {
+        [
+            ("occlusion pairs measured", self.measured),
+            ("occlusion pairs that read views", self.pairs.len() as u64),
+            ("occlusion pairs left alone for want of entry points", self.poor),
+            ("cluster views", u64::from(self.count())),
+            ("cluster view parts", self.parts.len() as u64),
+            ("gather rays that read views", self.readers),
+        ]
+        .map(|(name, value)| (name.to_owned(), value))
+    }
+
+    /// Whether there is no view.
+    pub fn is_empty(&self) -> bool {
+        self.parts.is_empty()
+    }
+
+    /// Weights of a pair's parts in steps, by cluster; none where they are no news, or would rest on too few entry points.
+    fn weights(&mut self, sources: &Sources<'_>, pair: &Pair) -> Option<Vec<(u32, u32)>> {
+        let shares = |open: fn(&Seen) -> f64| {
+            let share = |node: &Node| {
+                let seen = node.seen.expect("all nodes were looked at");
+                open(&seen) * seen.facing * f64::from(sources.hvds.areas_m2[node.cluster as usize])
+            };
+            let shares: Vec<f64> = pair.nodes.iter().map(share).collect();
+            let sum: f64 = shares.iter().sum();
+            (sum > 0.0).then(|| shares.into_iter().map(|share| share / sum).collect::<Vec<f64>>())
+        };
+        let (seen, all) = (shares(|seen| seen.open)?, shares(|_| 1.0)?);
+        let change = 0.5 * seen.iter().zip(&all).map(|(a, b)| (a - b).abs()).sum::<f64>();
+        if change < LEAST_CHANGE {
+            return None;
+        }
+        // Entry points that would tell as much if all weighed the same.
+        let spread = |(node, weight): (&Node, &f64)| {
+            weight * weight / f64::from(sources.in_clusters[node.cluster as usize]).max(1e-9)
+        };
+        let trust = 1.0 / pair.nodes.iter().zip(&seen).map(spread).sum::<f64>();
+        if trust < f64::from(LEAST_ENTRY_POINTS) {
+            self.poor += 1;
+            return None;
+        }
+        let mut steps: Vec<(u32, u32)> = pair
+            .nodes
+            .iter()
+            .zip(&seen)
+            .map(|(node, weight)| (node.cluster, (weight * WEIGHT_STEPS).round() as u32))
+            .filter(|&(_, steps)| steps > 0)
+            .collect();
+        // What rounding left over or out goes to the largest.
+        let sum: u32 = steps.iter().map(|part| part.1).sum();
+        let largest = steps.iter_mut().max_by_key(|part| part.1)?;
+        largest.1 = (largest.1 + WEIGHT_STEPS as u32) - sum;
+        Some(steps)
+    }
+
+    /// Points rays that read a pair to its view. They start at `points`; `code` has room for both.
+    pub fn redirect(
+        &self,
+        rows: &mut [GatherRay],
+        points: &[CachePoint],
+        hemisphere: Hemisphere,
+        (seed, directions): (u32, Directions),
+        code: GatherCode,
+        cluster_count: u32,
+    ) {
+        let strata = Strata { rings: hemisphere.rings, sectors: hemisphere.sectors };
+        let rays = RayDirections { points, strata, seed };
+        let mask = (1 << code.cluster_bits) - 1;
+        for (index, row) in rows.iter_mut().enumerate().filter(|(_, row)| row.target != NO_TARGET) {
+            let cluster = row.target & mask;
+            let first = self.pairs.partition_point(|pair| pair[0] < cluster);
+            if self.pairs.get(first).is_none_or(|pair| pair[0] != cluster) {
+                continue;
+            }
+            let key = [cluster, directions.bin(rays.back(index))];
+            if let Ok(found) = self.pairs.binary_search_by_key(&key, |pair| [pair[0], pair[1]]) {
+                row.target = row.target & !mask | (cluster_count + self.pairs[found][2]);
+            }
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! What a frame does where surface in a cell hides other surface in it. Scenes in which none does have none of this.
+
+use super::Renderer;
+use crate::error::Result;
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::gpu::{Context, Recorder};
+use crate::passes::frame::cluster_views::ClusterViews;
+use crate::passes::frame::hvds::Pyramid;
+use crate::passes::precompute::cluster_views::ViewTables;
+use crate::passes::precompute::gather_rays::RayTable;
+use crate::scene::directions::Directions;
+use crate::scene::hvds::Hvds;
+use crate::types::CachePoint;
+use std::sync::Arc;
+
+/// The views of clusters, and the pass that evaluates them.
+pub(super) struct Views(Option<(ViewTables, ClusterViews)>, u32);
+
+impl Views {
+    /// Uploads the views and makes room for their irradiance.
+    pub(super) fn new(
+        context: &Arc<Context>,
+        tables: Option<ViewTables>,
+        hvds: &Hvds,
+        pyramid: &mut Pyramid,
+    ) -> Result<Self> {
+        let clusters = (pyramid.irradiance.bytes() / 12) as u32;
+        let Some(tables) = tables else { return Ok(Self(None, clusters)) };
+        let pass = ClusterViews::new(context, clusters, &tables.first_parts, &tables.parts)?;
+        pyramid.make_room(context, hvds, tables.count(), tables.pairs.iter().map(|pair| pair[0]))?;
+        Ok(Self(Some((tables, pass)), clusters))
+    }
+
+    /// Bytes that the pass moves.
+    pub(super) fn bytes(&self) -> u64 {
+        self.0.as_ref().map_or(0, |(_, pass)| pass.bytes())
+    }
+
+    /// The irradiance of all views, from that of the clusters.
+    pub(super) fn record(&self, rec: &mut Recorder, pyramid: &Pyramid) {
+        if let Some((_, pass)) = &self.0 {
+            pass.record(rec, &pyramid.irradiance);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+    }
+
+    /// Lets gather rays of other points read views, where these were made for the cluster and the direction.
+    pub(super) fn redirect(&self, rays: &RayTable, points: &[CachePoint], of: &Renderer) -> Result<()> {
+        let Some((tables, _)) = &self.0 else { return Ok(()) };
+        let mut rows = rays.read()?;
+        let quality = &of.scene.quality;
+        let directions = (quality.seed, Directions::new(quality.directions));
+        tables.redirect(&mut rows, points, of.gather.hemisphere, directions, of.gather.code, self.1);
+        rays.write(&rows)
+    }
+}

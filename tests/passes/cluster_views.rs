@@ -1,0 +1,208 @@
+//! Views of clusters: their irradiance, and how much of which cluster they show.
+
+use crate::common::assert_silent;
+use crate::world::{Random, SUM, World, assert_near};
+use glam::{DVec3, Vec3};
+use lightpaths::cpu;
+use lightpaths::cpu::hemisphere::{Strata, frame};
+use lightpaths::gpu::Buffer;
+use lightpaths::passes::frame::cluster_views::{ClusterViews, ViewPart};
+use lightpaths::passes::precompute::cluster_views::{self, ViewTables};
+use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
+use lightpaths::passes::precompute::{Silent, rays::Rays};
+use lightpaths::scene::{Scene, directions::Directions, shapes};
+use lightpaths::types::{CachePoint, GatherRay, NO_TARGET};
+
+#[test]
+fn irradiance_of_views_equals_the_twin() {
+    let world = World::room();
+    let mut random = Random::new(101);
+    let clusters = world.hvds.cluster_count();
+    for count in [0, 1, 63, 64, 65, 997] {
+        let mut first_parts = vec![0];
+        let mut parts = Vec::new();
+        for _ in 0..count {
+            let part = |_| ViewPart { cluster: random.below(clusters), weight: random.unit() };
+            parts.extend((0..=count % 7).map(part));
+            first_parts.push(parts.len() as u32);
+        }
+        let irradiance: Vec<Vec3> = (0..clusters + count).map(|_| 1.0 + random.cube()).collect();
+        let buffer = Buffer::from_slice(&world.context, "irradiance", &irradiance).unwrap();
+        let pass = ClusterViews::new(&world.context, clusters, &first_parts, &parts).unwrap();
+        world.context.run(|rec| pass.record(rec, &buffer)).unwrap();
+        let found: Vec<Vec3> = buffer.read().unwrap();
+        let (kept, views) = found.split_at(clusters as usize);
+        assert!(*kept == irradiance[..clusters as usize], "clusters keep what they have");
+        for (device, run) in views.iter().zip(first_parts.windows(2)) {
+            let parts = &parts[run[0] as usize..run[1] as usize];
+            let twin =
+                cpu::cluster_views::view(parts.iter().map(|p| (irradiance[p.cluster as usize], p.weight)));
+            assert_near(*device, twin, SUM, 0.0, "view");
+        }
+    }
+    assert_silent(&world.context);
+}
+
+const HEMISPHERE: u32 = 144;
+const SEED: u32 = 5;
+
+/// Views that some cache points need, their rays before and after, and the bits of a cluster before and after.
+struct Made {
+    world: World,
+    points: Vec<CachePoint>,
+    tables: ViewTables,
+    before: Vec<GatherRay>,
+    after: Vec<GatherRay>,
+    bits: [u32; 2],
+}
+
+fn make(scene: &Scene) -> Made {
+    let world = World::new(scene, 32);
+    // Many entry points in every cluster: all views can be trusted, and no ray reads coarser than its footprint.
+    let many = vec![1e3; world.in_clusters.len()];
+    let points = world.cache_points(&mut Random::new(102), 120, 0.1);
+    let buffer = Buffer::from_slice(&world.context, "cache points", &points).unwrap();
+    let hemisphere = Hemisphere::new(HEMISPHERE);
+    let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.01).unwrap();
+    let clusters = lightpaths::passes::ClusterBuffers::new(&world.context, &world.hvds, &many).unwrap();
+    let rays = gather_rays::trace(
+        &world.context,
+        &world.buffers,
+        &clusters,
+        &buffer,
+        points.len() as u32,
+        hemisphere,
+        code,
+        SEED,
+        &mut Silent,
+    )
+    .unwrap();
+    let before = rays.read().unwrap();
+    let sources = cluster_views::Sources {
+        hvds: &world.hvds,
+        in_clusters: &many,
+        surfaces: &world.surfaces,
+        materials: &world.materials,
+        cache_points: &points,
+        hemisphere,
+        seed: SEED,
+        directions: Directions::new(256),
+        clear_distance: world.clear_distance,
+    };
+    let tracer = Rays::new(&world.context).unwrap();
+    let (tables, packed) =
+        cluster_views::build((&tracer, &world.buffers), sources, &rays, code, &mut Silent).unwrap();
+    let after = rays.read().unwrap();
+    assert_silent(&world.context);
+    Made { world, points, tables, before, after, bits: [code.cluster_bits, packed.cluster_bits] }
+}
+
+/// Cluster and material.
+fn unpack(ray: GatherRay, bits: u32) -> (u32, u32) {
+    (ray.target & ((1 << bits) - 1), ray.target >> bits)
+}
+
+#[test]
+fn a_closed_room_without_furniture_has_no_views() {
+    let made = make(&shapes::closed_box(Vec3::new(2.0, 1.5, 1.0), 0.7));
+    assert!(made.tables.is_empty() && made.tables.count() == 0);
+    assert!(made.before.iter().zip(&made.after).all(|(a, b)| a.target == b.target));
+}
+
+#[test]
+fn weights_of_a_view_are_what_its_readers_see() {
+    let made = make(&shapes::hidden_light(0.8, 0.16, 0.5));
+    let (world, tables) = (&made.world, &made.tables);
+    let clusters = world.hvds.cluster_count();
+    assert!(tables.count() > 50 && tables.pairs.is_sorted());
+    for run in tables.first_parts.windows(2) {
+        let parts = &tables.parts[run[0] as usize..run[1] as usize];
+        let sum: f64 = parts.iter().map(|part| f64::from(part.weight)).sum();
+        assert!(sum == 1.0 && parts.len() <= 64, "{sum} of {} parts", parts.len());
+        assert!(parts.iter().all(|part| part.weight > 0.0));
+    }
+
+    // Every ray reads what it read, or a view of that; and what it hits is what the view shows.
+    let is_below = |mut part: u32, cluster: u32| {
+        while part < cluster {
+            part = world.hvds.parents[part as usize];
+        }
+        part == cluster
+    };
+    let strata = Strata { rings: 6, sectors: 24 };
+    let mut readers: Vec<Vec<DVec3>> = vec![Vec::new(); tables.pairs.len()];
+    for (index, (&before, &after)) in made.before.iter().zip(&made.after).enumerate() {
+        if before.target == NO_TARGET {
+            assert_eq!(after.target, NO_TARGET);
+            continue;
+        }
+        let (old, new) = (unpack(before, made.bits[0]), unpack(after, made.bits[1]));
+        assert_eq!((before.gradient, old.1), (after.gradient, new.1));
+        let point = &made.points[index / HEMISPHERE as usize];
+        let back = -(frame(point.normal)
+            * strata.direction(index as u32 % HEMISPHERE, index as u32 / HEMISPHERE, SEED));
+        let key = [old.0, Directions::new(256).bin(back)];
+        let found = tables.pairs.binary_search_by_key(&key, |pair| [pair[0], pair[1]]);
+        if new.0 < clusters {
+            assert_eq!(old.0, new.0);
+            continue;
+        }
+        let pair = found.expect("who reads a view is of one of its pairs");
+        assert_eq!(tables.pairs[pair][2], new.0 - clusters);
+        readers[pair]
+            .push(point.position.as_dvec3() + f64::from(world.clear_distance) * point.normal.as_dvec3());
+    }
+    let (mut shares, mut wrong) = (0, 0);
+    for (pair, readers) in tables.pairs.iter().zip(&readers).step_by(7) {
+        assert!(!readers.is_empty());
+        let run = &tables.first_parts[pair[2] as usize..][..2];
+        let parts = &tables.parts[run[0] as usize..run[1] as usize];
+        assert!(parts.iter().all(|part| is_below(part.cluster, pair[0])));
+        // What all readers together see of each child, by many points, against what the view says.
+        let children =
+            world.hvds.first_children[pair[0] as usize]..world.hvds.first_children[pair[0] as usize + 1];
+        let seen = |cluster: u32| -> f64 {
+            let of_reader = |&reader: &DVec3| {
+                cpu::cluster_views::seen_area(world.geometry(), &world.hvds, cluster, reader, 4)[0]
+            };
+            readers.iter().map(of_reader).sum()
+        };
+        let seen: Vec<f64> = children.clone().map(seen).collect();
+        let all: f64 = seen.iter().sum();
+        for (child, seen) in children.zip(seen) {
+            let weights = parts.iter().filter(|part| is_below(part.cluster, child));
+            let weight: f64 = weights.map(|part| f64::from(part.weight)).sum();
+            shares += 1;
+            // Eight samples of each part: shares of the whole that are off by a tenth are rare.
+            wrong += u32::from((weight - seen / all).abs() > 0.1);
+        }
+    }
+    println!("{wrong} of {shares} shares off by more than a tenth");
+    assert!(shares > 100 && wrong * 50 <= shares, "{wrong} of {shares}");
+}
+
+#[test]
+fn views_are_the_same_each_time() {
+    let [a, b] = [0; 2].map(|_| make(&crate::world::room()));
+    assert!(!a.tables.is_empty() && a.tables.parts.len() == b.tables.parts.len());
+    assert_eq!((&a.tables.pairs, &a.tables.first_parts), (&b.tables.pairs, &b.tables.first_parts));
+    let bits = |made: &Made| -> Vec<(u32, u32)> {
+        made.tables.parts.iter().map(|part| (part.cluster, part.weight.to_bits())).collect()
+    };
+    assert_eq!(bits(&a), bits(&b));
+    assert!(a.after.iter().zip(&b.after).all(|(a, b)| a.target == b.target));
+
+    // Rays of the same points, redirected as those of other points are, read the same views.
+    let mut rows = a.before.clone();
+    for row in rows.iter_mut().filter(|row| row.target != NO_TARGET) {
+        let (cluster, material) = unpack(*row, a.bits[0]);
+        row.target = material << a.bits[1] | cluster;
+    }
+    let code = GatherCode { cluster_bits: a.bits[1], least_distance: 0.01 };
+    let hemisphere = Hemisphere::new(HEMISPHERE);
+    let clusters = a.world.hvds.cluster_count();
+    a.tables.redirect(&mut rows, &a.points, hemisphere, (SEED, Directions::new(256)), code, clusters);
+    let differing = rows.iter().zip(&a.after).filter(|(a, b)| a.target != b.target).count();
+    // A ray that nothing can hide from may share a pair with one that something can.
+    assert!(differing * 10 <= a.tables.readers as usize, "{differing} of {}", a.tables.readers);
+}

@@ -43,7 +43,8 @@ fn irradiance_of_views_equals_the_twin() {
     assert_silent(&world.context);
 }
 
-const HEMISPHERE: u32 = 144;
+/// Few and wide: they read coarse clusters.
+const HEMISPHERE: u32 = 16;
 const SEED: u32 = 5;
 
 /// Views that some cache points need, their rays before and after, and the bits of a cluster before and after.
@@ -60,7 +61,7 @@ fn make(scene: &Scene) -> Made {
     let world = World::new(scene, 32);
     // Many entry points in every cluster: all views can be trusted, and no ray reads coarser than its footprint.
     let many = vec![1e3; world.in_clusters.len()];
-    let points = world.cache_points(&mut Random::new(102), 120, 0.1);
+    let points = world.cache_points(&mut Random::new(102), 1_000, 0.1);
     let buffer = Buffer::from_slice(&world.context, "cache points", &points).unwrap();
     let hemisphere = Hemisphere::new(HEMISPHERE);
     let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.01).unwrap();
@@ -129,7 +130,8 @@ fn weights_of_a_view_are_what_its_readers_see() {
         }
         part == cluster
     };
-    let strata = Strata { rings: 6, sectors: 24 };
+    let Hemisphere { rings, sectors } = Hemisphere::new(HEMISPHERE);
+    let strata = Strata { rings, sectors };
     let mut readers: Vec<Vec<DVec3>> = vec![Vec::new(); tables.pairs.len()];
     for (index, (&before, &after)) in made.before.iter().zip(&made.after).enumerate() {
         if before.target == NO_TARGET {

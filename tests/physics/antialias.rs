@@ -8,7 +8,7 @@ use lightpaths::scene::{LoadOptions, Quality, Scene};
 const QUALITY: Quality = Quality {
     preset: "test",
     entry_points: 20_000,
-    cache_points: 3_000,
+    cache_points: 6_000,
     gather_rays: 64,
     cells: 16,
     ..Quality::DRAFT

@@ -38,7 +38,8 @@ fn stands_beside(point: &CachePoint) -> bool {
 #[test]
 fn light_behind_a_screen_stays_there() {
     let [without, with] = [false, true].map(|occlusion| {
-        let quality = Quality { entry_points: 100_000, gather_rays: 144, occlusion, ..SMALL };
+        // Rays so few and wide that they read cells as large as the gap.
+        let quality = Quality { entry_points: 100_000, gather_rays: 16, occlusion, ..SMALL };
         let renderer = render(shapes::hidden_light(0.8, 0.16, 0.5), quality);
         let statistics = renderer.statistics().unwrap();
         let views = statistics.counts.get("cluster views").copied().unwrap_or_default();
@@ -49,10 +50,12 @@ fn light_behind_a_screen_stays_there() {
         println!("occlusion {occlusion}, {views} views: mean and RMS error facing, beside: {kinds:.3?}");
         kinds
     });
-    // Wrong by more than there is of it; then as good as elsewhere in a room whose light comes through a slit.
-    assert!(without[0][0] > 1.0, "without views the hidden light shines through: {without:?}");
-    assert!(with[0][0].abs() < 0.12 && with[0][1] < 0.3, "facing: {with:?}");
-    assert!(with[0][1] <= with[1][1] && with[1][1] < 0.35, "beside: {with:?}");
+    // Wrong by about as much as there is of it; then right in the mean, and in each point but for the noise of sixteen rays.
+    assert!(without[0][0] > 0.8, "without views the hidden light shines through: {without:?}");
+    assert!(with[0][0].abs() < 0.12 && with[1][0].abs() < 0.12, "{with:?}");
+    for kind in 0..2 {
+        assert!(4.0 * with[kind][1] < without[kind][1], "{without:?}, {with:?}");
+    }
     assert_silent(&context());
 }
 

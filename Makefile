@@ -21,7 +21,7 @@ run:
 	@mkdir -p out
 	$(CARGO) build --release --locked
 	@$(CARGO) run --quiet --release --locked -- render box -o out/box.png
-	@$(CARGO) run --quiet --release --locked -- time box --frames 5
+	@$(CARGO) run --quiet --release --locked -- time box --frames 5 --lights 1
 	@echo && echo 'The picture is in out/box.png.'
 
 test:

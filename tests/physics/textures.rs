@@ -60,6 +60,19 @@ fn sum(layer: &[[f32; 3]]) -> DVec3 {
     layer.iter().map(|pixel| DVec3::from(pixel.map(f64::from))).sum()
 }
 
+/// A layer holds the reference's energy within 1 %, and its relMSE is within a bound.
+#[track_caller]
+fn assert_layer(renderer: &Renderer, layer: Layer, expected: &[[f32; 3]], bound: f64) {
+    let found = renderer.layer(layer).unwrap();
+    let ratio = sum(&found) / sum(expected);
+    let relmse = metrics::relmse(&found, expected);
+    println!("{layer:?}: energy {ratio}, relMSE {relmse:.2e} of {bound:.2e}");
+    for channel in 0..3 {
+        assert_close(&format!("{layer:?}"), ratio[channel], 1.0, 0.01);
+    }
+    assert!(relmse <= bound, "{layer:?}: {relmse:.2e}");
+}
+
 /// Light that is reflected more than once against light that is reflected once: ρ/(1−ρ) for the mean albedo ρ, in every pixel.
 #[track_caller]
 fn check_ratio(what: &str, layers: [&[[f32; 3]]; 2], albedo: DVec3, tolerance: f64) {
@@ -153,14 +166,7 @@ fn a_room_with_images_equals_the_path_tracer() {
         (Layer::Direct, &expected.direct, 5e-4),
         (Layer::Indirect, &expected.indirect, noise + 2.5e-3),
     ] {
-        let found = renderer.layer(layer).unwrap();
-        let ratio = sum(&found) / sum(expected);
-        let relmse = metrics::relmse(&found, expected);
-        println!("{layer:?}: energy {ratio}, relMSE {relmse:.2e}, noise {noise:.2e}");
-        for channel in 0..3 {
-            assert_close(&format!("{layer:?}"), ratio[channel], 1.0, 0.01);
-        }
-        assert!(relmse <= bound, "{layer:?}: {relmse:.2e}");
+        assert_layer(&renderer, layer, expected, bound);
     }
     // Colours follow the camera, and the samples of edges the light: there and back again, all is as before.
     let first = renderer.layer(Layer::Beauty).unwrap();
@@ -215,14 +221,7 @@ fn a_shining_room_with_images_equals_the_path_tracer() {
         (Layer::Direct, &expected.direct, 5e-4),
         (Layer::Indirect, &expected.indirect, noise + 3.5e-3),
     ] {
-        let found = renderer.layer(layer).unwrap();
-        let ratio = sum(&found) / sum(expected);
-        let relmse = metrics::relmse(&found, expected);
-        println!("{layer:?}: energy {ratio}, relMSE {relmse:.2e}, noise {noise:.2e}");
-        for channel in 0..3 {
-            assert_close(&format!("{layer:?}"), ratio[channel], 1.0, 0.01);
-        }
-        assert!(relmse <= bound, "{layer:?}: {relmse:.2e}");
+        assert_layer(&renderer, layer, expected, bound);
     }
     assert_silent(&context());
 }

@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 
 mod args;
 mod compare;
+mod film;
 mod heatmap;
 mod info;
 mod output;
@@ -33,6 +34,7 @@ enum Command {
     Time(time::Time),
     Sweep(sweep::Sweep),
     Compare(compare::Compare),
+    Film(film::Film),
     Info(info::Info),
 }
 
@@ -47,6 +49,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Time(command) => command.run(),
             Command::Sweep(command) => command.run(),
             Command::Compare(command) => command.run(),
+            Command::Film(command) => command.run(),
             Command::Info(command) => command.run(),
         },
         Err(refusal) => match refusal.kind() {

@@ -78,7 +78,8 @@ fn film(folder: &TempDir, arguments: &[&str]) -> Output {
 /// Names and bytes of a folder's files.
 fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let mut files: Vec<_> = entries.map(|path| (path.file_name().unwrap().into(), fs::read(path).unwrap())).collect();
+    let mut files: Vec<_> =
+        entries.map(|path| (path.file_name().unwrap().into(), fs::read(path).unwrap())).collect();
     files.sort();
     files
 }
@@ -115,7 +116,8 @@ fn frames_that_are_there_are_replaced_and_others_stay() {
     let output = film(&folder, &["-o", "out", "--frames", "1..2"]);
     assert!(stderr(&output).contains("once all frames are there: cd out && ffmpeg "), "{}", stderr(&output));
     let found = files(&out);
-    let lengths: Vec<_> = found.iter().map(|(name, bytes)| (name.to_str().unwrap(), bytes == b"old")).collect();
+    let lengths: Vec<_> =
+        found.iter().map(|(name, bytes)| (name.to_str().unwrap(), bytes == b"old")).collect();
     assert_eq!(lengths, [("frame-00001.png", false), ("frame-00002.png", true), ("notes.txt", true)]);
 }
 
@@ -125,7 +127,10 @@ fn no_ffmpeg_is_a_line_and_no_error() {
     for video in ["mp4", "webm"] {
         let output = film(&folder, &["-o", "out", "--video", video]);
         let line = stderr(&output);
-        assert!(line.contains("no video, ffmpeg is not installed") && line.contains(&format!("walk.{video}")), "{line}");
+        assert!(
+            line.contains("no video, ffmpeg is not installed") && line.contains(&format!("walk.{video}")),
+            "{line}"
+        );
     }
     assert_eq!(stderr(&film(&folder, &["-o", "out", "--video", "none"])), "");
     assert_eq!(files(&folder.path().join("out")).len(), 6);
@@ -149,7 +154,8 @@ fn ffmpeg_gets_explicit_arguments_and_its_file_its_name() {
     let output = film(&folder, &["-o", "out", "-q"]);
     assert!(stdout(&output).ends_with("out/walk.mp4\n"), "{}", stdout(&output));
     let said = fs::read_to_string(folder.path().join("out/walk.mp4")).unwrap();
-    for words in ["-framerate 3 -i frame-%05d.png -frames:v 6", "-c:v libx264", "-pix_fmt yuv420p", "-f mp4"] {
+    for words in ["-framerate 3 -i frame-%05d.png -frames:v 6", "-c:v libx264", "-pix_fmt yuv420p", "-f mp4"]
+    {
         assert!(said.contains(words), "{words}: {said}");
     }
     film(&folder, &["-o", "out", "-q", "--video", "webm"]);

@@ -77,7 +77,9 @@ fn the_box_film_does_what_the_paper_describes() {
         panic!("an area light of ten samples")
     };
     assert!(edge_u.cross(edge_v).normalize().x < -0.99, "it faces the left wall");
-    assert!(light(&last, "panel").1.position().unwrap().z != light(&at(38.0), "panel").1.position().unwrap().z);
+    assert!(
+        light(&last, "panel").1.position().unwrap().z != light(&at(38.0), "panel").1.position().unwrap().z
+    );
     assert!(scene.materials.iter().all(|it| it.editable == ["green", "teapot"].contains(&it.name.as_str())));
 }
 
@@ -104,7 +106,9 @@ fn lights_come_fade_and_go() {
     assert_eq!((on(0), on(1)), (vec![true; 4], vec![false, false, true, false]));
     let lamp = states.iter().map(|state| state.lights[0].1.emission().x).collect::<Vec<_>>();
     assert_eq!(lamp, [1.0, 0.84375, 0.5, 0.15625], "1 - 3x² + 2x³");
-    let LightKind::Area { radiance, samples: 7, .. } = states[2].lights[1].1 else { panic!("{:?}", states[2]) };
+    let LightKind::Area { radiance, samples: 7, .. } = states[2].lights[1].1 else {
+        panic!("{:?}", states[2])
+    };
     assert_eq!(radiance, Vec3::new(4.0, 2.0, 1.0));
 }
 
@@ -133,7 +137,10 @@ fn what_is_wrong_is_named_with_its_line() {
     refuses(&with("camera = 3\n"), "f.toml:4: camera: must be a list of tables: write [[camera]]");
     refuses(&with("[[camera]]\nposition = [0, 1, 2]\n"), "f.toml:4: camera.0: the key `time` is missing");
     refuses(&with("[[camera]]\ntime = -1\n"), "f.toml:5: camera.0.time: -1.0 is out of range");
-    refuses(&with("[[camera]]\ntime = 1\nposition = [0, 1]\n"), "f.toml:6: camera.0.position: a list of three");
+    refuses(
+        &with("[[camera]]\ntime = 1\nposition = [0, 1]\n"),
+        "f.toml:6: camera.0.position: a list of three",
+    );
     refuses(&with("[[camera]]\ntime = 1\nup = [0, 1, 0]\n"), "f.toml:6: camera.0.up: unknown key");
     let key = "[[camera]]\ntime = 1\nposition = [0, 1, 2]\n";
     refuses(&with(&format!("{key}{key}")), "f.toml:9: camera.1.position: there is another key of it at 1 s");
@@ -142,15 +149,22 @@ fn what_is_wrong_is_named_with_its_line() {
         "frame 0 (0.000 s): the camera looks straight up or down",
     );
     let lamp = "[[light]]\nname = \"lamp\"\ntime = 1\n";
-    refuses(&with("[[light]]\nname = \"lump\"\ntime = 1\n"), "f.toml:5: light.lump.name: unknown light `lump`");
+    refuses(
+        &with("[[light]]\nname = \"lump\"\ntime = 1\n"),
+        "f.toml:5: light.lump.name: unknown light `lump`",
+    );
     refuses(&with(&format!("{lamp}radiance = [1, 1, 1]\n")), "f.toml:7: light.lamp.radiance: unknown key");
     refuses(&with(&format!("{lamp}kind = \"point\"\n")), "f.toml:7: light.lamp.kind: the scene has a light");
     refuses(&with(&format!("{lamp}fade = 1\n")), "f.toml:7: light.lamp.fade: belongs to `on`");
     refuses(&with(&format!("{lamp}on = 1\n")), "f.toml:7: light.lamp.on: true or false was expected");
     refuses(&with(&PANEL.replace("radiance = [4, 2, 1]\n", "")), "f.toml:4: light.panel: the key `radiance`");
     refuses(&with(&PANEL.replace("[0, 0, 1]", "[2, 0, 0]")), "f.toml:10: light.panel.edge_v: ");
-    refuses(&with(&format!("{PANEL}{}", PANEL.replace("0.5", "0.7"))), "f.toml:16: light.panel.kind: belongs to");
-    let turned = PANEL.replace("kind = \"area\"\n", "").replace("0.5", "0.8").replace("[1, 0, 0]", "[-1, 0, 0]");
+    refuses(
+        &with(&format!("{PANEL}{}", PANEL.replace("0.5", "0.7"))),
+        "f.toml:16: light.panel.kind: belongs to",
+    );
+    let turned =
+        PANEL.replace("kind = \"area\"\n", "").replace("0.5", "0.8").replace("[1, 0, 0]", "[-1, 0, 0]");
     let turned = turned.replace("samples = 7\n", "").replace("[0, 0, 1]", "[0, 0, -1]");
     assert!(load(&with(&format!("{PANEL}{turned}"))).is_ok(), "half-way is between two frames");
     let turned = turned.replace("0.8", "1.0");
@@ -159,7 +173,10 @@ fn what_is_wrong_is_named_with_its_line() {
     refuses(&with(&matt.replace("default", "glass")), "f.toml:5: material.glass.name: unknown material");
     refuses(&with(&format!("{matt}diffuse = [2, 0, 0]\n")), "f.toml:7: material.default.diffuse: 2.0 is out");
     refuses(&with(&format!("{matt}{matt}")), "f.toml:9: material.default.time: there is another change");
-    refuses(&with(&format!("{matt}specular = [0.5, 0, 0]\n")), "f.toml:4: material.default: diffuse and specular");
+    refuses(
+        &with(&format!("{matt}specular = [0.5, 0, 0]\n")),
+        "f.toml:4: material.default: diffuse and specular",
+    );
     let error = Film::load("bax", &LoadOptions::default()).unwrap_err().to_string();
     assert!(error.contains("unknown built-in film `bax`: did you mean `box`?"), "{error}");
 }

@@ -25,9 +25,9 @@ pub(super) fn parse(text: &str) -> std::result::Result<Share, String> {
         }
     };
     match share {
-        Share { start: Some(start), end: Some(end) } if start >= end => {
-            Err(format!("frames go up to the one before the second number, and there is none from {start} to {end}"))
-        }
+        Share { start: Some(start), end: Some(end) } if start >= end => Err(format!(
+            "frames go up to the one before the second number, and there is none from {start} to {end}"
+        )),
         Share { end: Some(0), .. } => Err("there is no frame before frame 0".to_owned()),
         share => Ok(share),
     }
@@ -42,7 +42,8 @@ impl Share {
     pub(super) fn of(self, frame_count: u32) -> Result<Range<u32>> {
         let range = self.start.unwrap_or(0)..self.end.unwrap_or(frame_count).min(frame_count);
         if range.is_empty() {
-            let message = format!("--frames: the film has {frame_count} frames, from 0 to {}", frame_count - 1);
+            let message =
+                format!("--frames: the film has {frame_count} frames, from 0 to {}", frame_count - 1);
             return Err(Error::Usage(message));
         }
         Ok(range)

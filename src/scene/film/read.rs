@@ -30,7 +30,8 @@ pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
     let top = Section::new(&file, "", &root)?;
     top.only(&["scene", "fps", "duration", "size", "camera", "light", "material"])?;
     let missing = |key, what: &str| top.fault_at(key, format!("the key is missing ({what})"));
-    let name = top.text("scene")?.ok_or_else(|| missing("scene", "a built-in scene or the path of a file"))?;
+    let name =
+        top.text("scene")?.ok_or_else(|| missing("scene", "a built-in scene or the path of a file"))?;
     let fps = top.number("fps", 0.001..=1000.0)?.unwrap_or(24.0);
     let size = options.size.or(top.size("size", camera::SIZE)?);
     let mut scene = Scene::load(&scene_spec(&top, &file, name)?, &LoadOptions { size, ..options.clone() })?;
@@ -66,8 +67,7 @@ pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
     };
     let seen = places(&film).map(|place| (place - origin).as_vec3());
     // What can be seen from where the film's camera and lights will be takes part in the precomputation.
-    let seen: Vec<Camera> =
-        seen.map(|position| Camera { position, ..scene.cameras[0].clone() }).collect();
+    let seen: Vec<Camera> = seen.map(|position| Camera { position, ..scene.cameras[0].clone() }).collect();
     scene.cameras.extend(seen);
     Ok((film, scene))
 }
@@ -151,7 +151,9 @@ fn read_camera(keys: &[Key], base: &Camera) -> Result<CameraTrack> {
     for Key { section, .. } in keys {
         section.only(&["time", "position", "target", "fov_y"])?;
     }
-    let place = |name: &str| Ok(values(keys, name, |key| key.vector(name, COORDINATE))?.map(|keys| Curve::path(&keys)));
+    let place = |name: &str| {
+        Ok(values(keys, name, |key| key.vector(name, COORDINATE))?.map(|keys| Curve::path(&keys)))
+    };
     let fov_y = values(keys, "fov_y", |key| Ok(key.number("fov_y", camera::FOV_Y)?.map(DVec3::splat)))?;
     Ok(CameraTrack {
         base: base.clone(),
@@ -230,7 +232,9 @@ fn read_presence(keys: &[&Key], added: bool) -> Result<Fades> {
         let fade = section.number("fade", TIME)?;
         let Some(on) = section.flag("on")?.or(comes.then_some(true)) else {
             match fade {
-                Some(_) => return Err(section.fault_at("fade", "belongs to `on`: it is how long switching takes")),
+                Some(_) => {
+                    return Err(section.fault_at("fade", "belongs to `on`: it is how long switching takes"));
+                }
                 None => continue,
             }
         };
@@ -283,7 +287,8 @@ fn read_changes(index: usize, material: &mut Material, keys: &[&Key]) -> Result<
         let after = time + fade;
         let albedo = (track.diffuse.at(after) + track.specular.at(after)).max_element();
         if albedo > 1.0 + 1e-6 {
-            let message = format!("diffuse and specular are {albedo:.3} together: 1 at most, in each channel");
+            let message =
+                format!("diffuse and specular are {albedo:.3} together: 1 at most, in each channel");
             return Err(section.fault(message));
         }
     }

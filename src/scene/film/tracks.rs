@@ -20,7 +20,8 @@ impl CameraTrack {
     /// The camera at a time in seconds.
     pub(super) fn at(&self, time: f64, origin: DVec3) -> Camera {
         let base = &self.base;
-        let place = |curve: &Option<Curve>, base| curve.as_ref().map_or(base, |curve| place(curve, time, origin));
+        let place =
+            |curve: &Option<Curve>, base| curve.as_ref().map_or(base, |curve| place(curve, time, origin));
         Camera {
             position: place(&self.position, base.position),
             target: place(&self.target, base.target),

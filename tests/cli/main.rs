@@ -9,6 +9,7 @@ mod film;
 mod lights;
 mod sweep;
 mod textures;
+mod time;
 
 use std::fs;
 use std::io::BufReader;

@@ -29,13 +29,13 @@ const THICKNESS: f64 = 0.006;
 
 /// A curtain in the xy plane that hangs down from the origin.
 pub(super) fn curtain(detail: Detail, cloth: Cloth) -> Solid {
-    let cells = [detail.cuts(cloth.folds * 6.0, 4), detail.cuts(7.0, 3)];
+    let cells = [detail.cuts(cloth.folds * 6.0, 4), detail.cuts(7.0, 2)];
     sheet(cells, THICKNESS, folds(cloth))
 }
 
 /// The same, laid over a path of (z, y) points by length instead of hanging straight.
 pub(super) fn banner(detail: Detail, cloth: Cloth, path: &[[f64; 2]]) -> Solid {
-    let cells = [detail.cuts(cloth.folds * 4.0, 3), detail.cuts(9.0, 5)];
+    let cells = [detail.cuts(cloth.folds * 4.0, 2), detail.cuts(9.0, 4)];
     let hanging = folds(cloth);
     sheet(cells, 2.0 * THICKNESS, move |u, v| {
         let p = hanging(u, v);

@@ -51,10 +51,12 @@ pub(super) fn leaf(detail: Detail, door: Door) -> Solid {
         all
     };
     let (xs, ys) = (cuts(-half, half, across, 0.1), cuts(0.004, door.height, up, 0.2));
+    if detail.is_below(0.42) {
+        return solid;
+    }
     let is_frame = |i: usize, j: usize| (i.is_multiple_of(2) || j.is_multiple_of(2)).then_some(0);
     solid.join(panel(&xs, &ys, [0.03, 0.06], is_frame));
-    let beaded = if detail.is_coarse() { 0 } else { xs.len() - 1 };
-    for i in (1..beaded).step_by(2) {
+    for i in (1..xs.len() - 1).step_by(2) {
         for j in (1..ys.len() - 1).step_by(2) {
             let path = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
             let path = path.map(|[i, j]| dvec3(xs[i], ys[j], 0.06));

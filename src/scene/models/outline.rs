@@ -14,9 +14,9 @@ impl Detail {
         ((usual * self.0).round() as usize).max(least)
     }
 
-    /// Whether ornaments that are small from everywhere are left out.
-    pub(super) fn is_coarse(self) -> bool {
-        self.0 < 0.5
+    /// Whether a model is so coarse that something is left out or made simpler.
+    pub(super) fn is_below(self, detail: f64) -> bool {
+        self.0 < detail
     }
 
     /// How many there are of a small repeated thing. A coarse model has fewer, a fine one the usual number.

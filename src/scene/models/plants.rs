@@ -24,10 +24,10 @@ pub(super) fn urn(detail: Detail, r: f64, height: f64) -> Solid {
         .arc(0.98 * r, h, 0.9, 3.0)
         .to(0.86 * r, h)
         .to(0.80 * r, 0.90 * h);
-    let mut urn = turned(&profile.points(), detail.cuts(14.0, 5));
+    let mut urn = turned(&profile.points(), detail.cuts(14.0, 4));
     urn.finish_as(0);
     let soil = Outline::from(0.6 * r, 0.86 * h, detail).to(0.815 * r, 0.91 * h).to(0.4 * r, 0.94 * h);
-    urn.join(turned(&soil.points(), detail.cuts(10.0, 5)));
+    urn.join(turned(&soil.points(), detail.cuts(10.0, 4)));
     urn.finish_as(1);
     urn
 }
@@ -52,17 +52,23 @@ pub(super) fn agave(detail: Detail, length: f64, leaves: usize, seed: u64) -> So
 /// A leaf from the axis along +x: it starts at the angle `rise`, radians, and bends down by `fall` over its length.
 fn blade(detail: Detail, length: f64, half_width: f64, rise: f64, fall: f64) -> Solid {
     let cells = [detail.cuts(4.0, 2), detail.cuts(2.0, 2)];
-    leaf(cells, 0.012, move |u, v| {
-        let across = 2.0 * v - 1.0;
-        let angle = |t: f64| rise - fall * t * t;
-        // The mean direction so far: near enough the integral along a gently bent line.
-        let mean = (angle(0.0) + 4.0 * angle(0.5 * u) + angle(u)) / 6.0;
-        let width = half_width * (0.45 + 1.4 * u * (1.0 - u)) * (1.04 - u.powi(3)).max(0.04);
-        let hollow = 0.5 * width * across * across;
-        let along = 0.03 + length * u;
-        let (sine, cosine) = mean.sin_cos();
-        dvec3(along * cosine - hollow * sine, along * sine + hollow * cosine, -across * width)
-    })
+    let width = move |u: f64| half_width * (0.45 + 1.4 * u * (1.0 - u)) * (1.04 - u.powi(3)).max(0.04);
+    // Thinner than it is bent, or its upper side would fold over.
+    leaf(
+        cells,
+        move |u| (0.3 * width(u)).min(0.012),
+        move |u, v| {
+            let across = 2.0 * v - 1.0;
+            let angle = |t: f64| rise - fall * t * t;
+            // The mean direction so far: near enough the integral along a gently bent line.
+            let mean = (angle(0.0) + 4.0 * angle(0.5 * u) + angle(u)) / 6.0;
+            let width = width(u);
+            let hollow = 0.5 * width * across * across;
+            let along = 0.03 + length * u;
+            let (sine, cosine) = mean.sin_cos();
+            dvec3(along * cosine - hollow * sine, along * sine + hollow * cosine, -across * width)
+        },
+    )
 }
 
 /// A small tree of that height: a leaning stem, branches and broad leaves. Finishes: wood, leaf.
@@ -84,7 +90,7 @@ pub(super) fn tree(detail: Detail, height: f64, branches: usize, seed: u64) -> S
         let tip = |t: f64| stem(share) + out * (reach * t) - DVec3::Y * (0.35 * reach * t * t);
         let path: Vec<DVec3> = (0..=2).map(|at| tip(f64::from(at) / 2.0)).collect();
         plant.join(rod(&path, cuts.min(8), false, |t| 0.008 - 0.005 * t));
-        for at_leaf in 0..if detail.is_coarse() { 2 } else { 3 } {
+        for at_leaf in 0..if detail.is_below(0.35) { 2 } else { 3 } {
             let t = 0.5 + 0.25 * f64::from(at_leaf);
             let turn = -turn + if at_leaf % 2 == 0 { 0.8 } else { -0.8 } + chance.between(-0.4, 0.4);
             let p = tip(t.min(1.0));

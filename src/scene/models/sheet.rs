@@ -47,8 +47,12 @@ pub(super) fn sheet(cells: [usize; 2], thickness: f64, middle: impl Fn(f64, f64)
     slab(cells, side(1.0), side(-1.0))
 }
 
-/// A leaf: a sheet that thins out to nothing at its rim. Needs two cells each way.
-pub(super) fn leaf([nu, nv]: [usize; 2], thickness: f64, middle: impl Fn(f64, f64) -> DVec3) -> Solid {
+/// A leaf: a sheet of a thickness that may change along u, and thins out to nothing at its rim. Needs two cells each way.
+pub(super) fn leaf(
+    [nu, nv]: [usize; 2],
+    thickness: impl Fn(f64) -> f64,
+    middle: impl Fn(f64, f64) -> DVec3,
+) -> Solid {
     let mut solid = Solid::default();
     let is_rim = |i: usize, j: usize| i == 0 || j == 0 || i == nu || j == nv;
     let mut grid = |sign: f64, rim: &[u32]| -> Vec<u32> {
@@ -58,7 +62,7 @@ pub(super) fn leaf([nu, nv]: [usize; 2], thickness: f64, middle: impl Fn(f64, f6
             indices.push(match (is_rim(i, j), rim.get(at)) {
                 (true, Some(&shared)) => shared,
                 (true, None) => solid.point(middle(u, v)),
-                (false, _) => solid.point(middle(u, v) + 0.5 * sign * thickness * normal(&middle, u, v)),
+                (false, _) => solid.point(middle(u, v) + 0.5 * sign * thickness(u) * normal(&middle, u, v)),
             });
         }
         indices

@@ -70,6 +70,11 @@ impl Solid {
         self.smooth_below(CREASE_DEGREES)
     }
 
+    /// With normals that are smooth around what was turned in so many cuts, however few.
+    pub(super) fn smooth_round(self, cuts: usize) -> Part {
+        self.smooth_below((400.0 / cuts as f64).clamp(CREASE_DEGREES, 95.0))
+    }
+
     /// With normals that are smooth where facets meet at less than so many degrees.
     pub(super) fn smooth_below(self, crease_degrees: f64) -> Part {
         let cosine = crease_degrees.to_radians().cos();

@@ -38,7 +38,7 @@ pub(super) fn build(site: &mut Site) {
             site.model.place(&wall, &side.place, plaster);
             let archivolt = arches.archivolt(site.detail);
             let count = (2.0 * side.half / arches.bay).round() as usize;
-            for number in 0..if site.detail.is_coarse() { 0 } else { count } {
+            for number in 0..if site.detail.is_below(0.45) { 0 } else { count } {
                 let middle = at(-side.half + arches.bay * (number as f64 + 0.5), arches.springing, 0.0);
                 site.model.place(&archivolt, &(side.place * middle), limestone);
             }
@@ -145,8 +145,8 @@ fn cornice(detail: Detail) -> Vec<DVec2> {
 fn modillions(site: &mut Site) {
     let bracket = block([-0.06, EAVES - 0.03, -0.40], [0.06, EAVES + 0.13, -0.125]).smooth();
     for side in sides() {
-        let count = (2.0 * side.half / 0.375).round() as usize;
-        for number in 0..if site.detail.is_coarse() { 0 } else { count } {
+        let count = (2.0 * side.half / 0.5).round() as usize;
+        for number in 0..if site.detail.is_below(0.5) { 0 } else { count } {
             let x = (side.half - 0.45) * ((2 * number + 1) as f64 / count as f64 - 1.0);
             let place = side.place * at(x, 0.0, -0.16);
             site.model.place(&bracket, &place, site.finishes.limestone);

@@ -1,6 +1,8 @@
 //! Columns with base and capital, and the piers in the corners.
 
-use glam::{DVec3, dvec3};
+use std::f64::consts::FRAC_PI_4;
+
+use glam::{DAffine3, DVec2, DVec3, dvec3};
 
 use super::{BAY, COURT, GALLERY, SPRINGING, Site, sides};
 use crate::scene::models::model::at;
@@ -25,8 +27,8 @@ pub(super) fn build(site: &mut Site) {
             let place = side.place * at(-side.half + BAY * number as f64, 0.0, 0.0);
             site.model.place(&lower.square, &place, limestone);
             site.model.place(&lower.shaft, &place, marble);
-            for turn in 0..if site.detail.is_coarse() { 0 } else { 8 } {
-                let turn = glam::DAffine3::from_rotation_y(std::f64::consts::FRAC_PI_4 * f64::from(turn));
+            for turn in 0..if site.detail.is_below(0.52) { 0 } else { 8 } {
+                let turn = DAffine3::from_rotation_y(FRAC_PI_4 * f64::from(turn));
                 site.model.place(&acanthus, &(place * at(0.0, SPRINGING - 0.12, 0.0) * turn), limestone);
             }
         }
@@ -34,7 +36,9 @@ pub(super) fn build(site: &mut Site) {
         for number in 1..count {
             let x = -side.half + UPPER_BAY * number as f64;
             let place = side.place * at(x, GALLERY + 0.12, 0.0);
-            site.model.place(&upper.square, &place, limestone);
+            if !site.detail.is_below(0.25) {
+                site.model.place(&upper.square, &place, limestone);
+            }
             site.model.place(&upper.shaft, &place, marble);
         }
     }
@@ -84,14 +88,20 @@ impl Column {
                 1.0,
             )
             .to(lip, top);
-        let cuts = detail.cuts(17.0, 5);
-        let shaft = turned(&profile.points(), cuts).smooth_below(f64::max(42.0, 400.0 / cuts as f64));
+        let cuts = detail.cuts(25.0, 5);
+        let shaft = turned(&profile.points(), cuts).smooth_round(cuts);
         Self { shaft, square: square(detail, 1.36 * r, [0.0, plinth], 1.46 * r, [height - abacus, height]) }
     }
 
     /// The same with fewer members.
     fn slender(detail: Detail, r: f64, height: f64) -> Self {
         let (foot, neck, top) = (0.08, height - 0.26, height - 0.085);
+        if detail.is_below(0.25) {
+            let profile = [[1.4 * r, 0.0], [1.1 * r, 0.12], [0.86 * r, neck], [1.7 * r, height + 0.004]];
+            let shaft =
+                turned(&profile.map(DVec2::from), 4).moved(&DAffine3::from_rotation_y(FRAC_PI_4)).smooth();
+            return Self { shaft, square: Part::default() };
+        }
         let profile = Outline::from(1.28 * r, foot - 0.002, detail)
             .arc(1.22 * r, foot + 0.06, 0.8, 2.0)
             .to(1.10 * r, foot + 0.08)
@@ -100,8 +110,8 @@ impl Column {
             .arc(0.86 * r, neck + 0.035, 0.9, 2.0)
             .to(0.80 * r, neck + 0.035)
             .through(&[[0.86 * r, neck + 0.10], [1.34 * r, top]], 1.0);
-        let cuts = detail.cuts(9.0, 3);
-        let shaft = turned(&profile.points(), cuts).smooth_below(f64::max(42.0, 400.0 / cuts as f64));
+        let cuts = detail.cuts(17.0, 4);
+        let shaft = turned(&profile.points(), cuts).smooth_round(cuts);
         Self { shaft, square: square(detail, 1.34 * r, [0.0, foot], 1.44 * r, [top - 0.002, height]) }
     }
 }
@@ -116,7 +126,7 @@ fn square(detail: Detail, foot: f64, [y0, y1]: [f64; 2], head: f64, [y2, y3]: [f
         .to(diagonal * head, hollow)
         .to(diagonal * head, y3 + 0.004)
         .points();
-    let quarter = glam::DAffine3::from_rotation_y(std::f64::consts::FRAC_PI_4);
+    let quarter = DAffine3::from_rotation_y(FRAC_PI_4);
     let mut both = turned(&plinth, 4);
     both.join(turned(&abacus, 4));
     both.moved(&quarter).smooth()
@@ -135,7 +145,7 @@ pub(super) fn pier(detail: Detail, half: f64, height: f64) -> Part {
         .arc(1.2 * h, height - 0.08, -0.41, 2.0)
         .to(1.24 * h, height - 0.08)
         .to(1.24 * h, height + 0.004);
-    let quarter = glam::DAffine3::from_rotation_y(std::f64::consts::FRAC_PI_4);
+    let quarter = DAffine3::from_rotation_y(FRAC_PI_4);
     turned(&profile.points(), 4).moved(&quarter).smooth()
 }
 
@@ -149,5 +159,5 @@ fn acanthus(detail: Detail) -> Part {
         let rise = -0.28 + 0.23 * v - 0.05 * ((v - 0.72).max(0.0) / 0.28).powi(2);
         dvec3(lean - 0.02 * across * across, rise, -across * width)
     };
-    leaf(cells, 0.022, middle).smooth_below(70.0)
+    leaf(cells, |_| 0.022, middle).smooth_below(70.0)
 }

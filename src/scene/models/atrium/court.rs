@@ -34,9 +34,10 @@ fn steps(site: &mut Site) {
 /// Marble and slate in a border of porphyry.
 fn paving(site: &mut Site) {
     let [x, z] = COURT.map(|half| half - EDGE - 0.68);
-    let [xs, ys] = [lines(-x, x, 30), lines(-z, z, 9)];
+    let [nx, ny] = if site.detail.is_below(0.2) { [15, 5] } else { [30, 9] };
+    let [xs, ys] = [lines(-x, x, nx), lines(-z, z, ny)];
     let finish = |i: usize, j: usize| {
-        let edge = i.min(29 - i).min(j.min(8 - j));
+        let edge = i.min(nx - 1 - i).min(j.min(ny - 1 - j));
         Some(if edge == 0 { 2 } else { u8::from((i + j).is_multiple_of(2)) })
     };
     let paving = panel(&xs, &ys, [-0.2, 0.0], finish).moved(&flat(GROUND));

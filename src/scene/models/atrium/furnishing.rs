@@ -83,7 +83,7 @@ fn hang_curtain(site: &mut Site, side: &Side, bay: usize, colour: usize, seed: u
             .collect();
         let ring = turned_ring(&section, detail.cuts(7.0, 5)).smooth_below(80.0);
         let upright = glam::DAffine3::from_rotation_z(0.5 * PI);
-        for number in 0..if detail.is_coarse() { 0 } else { 5 } {
+        for number in 0..if detail.is_below(0.5) { 0 } else { 5 } {
             let x = 1.1 * ((number as f64 + 0.5) / 5.0 - 0.5);
             site.model.place(&ring, &(place * at(x, 0.017, 0.0) * upright), site.finishes.bronze);
         }

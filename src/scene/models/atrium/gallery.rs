@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 
 use glam::{DVec3, dvec3};
 
-use super::columns::pier;
 use super::walk::{OUTER, flat};
 use super::{COURT, EAVES, GALLERY, Site, around, sides, turn};
 use crate::scene::models::joinery::{Door, door};
@@ -22,14 +21,14 @@ const PLINTH: f64 = 0.12;
 pub(super) fn build(site: &mut Site) {
     floors(site);
     balustrade(site);
-    let shape = Door { width: 1.0, height: 2.25, panels: [2, 2] };
+    let shape = Door { width: 1.0, height: 2.25, panels: [1, 2] };
     let leaf = door(site.detail, shape);
-    let pilaster = pier(site.detail, 0.16, EAVES - GALLERY);
+    let pilaster = block([-0.16, -0.01, -0.11], [0.16, EAVES - GALLERY, 0.03]).smooth();
     for side in sides() {
         let bays = (2.0 * side.half / (2.0 * BAY)).round() as usize;
         for bay in 0..=bays {
             let x = -side.half + 2.0 * BAY * bay as f64;
-            if site.detail.is_coarse() {
+            if site.detail.is_below(0.33) {
                 continue;
             }
             site.model.place(&pilaster, &(side.place * at(x, GALLERY, OUTER)), site.finishes.limestone);
@@ -57,7 +56,7 @@ fn floors(site: &mut Site) {
     let beam = block([-0.08, EAVES - 0.19, 0.15], [0.08, EAVES + 0.01, OUTER + 0.01]).smooth();
     for side in sides() {
         let count = (2.0 * side.half / BAY).round() as usize;
-        for number in 1..if site.detail.is_coarse() { 0 } else { count } {
+        for number in 1..if site.detail.is_below(0.3) { 0 } else { count } {
             let place = side.place * at(-side.half + BAY * number as f64, 0.0, 0.0);
             site.model.place(&beam, &place, site.finishes.oak);
         }
@@ -75,8 +74,8 @@ fn balustrade(site: &mut Site) {
         .through(&[[0.060, PLINTH + 0.22], [0.026, PLINTH + 0.50]], 1.49)
         .to(0.045, PLINTH + 0.58)
         .to(0.045, PLINTH + 0.67);
-    let cuts = detail.cuts(6.0, 3);
-    let baluster = turned(&profile.points(), cuts).smooth_below(f64::max(42.0, 400.0 / cuts as f64));
+    let cuts = detail.cuts(7.0, 4);
+    let baluster = turned(&profile.points(), cuts).smooth_round(cuts);
     let section = Outline::from(-0.06, PLINTH + 0.66, detail)
         .to(0.06, PLINTH + 0.66)
         .to(0.09, PLINTH + 0.70)
@@ -89,8 +88,12 @@ fn balustrade(site: &mut Site) {
     let mut section = section.points();
     section.pop();
     let ends = [dvec3(-0.5 * BAY + 0.09, 0.0, 0.0), dvec3(0.5 * BAY - 0.09, 0.0, 0.0)];
-    let rail = drawn(&section, &mitred(&ends, DVec3::Y, false), false).smooth();
-    let count = if detail.is_coarse() { 0 } else { 3 };
+    let rail = if detail.is_below(0.36) {
+        block([-0.66, PLINTH + 0.66, -0.09], [0.66, PLINTH + 0.78, 0.09]).smooth()
+    } else {
+        drawn(&section, &mitred(&ends, DVec3::Y, false), false).smooth()
+    };
+    let count = if detail.is_below(0.4) { 0 } else { 3 };
     let filling = block([-0.66, PLINTH - 0.01, -0.025], [0.66, PLINTH + 0.67, 0.025]).smooth();
     for side in sides() {
         for bay in 0..(2.0 * side.half / BAY).round() as usize {

@@ -48,21 +48,26 @@ pub(super) fn flat(y: f64) -> DAffine3 {
 
 /// Flagstones around the court.
 fn floor(site: &mut Site) {
-    let line = |half: f64, cells: usize| {
-        let mut all = lines(-half - OUTER - 0.02, -half + EDGE, 5);
+    let line = |half: f64, cells: usize, beside: usize| {
+        let mut all = lines(-half - OUTER - 0.02, -half + EDGE, beside);
         all.pop();
         all.extend(lines(-half + EDGE, half - EDGE, cells));
         all.pop();
-        all.extend(lines(half - EDGE, half + OUTER + 0.02, 5));
+        all.extend(lines(half - EDGE, half + OUTER + 0.02, beside));
         all
     };
-    let [xs, ys] = [line(COURT[0], 32), line(COURT[1], 11)];
+    let [xs, ys] = if site.detail.is_below(0.22) {
+        [line(COURT[0], 16, 3), line(COURT[1], 6, 3)]
+    } else {
+        [line(COURT[0], 32, 5), line(COURT[1], 11, 5)]
+    };
     let (nx, ny) = (xs.len() - 1, ys.len() - 1);
+    let beside = if site.detail.is_below(0.22) { 3 } else { 5 };
     let finish = |i: usize, j: usize| {
         let edge = i.min(nx - 1 - i).min(j.min(ny - 1 - j));
         match edge {
-            5.. => None,
-            4 => Some(2),
+            _ if edge >= beside => None,
+            _ if edge + 1 == beside => Some(2),
             _ => Some(u8::from((i + j).is_multiple_of(2))),
         }
     };
@@ -99,7 +104,7 @@ fn outer_wall(site: &mut Site) {
 }
 
 fn vaults(site: &mut Site) {
-    let cuts = 2 * site.detail.cuts(3.0, 2);
+    let cuts = 2 * site.detail.cuts(3.0, 1);
     let strips = sides().map(|side| {
         let bays = (2.0 * side.half / BAY).round() as usize;
         (side.place * at(-side.half, 0.0, 0.5 * WALL), bays)
@@ -124,7 +129,7 @@ fn vaults(site: &mut Site) {
             let (rib, shift) = match number {
                 0 => (&wide, -0.25 * WALL),
                 _ if number == bays => (&wide, 0.25 * WALL),
-                _ if site.detail.is_coarse() => continue,
+                _ if site.detail.is_below(0.3) => continue,
                 _ => (&narrow, 0.0),
             };
             let place = place * at(-half + BAY * number as f64 + shift, 0.0, 0.0);
@@ -133,7 +138,7 @@ fn vaults(site: &mut Site) {
                 &(place * at(0.0, SPRINGING, 0.5 * (WALL + WALK))),
                 site.finishes.limestone,
             );
-            if site.detail.is_coarse() {
+            if site.detail.is_below(0.35) {
                 continue;
             }
             site.model.place(&pilaster, &(place * at(0.0, 0.0, OUTER)), site.finishes.limestone);
@@ -165,7 +170,7 @@ fn vault(bays: usize, cuts: usize) -> Solid {
 
 /// A transverse arch across the walk, around the middle of its springing line.
 fn rib(site: &Site, width: f64) -> Solid {
-    let (half, radius, cuts) = (0.5 * width, 0.5 * WALK, site.detail.cuts(12.0, 6));
+    let (half, radius, cuts) = (0.5 * width, 0.5 * WALK, site.detail.cuts(12.0, 5));
     let section = Outline::from(0.04, half, site.detail)
         .to(-0.07, half)
         .to(-0.11, half - 0.05)

@@ -77,11 +77,15 @@ fn carcass(site: &mut Site, place: &DAffine3) {
 fn row(site: &mut Site, place: &DAffine3, width: f64, room: f64, chance: &mut Chance) {
     let mut x = 0.004;
     let tall = chance.between(0.72, 0.9) * room;
+    let thick = if site.detail.is_below(0.3) { 1.9 } else { 1.0 };
     while x < width - 0.06 {
         // Sets stand together: some books of one size and colour.
         let volumes = if chance.share() < 0.25 { 2 + chance.pick(4) } else { 1 };
-        let size =
-            dvec3(chance.between(0.018, 0.05), tall * chance.between(0.72, 1.1), chance.between(0.15, 0.215));
+        let size = dvec3(
+            thick * chance.between(0.018, 0.05),
+            tall * chance.between(0.72, 1.1),
+            chance.between(0.15, 0.215),
+        );
         let book = book(site.detail, size);
         let cover = site.finishes.covers[chance.pick(6)];
         for _ in 0..volumes {
@@ -102,6 +106,9 @@ fn row(site: &mut Site, place: &DAffine3, width: f64, room: f64, chance: &mut Ch
 
 /// A book that stands on the origin with its spine to +z and its width along +x. Finishes: cover, paper.
 pub(super) fn book(detail: Detail, size: DVec3) -> Part {
+    if detail.is_below(0.4) {
+        return block([0.0, 0.0, -size.z], [size.x, size.y, 0.0]).smooth();
+    }
     const BOARD: f64 = 0.0028;
     let (w, d) = (size.x, size.z);
     // Seen from above, z upwards in the plane: counter-clockwise around the boards and the rounded spine.

@@ -57,7 +57,7 @@ fn walls(site: &mut Site) {
 fn floors(site: &mut Site) {
     let f = &site.finishes;
     let ([x, z], middle) = (HALF, 0.5 * (HALF[0] + CORRIDOR[0]));
-    let [along, rows] = if site.detail.is_coarse() { [9, 16] } else { [30, 40] };
+    let [along, rows] = if site.detail.is_below(0.3) { [9, 16] } else { [30, 40] };
     let mut chance = Chance::new(7);
     let mut colours = Vec::new();
     for _ in 0..rows {
@@ -74,7 +74,7 @@ fn floors(site: &mut Site) {
     let (xs, ys) = (lines(-x - 0.05, middle, along), lines(-z - 0.05, z + 0.05, rows));
     let parquet = panel(&xs, &ys, [-0.12, 0.0], |i, j| Some(colours[j * along + i]));
     site.model.add_in(parquet.moved(&down), &f.parquet);
-    let (nx, nz) = (6, 21);
+    let (nx, nz) = if site.detail.is_below(0.3) { (3, 11) } else { (6, 21) };
     let (xs, ys) = (lines(middle, CORRIDOR[1] + 0.05, nx), lines(-z - 0.06, z + 0.06, nz));
     let tiles = panel(&xs, &ys, [-0.13, -0.001], |i, j| Some(u8::from((i + j).is_multiple_of(2))));
     site.model.add_in(tiles.moved(&down), &f.tiles);

@@ -62,7 +62,7 @@ fn soft(detail: Detail, half: [f64; 3], radius: f64, swell: f64) -> Part {
 /// Pillows with corners drawn out, and a throw over an arm.
 fn pillows(site: &mut Site, place: &DAffine3) {
     let detail = site.detail;
-    let (edge, inside) = (detail.cuts(2.0, 1), detail.cuts(10.0, 3));
+    let (edge, inside) = (detail.cuts(2.0, 1), detail.cuts(10.0, 2));
     let half = 0.21;
     // Flat, then blown up: thick in the middle, thin at the seam, which is drawn in between the corners.
     let pillow = rounded(dvec3(half, 0.02, half), 0.0195, edge, inside)

@@ -92,7 +92,7 @@ fn coffee_table(site: &mut Site) {
 /// A woven rug with borders and a medallion, and fringes at its ends.
 fn rug(site: &mut Site) {
     let detail = site.detail;
-    let (nx, ny) = if detail.is_coarse() { (15, 9) } else { (49, 33) };
+    let (nx, ny) = if detail.is_below(0.28) { (15, 9) } else { (49, 33) };
     let [x, z] = [1.45, 0.95];
     let finish = |i: usize, j: usize| {
         let edge = i.min(nx - 1 - i).min(j.min(ny - 1 - j));
@@ -115,8 +115,9 @@ fn rug(site: &mut Site) {
     let flat = flat.smooth();
     site.model.place_in(&flat, &place, &site.finishes.rug);
     let mut chance = Chance::new(31);
-    for number in 0..detail.count(56, 8) {
-        let across = z * (2.0 * (number as f64 + 0.5) / detail.count(56, 8) as f64 - 1.0);
+    let strands = if detail.is_below(0.5) { 0 } else { detail.count(56, 8) };
+    for number in 0..strands {
+        let across = z * (2.0 * (number as f64 + 0.5) / strands as f64 - 1.0);
         for end in [-1.0, 1.0] {
             let drift = chance.between(-0.012, 0.012);
             let path =

@@ -130,7 +130,7 @@ fn open_book(site: &mut Site, [x, z]: [f64; 2]) {
         let top = |u: f64, v: f64| dvec3(side * (0.0012 + w * face(u)), curve(face(u)), h * (0.5 - v));
         let bottom = |u: f64, v: f64| dvec3(side * (0.0012 + w * face(u)), 0.0034, h * (0.5 - v));
         leaves.join(slab(cells, top, bottom));
-        for leaf in 1..if detail.is_coarse() { 1 } else { 5 } {
+        for leaf in 1..if detail.is_below(0.3) { 1 } else { 5 } {
             let lift = f64::from(leaf) * 0.16;
             // Turned about the spine, and bent back towards their ends.
             let at = |u: f64, v: f64, more: f64| {

@@ -95,7 +95,7 @@ fn curtains(site: &mut Site) {
         };
         let cloth = curtain(detail, cloth).smooth_below(75.0);
         site.model.place(&cloth, &at(x, y - 0.022, z), site.finishes.curtain);
-        let rings = if detail.is_coarse() { 0 } else { 8 };
+        let rings = if detail.is_below(0.45) { 0 } else { 8 };
         for ring_number in 0..rings {
             let across = 0.66 * ((f64::from(ring_number) + 0.5) / f64::from(rings) - 0.5);
             site.model.place(&ring, &(at(x + across, y, z) * upright), site.finishes.brass);

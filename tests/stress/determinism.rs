@@ -63,7 +63,7 @@ fn what_no_pixel_uses_and_nothing_reads_is_left_out_to_no_effect() {
             match step {
                 1 | 4 => renderer.move_light(0, light - 0.1 * step as f32 * Vec3::Y).unwrap(),
                 2 | 5 | 7 => {
-                    renderer.move_camera(camera.position + 0.2 * step as f32 * Vec3::X, camera.target)
+                    renderer.move_camera(camera.position + 0.2 * step as f32 * Vec3::X, camera.target);
                 }
                 3 => renderer.set_diffuse(0, Vec3::new(0.3, 0.5, 0.4)).unwrap(),
                 _ => {}

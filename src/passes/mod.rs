@@ -37,6 +37,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::gloss::LAYOUTS,
         frame::gloss_pixels::LAYOUTS,
         frame::highlights::LAYOUTS,
+        frame::needed_records::LAYOUTS,
         frame::gather::LAYOUTS,
         frame::blend::LAYOUTS,
         frame::prefix_sum::LAYOUTS,

@@ -178,7 +178,8 @@ impl Renderer {
     }
 
     /// Whether frames leave out what cannot change the picture, which they do unless told otherwise: stages that depend on
-    /// nothing that was edited, lights that are off, rays that cannot bring light.
+    /// nothing that was edited, lights that are off, rays that cannot bring light, records that no pixel uses, clusters that nothing
+    /// reads.
     pub fn set_skipping(&mut self, skips: bool) {
         self.skips = skips;
         self.lights.traces_all = !skips;

@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
+use crate::passes::frame::antialias::Antialias;
 use crate::passes::frame::gloss::GlossLight;
 use crate::passes::{OneLight, light_sources};
 use crate::scene::Light;
@@ -15,6 +16,8 @@ struct Rows {
     factors: Buffer,
     /// Its light at each pixel and each edge sample.
     layer: Buffer,
+    /// Pixels at the edges of its shadows, counted.
+    shadow_groups: Buffer,
     /// Its beams at entry points that may shine, if any may.
     beams: Option<Buffer>,
     /// Its highlight at each sample of shining pixels, if any may shine.
@@ -92,6 +95,7 @@ impl Lights {
         let rows = Rows {
             factors: row("form factors", self.factor_count)?,
             layer: row("light layer", self.point_count)?,
+            shadow_groups: Antialias::groups(&self.context)?,
             beams: None,
             highlights: self.gloss.map(|gloss| row("light highlights", gloss.sample_count)).transpose()?,
             has_factors: false,
@@ -199,6 +203,17 @@ impl Lights {
     /// Lights that shine and whose layer is to be traced, with where it goes.
     pub(super) fn without_layer(&self) -> Vec<(OneLight<'_>, &Buffer)> {
         self.shining().filter(|(_, rows)| !rows.has_layer).map(|(light, rows)| (light, &rows.layer)).collect()
+    }
+
+    /// Where the edges of a light's shadows are counted.
+    pub(super) fn shadow_groups(&self, light: OneLight<'_>) -> &Buffer {
+        &self.rows[light.index as usize].shadow_groups
+    }
+
+    /// Pixels at the edges of the shadows of each light that shines, added up.
+    pub(super) fn shadow_edge_count(&self) -> Result<u64> {
+        let counts = self.shining().map(|(_, rows)| Antialias::counted(&rows.shadow_groups).map(u64::from));
+        counts.sum()
     }
 
     /// Emission and form factors of each light that shines.

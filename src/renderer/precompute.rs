@@ -5,7 +5,7 @@ use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::near_field::NearCluster;
-use crate::passes::precompute::cache_points::{self, Geometry, Placed, Placement, Survey};
+use crate::passes::precompute::cache_points::{self, Geometry, Placement, Survey};
 use crate::passes::precompute::cluster_views::{self, ViewTables};
 use crate::passes::precompute::entry_points::{self, Strata};
 use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, RayTable};
@@ -26,9 +26,6 @@ use std::time::Instant;
 const REFINED: u32 = 2;
 /// And in all: the table of cells is dense.
 const FINEST: u32 = 256;
-
-/// Cache points that have a surface within so many base cells see clusters of the near field.
-const SEES_NEAR: f32 = 2.0;
 
 /// All that the frames are made of.
 pub(super) struct Precomputed {
@@ -51,8 +48,6 @@ pub(super) struct Precomputed {
     pub(super) code: GatherCode,
     pub(super) clusters: ClusterBuffers,
     pub(super) near_clusters: Vec<NearCluster>,
-    /// The first so many cache points see them.
-    pub(super) near_count: u32,
     pub(super) statistics: Statistics,
 }
 
@@ -139,10 +134,6 @@ pub(super) fn precompute(
     let mut placement =
         cache_points::place(&survey, &buffers, &geometry, quality.cache_points, seed, progress)?;
     entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
-    // Points that see near clusters come first: only they are gathered twice.
-    let is_far = |placed: &Placed| placed.clearance >= SEES_NEAR * cell_size;
-    placement.points.sort_by_key(is_far);
-    let near_count = placement.points.partition_point(|placed| !is_far(placed)) as u32;
     let points: Vec<CachePoint> = placement.points.iter().map(|placed| placed.point).collect();
     let cache_points = Buffer::from_slice(context, "cache points", &points)?;
     let neighbourhoods = Neighbourhoods::new(&placement.points);
@@ -241,7 +232,6 @@ pub(super) fn precompute(
         code,
         clusters,
         near_clusters,
-        near_count,
         statistics,
     })
 }

@@ -13,6 +13,7 @@ pub mod highlights;
 pub mod hvds;
 pub mod light_sum;
 pub mod near_field;
+pub mod needed_records;
 pub mod path_scan;
 pub mod pixel_colours;
 pub mod prefix_sum;

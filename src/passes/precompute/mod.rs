@@ -14,6 +14,7 @@ pub mod neighbours;
 pub mod occlusion;
 pub mod path_orders;
 pub mod rays;
+pub mod reads;
 pub mod sides;
 
 use crate::error::Result;

@@ -35,6 +35,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::near_field::LAYOUTS,
         frame::cluster_views::LAYOUTS,
         frame::gloss::LAYOUTS,
+        frame::gloss_beams::LAYOUTS,
         frame::gloss_pixels::LAYOUTS,
         frame::highlights::LAYOUTS,
         frame::needed_records::LAYOUTS,

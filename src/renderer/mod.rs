@@ -3,6 +3,7 @@
 mod accounts;
 mod changes;
 mod edits;
+mod film;
 mod lights;
 mod needs;
 mod outputs;

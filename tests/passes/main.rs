@@ -20,6 +20,7 @@ mod gather;
 mod gather_rays;
 mod gloss;
 mod gloss_pixels;
+mod gloss_readers;
 mod irradiance_probe;
 mod light_paths;
 mod lights;

@@ -14,6 +14,7 @@ mod lights;
 mod path_noise;
 mod path_tracer;
 mod photons;
+mod places;
 mod plates;
 mod sphere;
 mod stages;

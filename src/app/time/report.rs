@@ -7,11 +7,8 @@ use serde_json::{Map, Value, json};
 
 use super::Timed;
 use super::measure::{PassSummary, STAGES, Summary};
-use super::paper::{self, COLUMNS};
+use super::paper::{self, COLUMNS, LIGHT_COUNTS};
 use crate::gpu::Context;
-
-/// Numbers of lights in the paper's table 3.
-const LIGHT_COUNTS: [usize; 4] = [1, 2, 4, 8];
 
 /// The lines above all tables.
 pub(super) fn header(device: &str, driver: &str, copy_gbps: Option<f64>) -> String {
@@ -22,7 +19,8 @@ pub(super) fn header(device: &str, driver: &str, copy_gbps: Option<f64>) -> Stri
 /// One scene's tables.
 pub(super) fn table(timed: &Timed, copy_gbps: Option<f64>) -> String {
     let Timed { name, triangles, size: [width, height], .. } = timed;
-    let mut text = format!("\n{name}: {triangles} triangles, {width}x{height}\n\n");
+    let energy = timed.energy.say();
+    let mut text = format!("\n{name}: {triangles} triangles, {width}x{height}, energy {energy}\n\n");
     columns(&mut text, timed);
     precompute(&mut text, timed);
     passes(&mut text, timed, copy_gbps);
@@ -184,6 +182,7 @@ fn scene_json(timed: &Timed, copy_gbps: Option<f64>) -> Value {
         "fps_by_lights": fps_by_lights,
         "by_lights": relit.collect::<Map<String, Value>>(),
         "scene_lights": timed.lights,
+        "energy": timed.energy,
         "passes": passes.collect::<Vec<_>>(),
         "skipped": statistics.skipped,
         "counts": statistics.counts,

@@ -8,6 +8,7 @@ pub mod direct;
 pub mod form_factors;
 pub mod gather;
 pub mod gloss;
+pub mod gloss_beams;
 pub mod gloss_pixels;
 pub mod highlights;
 pub mod hvds;

@@ -9,6 +9,7 @@ pub mod entry_points;
 pub mod gather_rays;
 pub mod gloss;
 pub mod light_paths;
+pub mod narrow_gaps;
 pub mod near_clusters;
 pub mod neighbours;
 pub mod occlusion;

@@ -1,5 +1,5 @@
 // Near field: clusters that are smaller than what path vertices resolve take their indirect light from the record that was
-// gathered beside them, moved to their middle by its gradient; the gather is then repeated for the points that see them. A
+// gathered beside them, ahead of all others, moved to their middle by its gradient; what the picture shows is gathered behind. A
 // record's rays see the narrow surroundings that a cluster averages away. Deterministic. One invocation = one such cluster.
 // In: cluster flux (W), records. Out: irradiance, W/m².
 #version 460

@@ -71,8 +71,8 @@ impl Needs {
         }
     }
 
-    /// Makes the list, if one is to be made; it is ready for what follows. Returns the list to gather and, unless all records are to be blended,
-    /// which are; none where there is nothing to gather.
+    /// Makes the list, if one is to be made; it is ready for what follows. Returns the list to gather and marks of the records to
+    /// blend, none where these are all; none at all where there is nothing to gather.
     pub(super) fn record(
         &self,
         rec: &mut Recorder,
@@ -118,7 +118,7 @@ impl Needs {
         self.gathered
     }
 
-    /// Gathers and blends every record, whatever the view needs, in frames and out of them.
+    /// All records.
     pub(super) fn all(&self) -> &RecordList {
         &self.all
     }

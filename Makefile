@@ -4,11 +4,12 @@ CARGO ?= cargo
 # rustup puts cargo here; a shell that was open before the installation does not know yet.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help run test lint bench tables figures film peers spirv setup clean
+.PHONY: help run test stress lint bench tables figures film peers spirv setup clean
 
 help:
 	@echo 'make run    build, render the Box to out/box.png and time it'
 	@echo 'make test   all tests'
+	@echo 'make stress built-in scenes of ten million triangles (8 GB of memory)'
 	@echo 'make lint   formatting, lints, documentation, tree checks'
 	@echo 'make bench  time every built-in scene into out/time.json'
 	@echo 'make tables the paper'"'"'s tables 1 to 3 for every built-in scene (15 minutes at most on two cores), into out/tables.json'
@@ -30,6 +31,10 @@ run:
 test:
 	@scripts/setup.sh --tests
 	$(CARGO) test --locked
+
+stress:
+	@scripts/setup.sh --tests
+	$(CARGO) test --release --locked --test scene -- --ignored places_of_one_and_ten
 
 lint:
 	@scripts/setup.sh --lint

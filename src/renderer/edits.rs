@@ -113,6 +113,9 @@ impl Renderer {
         }
         let has_lobe = |material: &Material| material.specular != Vec3::ZERO;
         let lobes = has_lobe(old) != has_lobe(&new) || (has_lobe(&new) && old.exponent != new.exponent);
+        if old.specular != new.specular || old.exponent != new.exponent {
+            self.lights.gloss_changed();
+        }
         self.scene.materials[material] = new;
         let bit = editable_bits(&self.scene.materials)[material];
         self.changes.edited = match self.changes.edited {
@@ -173,12 +176,14 @@ impl Renderer {
             Work::Material => {
                 self.changes.materials = true;
                 self.changes.edited = Edited::All;
+                self.lights.gloss_changed();
             }
         }
     }
 
     /// Whether frames leave out what cannot change the picture, which they do unless told otherwise: stages that depend on
-    /// nothing that was edited, lights that are off, rays that cannot bring light.
+    /// nothing that was edited, lights that are off, rays that cannot bring light, records that no pixel uses, clusters that nothing
+    /// reads.
     pub fn set_skipping(&mut self, skips: bool) {
         self.skips = skips;
         self.lights.traces_all = !skips;

@@ -18,6 +18,7 @@ pub mod grid;
 pub mod hvds;
 pub mod light;
 pub mod material;
+mod models;
 mod mtl;
 mod obj;
 pub mod quality;

@@ -13,6 +13,7 @@ use refused::message;
 #[allow(dead_code, reason = "the example's main")]
 mod box_model;
 mod film;
+mod places;
 mod refused;
 mod textures;
 

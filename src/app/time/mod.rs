@@ -133,7 +133,7 @@ fn time_scene(
         device_args.warn(&format!("{name}: times had not settled after warm-up; pass more --frames"));
     }
     let (size, statistics) = (renderer.size(), renderer.statistics()?);
-    let relit = lights::measure(&mut renderer, light_counts, frames)?;
+    let relit = lights::measure(&mut renderer, light_counts, frames, context.is_cpu())?;
     device_args.report_validation(&context);
     Ok(Ok(Timed { name, triangles, lights, size, statistics, measurement, energy, relit }))
 }

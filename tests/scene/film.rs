@@ -40,9 +40,10 @@ fn refuses(film: &str, expected: &str) {
 
 #[test]
 fn built_in_films_load_and_stay_in_bounds() {
-    for name in builtin::NAMES {
+    assert!(builtin::names().contains(&"box"));
+    for name in builtin::names() {
         let (film, scene) = Film::load(name, &LoadOptions::default()).unwrap();
-        assert_eq!((film.name.as_str(), scene.warnings.len()), (name, 0));
+        assert_eq!(film.name, name);
         let (low, high) = scene.bounds();
         let reach = 1.5 * (high - low).length();
         for frame in 0..film.frame_count {

@@ -1,12 +1,19 @@
 //! The films that are part of the binary.
 
-/// Names of the built-in films.
-pub const NAMES: [&str; 1] = ["box"];
+use crate::scene::builtin;
+
+/// Name and text of each. Films are named after their scenes.
+const FILMS: [(&str, &str); 2] = [
+    ("box", include_str!("../../../assets/films/box.toml")),
+    ("atrium", include_str!("../../../assets/films/atrium.toml")),
+];
+
+/// Names of the built-in films: those whose scene is built in, too.
+pub fn names() -> Vec<&'static str> {
+    FILMS.map(|(name, _)| name).into_iter().filter(|name| builtin::NAMES.contains(name)).collect()
+}
 
 /// The text of a built-in film.
 pub(super) fn text(name: &str) -> Option<&'static str> {
-    match name {
-        "box" => Some(include_str!("../../../assets/films/box.toml")),
-        _ => None,
-    }
+    FILMS.into_iter().find(|(film, _)| *film == name && names().contains(film)).map(|(_, text)| text)
 }

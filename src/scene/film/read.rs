@@ -80,7 +80,7 @@ fn open(spec: &str) -> Result<(PathBuf, String)> {
         return Ok((path.to_owned(), utf8(path, bytes)?));
     }
     let text = builtin::text(spec).ok_or_else(|| {
-        let what = unknown("built-in film", &builtin::NAMES, spec);
+        let what = unknown("built-in film", &builtin::names(), spec);
         Error::Usage(format!("{what}; or give the path of a .toml file"))
     })?;
     Ok((PathBuf::from(format!("{spec}.toml")), text.to_owned()))

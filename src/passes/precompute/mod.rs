@@ -1,6 +1,7 @@
 //! Passes that run once, before the first frame. Each keeps its dispatches short, so that no watchdog bites and a
 //! desktop stays usable, and reports its progress.
 
+mod budget;
 pub mod cache_points;
 pub mod clearance;
 pub mod cluster_views;
@@ -14,6 +15,8 @@ pub mod neighbours;
 pub mod occlusion;
 pub mod path_orders;
 pub mod rays;
+mod reaches;
+mod shares;
 pub mod sides;
 
 use crate::error::Result;

@@ -1,5 +1,5 @@
-// Closest hits of an explicit list of rays. Deterministic. One invocation = one ray.
-// In: origins and directions, metres. Out: distance in units of the direction's length (negative: left the scene) and side.
+// Closest hits of an explicit list of rays, or any hits of segments. Deterministic. One invocation = one ray.
+// In: origins and directions, metres. Out: distance in units of the direction's length (negative: nothing hit) and side.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -8,6 +8,7 @@
 #include "include/math.glsl"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint SEGMENTS = 0;  // 1: from the origin to the end of the direction, where any hit will do
 
 struct RayQuery { vec3 origin; vec3 direction; };
 struct RayAnswer { float t; uint side; };
@@ -27,7 +28,8 @@ void main() {
     if (index >= push.ray_count) return;
     RayQuery query = queries[index];
     Hit hit;
-    if (!trace(Ray(query.origin, query.direction, 1e30), false, hit)) {
+    bool segments = SEGMENTS == 1u;
+    if (!trace(Ray(query.origin, query.direction, segments ? 1.0 : 1e30), segments, hit)) {
         answers[index] = RayAnswer(-1.0, NO_SIDE);
         return;
     }

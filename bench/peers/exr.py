@@ -1,13 +1,20 @@
-"""OpenEXR files of 32-bit floats, one part, scan lines, no compression: all that is needed here, without a library."""
+"""OpenEXR files of 32-bit floats, one part, scan lines: all that is needed here, without a library.
+
+Written without compression; read without it or with ZIP, as lightpaths writes.
+"""
 
 import struct
 import sys
+import zlib
 from array import array
+from itertools import accumulate
 from pathlib import Path
 
 MAGIC = 20000630
 FLOAT = 2
 LONG_NAMES = 0x400
+LINES = {0: 1, 2: 1, 3: 16}
+"""Lines of a block, by compression: none, ZIPS, ZIP."""
 
 
 def write(path, size, planes):
@@ -48,7 +55,7 @@ def write(path, size, planes):
 
 
 def read(path):
-    """Size, and a float array for each channel. ValueError for the kinds of file that `write` does not write."""
+    """Size, and a float array for each channel. ValueError for other kinds of file."""
     data = Path(path).read_bytes()
     magic, version = struct.unpack_from("<ii", data)
     if magic != MAGIC or version & ~LONG_NAMES != 2:
@@ -60,8 +67,9 @@ def read(path):
         (length,) = struct.unpack_from("<i", data, at)
         attributes[name] = data[at + 4 : at + 4 + length]
         at += 4 + length
-    if attributes["compression"] != b"\0":
-        raise ValueError(f"{path}: compressed")
+    compression = attributes["compression"][0]
+    if compression not in LINES:
+        raise ValueError(f"{path}: compressed, and not by ZIP")
     low_x, low_y, high_x, high_y = struct.unpack("<4i", attributes["dataWindow"])
     width, height = high_x - low_x + 1, high_y - low_y + 1
     names, position, channels = [], 0, attributes["channels"]
@@ -72,12 +80,30 @@ def read(path):
         position += 16
         names.append(name)
     planes = {name: array("f", bytes(4 * width * height)) for name in names}
-    for offset in struct.unpack_from(f"<{height}Q", data, at + 1):
-        y, _ = struct.unpack_from("<ii", data, offset)
-        for index, name in enumerate(names):
-            start = offset + 8 + 4 * width * index
-            planes[name][(y - low_y) * width : (y - low_y + 1) * width] = as_array(data[start : start + 4 * width])
+    lines, line = LINES[compression], 4 * width * len(names)
+    for offset in struct.unpack_from(f"<{-(-height // lines)}Q", data, at + 1):
+        y, length = struct.unpack_from("<ii", data, offset)
+        top, rows = y - low_y, min(lines, height - (y - low_y))
+        block = data[offset + 8 : offset + 8 + length]
+        if length < rows * line:
+            block = unzip(block)
+        if len(block) != rows * line:
+            raise ValueError(f"{path}: line {y} is damaged")
+        for row in range(rows):
+            for index, name in enumerate(names):
+                start = row * line + 4 * width * index
+                planes[name][(top + row) * width : (top + row + 1) * width] = as_array(block[start : start + 4 * width])
     return (width, height), planes
+
+
+def unzip(block):
+    """Undoes what ZIP did: differences of bytes, of which the even ones stand before the odd ones."""
+    block = zlib.decompress(block)
+    block = bytes(accumulate(block, lambda before, step: (before + step - 128) & 255))
+    middle = (len(block) + 1) // 2
+    whole = bytearray(len(block))
+    whole[0::2], whole[1::2] = block[:middle], block[middle:]
+    return bytes(whole)
 
 
 def text(data, at):

@@ -12,17 +12,25 @@ from pathlib import Path
 
 import flat
 import report
+import truth
 import witness
 from ours import Ours
 from peers import PeerError, Peers, cores
 from scene import SceneError, find, load
 
-REFERENCE_SEED = 1000
-"""Far from the seeds of what is judged."""
+REFERENCE_SEEDS = 1000, 1001
+"""Of the reference's halves; far from the seeds of what is judged."""
 
 
 def numbers(text):
     return [int(word) for word in text.split(",") if word]
+
+
+def pictures(text):
+    files = [Path(word) for word in text.split(",") if word]
+    if len(files) not in (1, 2):
+        raise argparse.ArgumentTypeError("one picture or two halves expected: A.exr or A.exr,B.exr")
+    return files
 
 
 def pixels(text):
@@ -50,8 +58,13 @@ def arguments(words):
     parser.add_argument(
         "--denoised-spp", type=numbers, default=[1, 4, 16, 64], help="of Cycles with Open Image Denoise"
     )
-    parser.add_argument("--reference", type=Path, help="an EXR picture; without it Mitsuba renders one")
-    parser.add_argument("--reference-spp", type=int, default=4096, help="of that one [4096]")
+    parser.add_argument(
+        "--reference",
+        type=pictures,
+        metavar="A.exr[,B.exr]",
+        help="independent halves of a reference, or one picture, whose noise then counts [Mitsuba's]",
+    )
+    parser.add_argument("--reference-spp", type=int, default=4096, help="of both halves together [4096]")
     parser.add_argument("--preset", default="paper", help="of ours [paper]")
     parser.add_argument("--frames", type=int, default=10, help="of ours to time [10]")
     parser.add_argument("--flat", action="store_true", help="without the models' normals")
@@ -110,16 +123,23 @@ def our_rows(ours, args, scene, folder):
     return [common | {"setting": f"{args.preset}: {what}", "seconds": seconds} for what, seconds in prices]
 
 
-def reference(peers, args, scene, folder):
+def reference(peers, ours, args, scene, folder):
+    """What everything is held against."""
+    mean = folder / "reference.exr"
     if args.reference:
-        return args.reference, str(args.reference)
-    file = folder / "reference.exr"
-    print(f"peers: reference, {args.reference_spp} samples per pixel by Mitsuba", file=sys.stderr)
-    render = {"spp": args.reference_spp, "seed": REFERENCE_SEED, "out": str(file.resolve())}
-    answer = peers.render("mitsuba", scene, [render], args.size)
+        name = " and ".join(str(file) for file in args.reference)
+        if len(args.reference) == 1:
+            return truth.Truth(args.reference[0], name)
+        return truth.of_halves(args.reference, name, ours, mean)
+    each = max(args.reference_spp // 2, 1)
+    files = [folder / f"reference-{half}.exr" for half in "ab"]
+    print(f"peers: reference, twice {each} samples per pixel by Mitsuba", file=sys.stderr)
+    renders = [{"spp": each, "seed": seed, "out": str(file.resolve())} for seed, file in zip(REFERENCE_SEEDS, files)]
+    answer = peers.render("mitsuba", scene, renders, args.size)
     if isinstance(answer, dict):
-        raise PeerError(f"no reference: {answer['refused']}; give one with --reference FILE.exr")
-    return file, f"Mitsuba, {args.reference_spp} spp, seed {REFERENCE_SEED}"
+        raise PeerError(f"no reference: {answer['refused']}; give one with --reference A.exr,B.exr")
+    seeds = " and ".join(str(seed) for seed in REFERENCE_SEEDS)
+    return truth.of_halves(files, f"Mitsuba, 2 × {each} spp, seeds {seeds}", ours, mean)
 
 
 def main(words):
@@ -132,9 +152,10 @@ def main(words):
         scene = flat.write(scene, folder)
     peers = Peers(args.threads)
     ours = Ours(args.lightpaths, args.threads, args.size, args.device, args.preset)
-    truth, named = reference(peers, args, scene, folder)
+    standard = reference(peers, ours, args, scene, folder)
     rows = peer_rows(peers, args, scene, folder) + our_rows(ours, args, scene, folder)
-    errors = {image: ours.compare(image, truth) for image in dict.fromkeys(row["image"] for row in rows) if image}
+    images = dict.fromkeys(row["image"] for row in rows if row["image"])
+    errors = {image: standard.errors(ours.compare(image, standard.file)) for image in images}
     for row in rows:
         row["error"] = errors.get(row["image"])
     size = args.size or load(scene).camera.size
@@ -143,9 +164,8 @@ def main(words):
         "size": list(size),
         "threads": args.threads,
         "processor": processor(),
-        "reference": named,
     }
-    print(report.write(table | {"rows": rows}, folder))
+    print(report.write(table | standard.facts() | {"rows": rows}, folder))
 
 
 if __name__ == "__main__":

@@ -1,16 +1,22 @@
 """What can be tested without a renderer. Run by `make peers`: python -m unittest discover bench/peers."""
 
+import argparse
 import math
 import random
+import struct
 import tempfile
 import unittest
+import zlib
 from pathlib import Path
 
 import closed_forms
 import exr
 import flat
 import report
+import run
 import scene as scenes
+import truth
+from peers import PeerError
 
 OBJ = """mtllib m.mtl
 v 0 0 0
@@ -151,6 +157,30 @@ class Files(Sample):
         for name, values in planes.items():
             self.assertEqual(list(found[name]), [exr.as_array([v])[0] for v in values])
 
+    def test_zip_is_undone(self):
+        width, height = 3, 18
+        planes = {name: [random.random() for _ in range(width * height)] for name in "RGB"}
+        exr.write(self.folder / "a.exr", (width, height), planes)
+        whole = (self.folder / "a.exr").read_bytes()
+        (first,) = struct.unpack_from("<Q", whole, whole.index(b"screenWindowWidth\0float\0") + 33)
+        lines = [whole[first + 8 + y * (8 + 36) :][:36] for y in range(height)]
+        blocks = []
+        for y in (0, 16):
+            raw = b"".join(lines[y : y + 16])
+            parted = raw[0::2] + raw[1::2]
+            steps = bytes([parted[0], *((b - a + 128) & 255 for a, b in zip(parted, parted[1:]))])
+            packed = zlib.compress(steps)
+            # A block that does not shrink is stored as it is.
+            blocks.append((y, packed if len(packed) < len(raw) else raw))
+        compression = b"compression\0compression\0\1\0\0\0"
+        head = whole[: first - 8 * height].replace(compression + b"\0", compression + b"\3")
+        offsets, body = b"", b""
+        for y, block in blocks:
+            offsets += struct.pack("<Q", len(head) + 16 + len(body))
+            body += struct.pack("<ii", y, len(block)) + block
+        (self.folder / "b.exr").write_bytes(head + offsets + body)
+        self.assertEqual(exr.read(self.folder / "b.exr"), exr.read(self.folder / "a.exr"))
+
     def test_wrong_files_are_refused(self):
         with self.assertRaisesRegex(ValueError, "14 values, 15 expected"):
             exr.write(self.folder / "a.exr", (5, 3), {"R": [0.0] * 14})
@@ -191,48 +221,129 @@ class ClosedForms(unittest.TestCase):
         self.assertTrue(all(sides.count(side) == 2 for side in set(sides)))
 
 
+class Judge:
+    """Compares as the program does."""
+
+    def compare(self, image, reference, *_):
+        (_, v), (_, r) = exr.read(image), exr.read(reference)
+        pairs = [(v[name][k], r[name][k]) for name in "RGB" for k in range(len(r[name]))]
+        return {"relmse": sum(((a - b) / (b + 0.01)) ** 2 for a, b in pairs) / len(pairs), "flip": 0.1}
+
+
+class Truths(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = Path(temporary.name)
+
+    def picture(self, name, value, size=(40, 50), channels="RGB"):
+        file = self.folder / f"{name}.exr"
+        exr.write(file, size, {c: [value() for _ in range(size[0] * size[1])] for c in channels})
+        return file
+
+    def test_the_noise_of_the_halves_is_taken_out(self):
+        noisy = random.Random(1)
+        halves = [self.picture(half, lambda: 0.99 + noisy.gauss(0.0, 0.02)) for half in "ab"]
+        judge, mean = Judge(), self.folder / "mean.exr"
+        found = truth.of_halves(halves, "two halves", judge, mean)
+        self.assertAlmostEqual(found.noise, 2e-4, delta=1e-5)
+        self.assertAlmostEqual(found.scatter, found.noise * math.sqrt(2 / 6000))
+        for value, error in ((1.01, 4e-4), (0.99, 0.0)):
+            errors = found.errors(judge.compare(self.picture("v", lambda: value), mean))
+            self.assertAlmostEqual(errors["relmse"], error + 2e-4, delta=3e-5)
+            self.assertAlmostEqual(errors["relmse_debiased"], error, delta=2e-5)
+        # The definition: the mean of (v - a)(v - b)/(r + 0.01)².
+        (_, a), (_, b), (_, r) = (exr.read(file) for file in (*halves, mean))
+        terms = [(0.99 - a[c][k]) * (0.99 - b[c][k]) / (r[c][k] + 0.01) ** 2 for c in "RGB" for k in range(2000)]
+        self.assertAlmostEqual(errors["relmse_debiased"], sum(terms) / len(terms), 8)
+
+    def test_one_picture_takes_nothing_out(self):
+        single = truth.Truth(Path("r.exr"), "r.exr")
+        self.assertEqual(single.errors({"relmse": 1.0}), {"relmse": 1.0})
+        self.assertIsNone(single.errors(None))
+
+    def test_halves_that_do_not_match_are_refused(self):
+        a, mean = self.picture("a", lambda: 1.0, (4, 4)), self.folder / "mean.exr"
+        for b, words in (
+            (self.picture("b", lambda: 1.0, (4, 5)), "4×5"),
+            (self.picture("c", lambda: 1.0, (4, 4), "RG"), "no channel B"),
+        ):
+            with self.assertRaisesRegex(PeerError, words):
+                truth.of_halves([a, b], "", Judge(), mean)
+
+    def test_references_on_the_command_line(self):
+        self.assertEqual(run.pictures("a.exr"), [Path("a.exr")])
+        self.assertEqual(run.pictures("a.exr,b.exr"), [Path("a.exr"), Path("b.exr")])
+        for wrong in ("", "a.exr,b.exr,c.exr"):
+            with self.assertRaisesRegex(argparse.ArgumentTypeError, "two halves"):
+                run.pictures(wrong)
+
+
 class Reports(unittest.TestCase):
-    def test_equal_error(self):
-        falls = [(1.0, 1e-1), (10.0, 1e-2)]
-        self.assertEqual(report.seconds_to(falls, 0.2, True)[0], 1.0)
-        self.assertAlmostEqual(report.seconds_to(falls, 10**-1.5, True)[0], 10**0.5)
-        self.assertAlmostEqual(report.seconds_to(falls, 1e-3, True)[0], 100.0)
-        self.assertIsNone(report.seconds_to(falls, 1e-3, False)[0])
+    def test_path_tracers_follow_their_law_from_the_most_samples(self):
+        falls = [(64, 10.0, 1.2e-2), (16, 2.0, 6e-2)]
+        seconds, how = report.by_samples(falls, 1e-3, 0.0)
+        self.assertAlmostEqual(seconds, 120.0)
+        self.assertIn("768 spp", how)
+        self.assertAlmostEqual(report.by_samples(falls, 2.4e-2, 0.0)[0], 5.0)
+        # What the noise of the reference hides decides nothing.
+        self.assertAlmostEqual(report.by_samples([*falls, (256, 40.0, -1e-5)], 1e-3, 1e-4)[0], 120.0)
+        self.assertIsNone(report.by_samples(falls, 1e-3, 0.1)[0])
+
+    def test_denoised_pictures_follow_none(self):
+        falls = [(1, 1.0, 1e-1), (4, 10.0, 1e-2)]
+        self.assertEqual(report.between(falls, 0.2), (1.0, "better already at 1 spp"))
+        seconds, how = report.between(falls, 10**-1.5)
+        self.assertAlmostEqual(seconds, 10**0.5)
+        self.assertEqual(how, "between 1 and 4 spp")
+        self.assertEqual(report.between(falls, 1e-3), (None, "not reached at 4 spp"))
+        self.assertEqual(report.between([*falls, (16, 30.0, -1e-5)], 1e-3)[0], 30.0)
+
+    def table(self, **errors):
+        error = {"relmse": 1.1e-3, "relmse_debiased": 1e-3, "flip": 0.02, "energy_ratio": 1.0} | errors
+        worse = error | {"relmse": 1.01e-2, "relmse_debiased": 1e-2}
+        if "relmse_debiased" in errors:
+            del error["relmse_debiased"], worse["relmse_debiased"]
+        peer = {"setting": "16 spp", "spp": 16, "seconds": 2.0, "error": worse, "version": "3"}
+        ours = {"renderer": "lightpaths", "spp": None, "error": error, "version": "a GPU"}
+        rows = [
+            peer | {"renderer": "Mitsuba, path"},
+            {"renderer": "Cycles, path", "setting": "no Phong", "spp": None, "seconds": None, "error": None},
+            peer | {"renderer": "Cycles + Open Image Denoise"},
+            ours | {"setting": "paper: first frame", "seconds": 5.0},
+            ours | {"setting": "paper: light moved", "seconds": 0.1},
+        ]
+        common = {"scene": "box", "size": [4, 4], "threads": 1, "processor": "x", "reference": "r"}
+        return common | {"reference_noise": 1e-4, "reference_scatter": 1e-6, "rows": rows}
+
+    def write(self, table):
+        with tempfile.TemporaryDirectory() as folder:
+            return report.write(table, Path(folder))
 
     def test_a_table_holds_every_row_and_says_what_is_missing(self):
-        good = {"relmse": 1e-3, "flip": 0.02, "energy_ratio": 1.0}
-        rows = [
-            {
-                "renderer": "Mitsuba, path",
-                "setting": "16 spp",
-                "seconds": 2.0,
-                "error": good | {"relmse": 1e-2},
-                "version": "3",
-            },
-            {"renderer": "Cycles, path", "setting": "no Phong", "seconds": None, "error": None},
-            {
-                "renderer": "lightpaths",
-                "setting": "paper: first frame",
-                "seconds": 5.0,
-                "error": good,
-                "version": "a GPU",
-            },
-            {
-                "renderer": "lightpaths",
-                "setting": "paper: light moved",
-                "seconds": 0.1,
-                "error": good,
-                "version": "a GPU",
-            },
-        ]
-        table = {"scene": "box", "size": [4, 4], "threads": 1, "processor": "x", "reference": "r", "rows": rows}
-        with tempfile.TemporaryDirectory() as folder:
-            text = report.write(table, Path(folder))
-        self.assertIn("| Cycles, path | no Phong | NaN | NaN | NaN | NaN |", text)
-        self.assertIn("Mitsuba, path: to our relMSE 20 s (extrapolated", text)
-        self.assertIn("to our FLIP 2 s (its cheapest setting", text)
-        self.assertAlmostEqual(table["equal_error"]["Mitsuba, path"]["relmse"]["frames"], 200.0)
-        self.assertAlmostEqual(table["equal_error"]["Mitsuba, path"]["relmse"]["firsts"], 4.0)
+        table = self.table()
+        text = self.write(table)
+        self.assertIn("| Mitsuba, path | 16 spp | 2 | 0.0101 | 0.01 | 0.02 | 1 |", text)
+        self.assertIn("| Cycles, path | no Phong | NaN | NaN | NaN | NaN | NaN |", text)
+        self.assertIn("Its noise is 0.0001 relMSE", text)
+        self.assertIn("| Mitsuba, path | relMSE | 20 | 200× | 4× | 160 spp, by error · spp = 0.16", text)
+        self.assertIn("| Mitsuba, path | FLIP | 2 | 20× | 0.4× | better already at 16 spp |", text)
+        self.assertIn("| Cycles + Open Image Denoise | relMSE | NaN | NaN | NaN | not reached at 16 spp |", text)
+        self.assertAlmostEqual(table["equal_error"]["Mitsuba, path"]["relMSE"]["frames"], 200.0)
+        self.assertAlmostEqual(table["equal_error"]["Mitsuba, path"]["relMSE"]["firsts"], 4.0)
+
+    def test_one_reference_leaves_its_noise_in_and_says_so(self):
+        table = self.table(relmse_debiased=None) | {"reference_noise": None, "reference_scatter": 0.0}
+        text = self.write(table)
+        self.assertIn("The noise of that one picture is in every relMSE.", text)
+        self.assertIn("| Mitsuba, path | 16 spp | 2 | 0.0101 | NaN | 0.02 | 1 |", text)
+        self.assertAlmostEqual(table["equal_error"]["Mitsuba, path"]["relMSE"]["seconds"], 2.0 * 1.01e-2 / 1.1e-3)
+
+    def test_an_error_below_the_noise_is_compared_with_nothing(self):
+        table = self.table() | {"reference_scatter": 1e-3}
+        self.write(table)
+        found = table["equal_error"]["Mitsuba, path"]["relMSE"]
+        self.assertEqual(found, {"seconds": None, "how": "ours is not told from the reference's noise"})
 
 
 if __name__ == "__main__":

@@ -26,22 +26,42 @@ pub fn flip_map(
     size: [u32; 2],
     pixels_per_degree: f64,
 ) -> Vec<f64> {
-    let size = size.map(|side| side as usize);
-    assert!(image.len() == size[0] * size[1] && reference.len() == image.len(), "pixel count");
-    let filters = ColorFilters::new(pixels_per_degree);
-    let detectors = [edge_detector(pixels_per_degree), point_detector(pixels_per_degree)];
-    let views = [image, reference].map(|pixels| View::new(pixels, size, &filters, &detectors));
-    let largest = largest_color_difference().powf(COLOR_EXPONENT);
-    (0..image.len())
-        .map(|pixel| {
-            let [image, reference] = &views;
-            let color = hyab(image.colors[pixel], reference.colors[pixel]).powf(COLOR_EXPONENT);
+    Flip::new(reference, size, pixels_per_degree).map(image)
+}
+
+/// A reference made ready to be held against many images.
+pub struct Flip {
+    size: [usize; 2],
+    filters: ColorFilters,
+    detectors: [Detector; 2],
+    reference: View,
+}
+
+impl Flip {
+    /// As [`flip_map`].
+    pub fn new(reference: &[[f32; 3]], size: [u32; 2], pixels_per_degree: f64) -> Self {
+        let size = size.map(|side| side as usize);
+        assert!(reference.len() == size[0] * size[1], "pixel count");
+        let filters = ColorFilters::new(pixels_per_degree);
+        let detectors = [edge_detector(pixels_per_degree), point_detector(pixels_per_degree)];
+        let reference = View::new(reference, size, &filters, &detectors);
+        Self { size, filters, detectors, reference }
+    }
+
+    /// The FLIP error of each pixel of an image, 0..=1.
+    pub fn map(&self, image: &[[f32; 3]]) -> Vec<f64> {
+        assert!(image.len() == self.reference.colors.len(), "pixel count");
+        let image = View::new(image, self.size, &self.filters, &self.detectors);
+        let largest = largest_color_difference().powf(COLOR_EXPONENT);
+        let error = |pixel: usize| {
+            let color = hyab(image.colors[pixel], self.reference.colors[pixel]).powf(COLOR_EXPONENT);
             let differences =
-                [0, 1].map(|kind| (image.features[kind][pixel] - reference.features[kind][pixel]).abs());
+                [0, 1].map(|kind| (image.features[kind][pixel] - self.reference.features[kind][pixel]).abs());
             let feature = (differences[0].max(differences[1]) / 2f64.sqrt()).powf(FEATURE_EXPONENT).min(1.0);
             redistribute(color, largest).powf(1.0 - feature)
-        })
-        .collect()
+        };
+        (0..image.colors.len()).map(error).collect()
+    }
 }
 
 /// What is known of one of the two images.
@@ -60,15 +80,22 @@ impl View {
             .collect();
         let plane = |channel: usize| -> Vec<f64> { opponent.iter().map(|color| color[channel]).collect() };
         let lightness: Vec<f64> = plane(0).iter().map(|y| (y + 16.0) / 116.0).collect();
-        let filtered = [0, 1, 2].map(|channel| filters.apply(channel, &plane(channel), size));
-        let colors = (0..pixels.len()).map(|pixel| {
-            let color = DVec3::from_array([0, 1, 2].map(|channel| filtered[channel][pixel]));
-            hunt_lab(linear_from_opponent(color).clamp(DVec3::ZERO, DVec3::ONE))
-        });
-        Self {
-            colors: colors.collect(),
-            features: detectors.each_ref().map(|d| d.strength(&lightness, size)),
-        }
+        let colors = || {
+            let filtered = [0, 1, 2].map(|channel| filters.apply(channel, &plane(channel), size));
+            let colors = (0..pixels.len()).map(|pixel| {
+                let color = DVec3::from_array([0, 1, 2].map(|channel| filtered[channel][pixel]));
+                hunt_lab(linear_from_opponent(color).clamp(DVec3::ZERO, DVec3::ONE))
+            });
+            colors.collect()
+        };
+        // Colours and features take about as long.
+        std::thread::scope(|scope| {
+            let features =
+                scope.spawn(|| detectors.each_ref().map(|detector| detector.strength(&lightness, size)));
+            let colors = colors();
+            let features = features.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            Self { colors, features }
+        })
     }
 }
 
@@ -158,13 +185,15 @@ impl Detector {
 /// Correlates rows with a kernel; beyond the border the border's value goes on.
 fn convolve_x(plane: &[f64], [width, _]: [usize; 2], kernel: &[f64]) -> Vec<f64> {
     let radius = kernel.len() / 2;
-    let mut out = Vec::with_capacity(plane.len());
-    for row in plane.chunks_exact(width) {
-        out.extend((0..width).map(|x| {
-            let tap =
-                |(k, weight): (usize, &f64)| weight * row[(x + k).saturating_sub(radius).min(width - 1)];
-            kernel.iter().enumerate().map(tap).sum::<f64>()
-        }));
+    let mut out = vec![0.0; plane.len()];
+    let mut extended = vec![0.0; width + 2 * radius];
+    for (row, out) in plane.chunks_exact(width).zip(out.chunks_exact_mut(width)) {
+        extended[..radius].fill(row[0]);
+        extended[radius..radius + width].copy_from_slice(row);
+        extended[radius + width..].fill(row[width - 1]);
+        for (k, weight) in kernel.iter().enumerate() {
+            out.iter_mut().zip(&extended[k..k + width]).for_each(|(out, value)| *out += weight * value);
+        }
     }
     out
 }

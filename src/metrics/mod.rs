@@ -4,7 +4,7 @@
 mod flip;
 mod noise;
 
-pub use flip::{PIXELS_PER_DEGREE, flip_map};
+pub use flip::{Flip, PIXELS_PER_DEGREE, flip_map};
 pub use noise::{ZTest, debiased_relmse, half_noise, variance_noise, z_test};
 
 /// What keeps the relative error of a dark pixel finite, in the unit of the pixels.

@@ -189,7 +189,7 @@ pub(super) fn precompute(
             clear_distance: clear_distance(&bvh.nodes[0]),
         };
         let (tables, packed) =
-            cluster_views::build((&Rays::new(context)?, &buffers), sources, &rays, code, progress)?;
+            cluster_views::build((&Rays::of_segments(context)?, &buffers), sources, &rays, code, progress)?;
         (views, code) = (Some(tables), packed);
         watch.lap("occlusion");
     }

@@ -90,7 +90,7 @@ fn make(scene: &Scene) -> Made {
         directions: Directions::new(256),
         clear_distance: world.clear_distance,
     };
-    let tracer = Rays::new(&world.context).unwrap();
+    let tracer = Rays::of_segments(&world.context).unwrap();
     let (tables, packed) =
         cluster_views::build((&tracer, &world.buffers), sources, &rays, code, &mut Silent).unwrap();
     let after = rays.read().unwrap();

@@ -80,6 +80,32 @@ fn nearest_hits_equal_brute_force() {
 }
 
 #[test]
+fn segments_are_free_where_the_nearest_hit_lies_beyond_their_end() {
+    let world = World::new(&soup(), 8);
+    let queries = awkward_rays(&world, 5_000);
+    let hits = Rays::new(&world.context).unwrap().trace(&world.buffers, &queries).unwrap();
+    let segments = Rays::of_segments(&world.context).unwrap();
+    // Ends before, just before, just behind and far behind the hit.
+    for (share, is_hit) in [(0.5, false), (0.999, false), (1.001, true), (20.0, true)] {
+        let shorten = |(query, hit): (&RayQuery, &RayAnswer)| {
+            let length = if hit.side == NO_SIDE { 1e3 } else { share * hit.t };
+            RayQuery { origin: query.origin, direction: length * query.direction }
+        };
+        let shortened: Vec<RayQuery> = queries.iter().zip(&hits).map(shorten).collect();
+        let answers = segments.trace(&world.buffers, &shortened).unwrap();
+        let is_right = |(answer, hit): (&RayAnswer, &RayAnswer)| {
+            let expected = is_hit && hit.side != NO_SIDE;
+            (answer.side != NO_SIDE) == expected && (answer.t >= 0.0) == expected
+        };
+        let wrong = answers.iter().zip(&hits).filter(|&pair| !is_right(pair)).count();
+        // Rays that pass an edge on its other side once their direction is rounded anew.
+        assert!(wrong <= 5, "{wrong} of 5000 segments of {share} of the way");
+    }
+    assert!(hits.iter().filter(|hit| hit.side != NO_SIDE).count() > 1_000);
+    assert_silent(&world.context);
+}
+
+#[test]
 fn rays_that_agree_with_the_twin_are_not_all_misses() {
     let world = World::room();
     let mut answers =

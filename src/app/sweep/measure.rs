@@ -1,5 +1,6 @@
 //! One setting of our method: what it costs and how far off it is.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use super::reference::Reference;
@@ -7,6 +8,7 @@ use super::results::{ErrorFigures, FrameTimes, Setting};
 use super::settings::Trial;
 use crate::app::args::DeviceArgs;
 use crate::error::{Error, Result};
+use crate::gpu::Context;
 use crate::metrics;
 use crate::renderer::{FrameReport, Layer, Renderer, Work};
 use crate::scene::Scene;
@@ -28,8 +30,9 @@ pub(super) struct Judged {
 pub(super) struct Measured {
     pub(super) setting: Setting,
     pub(super) picture: Judged,
-    /// Direct light alone.
-    pub(super) direct: Judged,
+    /// With nothing out of date.
+    pub(super) renderer: Renderer,
+    pub(super) context: Arc<Context>,
 }
 
 /// Precomputes, renders and times one setting.
@@ -63,7 +66,6 @@ pub(super) fn measure(
         frames(Work::View, OTHER_FRAMES)?,
     ];
     let picture = judge(renderer.layer(Layer::Beauty)?, Some(&renderer.layer(Layer::Indirect)?), reference)?;
-    let direct = judge(renderer.layer(Layer::Direct)?, None, reference)?;
     let memory_mb = renderer.statistics()?.peak_memory_bytes as f64 / 1e6;
     device_args.report_validation(&context);
     let device = |frames: &[FrameReport]| {
@@ -86,7 +88,7 @@ pub(super) fn measure(
         error: picture.error,
         is_on_pareto_front: false,
     };
-    Ok(Measured { setting, picture, direct })
+    Ok(Measured { setting, picture, renderer, context })
 }
 
 /// Sets a picture against the reference.

@@ -25,11 +25,12 @@ use super::render::sampled::Budget;
 use super::{compare, heatmap};
 use crate::error::{Error, Result};
 use crate::image::write_png;
+use crate::renderer::Layer;
 use crate::scene::Scene;
-use measure::{Judged, Measured, measure};
+use measure::{Judged, Measured, judge, measure};
 use reference::Reference;
 use report::Shown;
-use results::{Machine, Results, SceneFacts, mark_pareto_front};
+use results::{Machine, Results, SceneFacts, Setting, StageError, mark_pareto_front};
 use rivals::Outcome;
 
 /// Time that the reference gets where the user does not say, seconds.
@@ -63,6 +64,15 @@ pub(super) struct Sweep {
     device_args: DeviceArgs,
 }
 
+/// What is told of the preset alone.
+struct Preset {
+    setting: Setting,
+    picture: Judged,
+    /// Direct light alone.
+    direct: Judged,
+    stages: Vec<StageError>,
+}
+
 impl Sweep {
     pub(super) fn run(self) -> Result<()> {
         let scene = self.scene_args.load(&self.scene)?;
@@ -86,7 +96,7 @@ impl Sweep {
         };
         drop(context);
         let reference = Reference::find(&scene, self.budget(), &cache, &self.device_args)?;
-        let (preset, others) = self.try_settings(&scene, &reference)?;
+        let (mut preset, others) = self.try_settings(&scene, &reference)?;
         let mut settings = vec![preset.setting.clone()];
         settings.extend(others);
         mark_pareto_front(&mut settings, &reference.facts);
@@ -107,7 +117,7 @@ impl Sweep {
             reference: reference.facts.clone(),
             settings,
             rivals: outcomes.into_iter().flat_map(|(_, outcome)| outcome.rivals).collect(),
-            stages: stages::measure(&scene, &reference, &self.device_args)?,
+            stages: std::mem::take(&mut preset.stages),
         };
         self.write_pictures(&shown, &results)?;
         let text = serde_json::to_string_pretty(&results).expect("results are plain data");
@@ -122,11 +132,7 @@ impl Sweep {
     }
 
     /// The preset, and what the other settings gave. A setting that the device has no room for is left out, with a warning.
-    fn try_settings(
-        &self,
-        scene: &Scene,
-        reference: &Reference,
-    ) -> Result<(Measured, Vec<results::Setting>)> {
+    fn try_settings(&self, scene: &Scene, reference: &Reference) -> Result<(Preset, Vec<Setting>)> {
         let trials = settings::trials(&scene.quality);
         let count = trials.len();
         let (mut preset, mut others) = (None, Vec::new());
@@ -143,7 +149,7 @@ impl Sweep {
                         setting.error.relmse_debiased,
                     ));
                     if preset.is_none() {
-                        preset = Some(measured);
+                        preset = Some(self.preset(measured, reference)?);
                     } else {
                         others.push(measured.setting);
                     }
@@ -157,10 +163,18 @@ impl Sweep {
         Ok((preset.expect("the preset comes first, or an error"), others))
     }
 
+    /// What its renderer, which goes afterwards, can tell as well.
+    fn preset(&self, measured: Measured, reference: &Reference) -> Result<Preset> {
+        let Measured { setting, picture, mut renderer, context } = measured;
+        let direct = judge(renderer.layer(Layer::Direct)?, None, reference)?;
+        let stages = stages::measure(&context, &mut renderer, reference, &self.device_args)?;
+        Ok(Preset { setting, picture, direct, stages })
+    }
+
     fn try_rivals(
         &self,
         scene: &Scene,
-        preset: &Measured,
+        preset: &Preset,
         reference: &Reference,
     ) -> Result<Vec<(&'static str, Outcome)>> {
         let compare = |method: &rivals::Method| {
@@ -174,7 +188,7 @@ impl Sweep {
     /// The command as typed, and those that make the report's pictures.
     fn commands(
         &self,
-        preset: &Measured,
+        preset: &Preset,
         outcomes: &[(&'static str, Outcome)],
         reference: &Reference,
     ) -> Vec<String> {
@@ -215,7 +229,7 @@ impl Sweep {
 
 /// The pictures side by side, as in the paper's figures 4 and 5, and the reference.
 fn shown(
-    preset: &Measured,
+    preset: &Preset,
     outcomes: &[(&'static str, Outcome)],
     reference: &Reference,
     size: [u32; 2],

@@ -14,7 +14,7 @@ use crate::scene::Scene;
 /// A reference and what is known of it.
 pub(super) struct Reference {
     pub(super) facts: ReferenceFacts,
-    size: [u32; 2],
+    flip: metrics::Flip,
     halves: [Vec<[f32; 3]>; 2],
     mean: Vec<[f32; 3]>,
     indirect: Vec<[f32; 3]>,
@@ -55,10 +55,13 @@ impl Reference {
 
     fn new(size: [u32; 2], kept: Kept, from_cache: bool) -> Self {
         let Kept { spp, seconds, images: [a, b, _, indirect] } = kept;
-        let mean = a.iter().zip(&b).map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]))).collect();
+        let mean: Vec<[f32; 3]> =
+            a.iter().zip(&b).map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]))).collect();
+        let shown = crate::app::compare::displayed(&mean, 0.0);
+        let flip = metrics::Flip::new(&shown, size, metrics::PIXELS_PER_DEGREE);
         let noise_relmse = metrics::half_noise([&a, &b]);
         let facts = ReferenceFacts { method: "path tracing", spp, seconds, noise_relmse, from_cache };
-        Self { facts, size, halves: [a, b], mean, indirect }
+        Self { facts, flip, halves: [a, b], mean, indirect }
     }
 
     /// The mean of the halves.
@@ -68,7 +71,7 @@ impl Reference {
 
     pub(super) fn judge(&self) -> Judge<'_> {
         Judge {
-            size: self.size,
+            flip: &self.flip,
             halves: [&self.halves[0], &self.halves[1]],
             mean: &self.mean,
             indirect: &self.indirect,

@@ -186,7 +186,7 @@ pub(super) fn mark_pareto_front(settings: &mut [Setting], reference: &ReferenceF
 
 /// What a picture is judged by.
 pub(super) struct Judge<'a> {
-    pub(super) size: [u32; 2],
+    pub(super) flip: &'a metrics::Flip,
     pub(super) halves: [&'a [[f32; 3]]; 2],
     pub(super) mean: &'a [[f32; 3]],
     pub(super) indirect: &'a [[f32; 3]],
@@ -199,9 +199,7 @@ impl Judge<'_> {
         picture: &[[f32; 3]],
         indirect: Option<&[[f32; 3]]>,
     ) -> (ErrorFigures, Vec<f64>) {
-        let [shown, reference] =
-            [picture, self.mean].map(|pixels| crate::app::compare::displayed(pixels, 0.0));
-        let flip = metrics::flip_map(&shown, &reference, self.size, metrics::PIXELS_PER_DEGREE);
+        let flip = self.flip.map(&crate::app::compare::displayed(picture, 0.0));
         let figures = ErrorFigures {
             relmse: metrics::relmse(picture, self.mean),
             relmse_debiased: metrics::debiased_relmse(picture, self.halves),

@@ -4,9 +4,9 @@ use super::reference::Reference;
 use super::results::StageError;
 use crate::app::args::DeviceArgs;
 use crate::error::Result;
+use crate::gpu::Context;
 use crate::metrics;
 use crate::renderer::{Exact, Layer, Renderer, Stage};
-use crate::scene::Scene;
 
 /// Stages and what the table calls their twins.
 const STAGES: [(&str, Stage); 3] = [
@@ -19,13 +19,13 @@ const STAGES: [(&str, Stage); 3] = [
 const EDGE_SAMPLES: u32 = 4;
 const EDGE_SAMPLES_MAX: u32 = 256;
 
-/// The whole error first, then what is left of it with each stage exact.
+/// The whole error first, then what is left of it with each stage exact. Leaves the renderer with other edge samples.
 pub(super) fn measure(
-    scene: &Scene,
+    context: &Context,
+    renderer: &mut Renderer,
     reference: &Reference,
     device_args: &DeviceArgs,
 ) -> Result<Vec<StageError>> {
-    let context = device_args.open()?;
     let mut whole = f64::NAN;
     let mut row = |name: &str, halves: [Vec<[f32; 3]>; 2]| {
         let noise_relmse = metrics::half_noise([&halves[0], &halves[1]]);
@@ -39,8 +39,6 @@ pub(super) fn measure(
     };
 
     device_args.say("which stage errs");
-    let mut renderer = Renderer::new(&context, scene.clone(), device_args.progress().as_mut())?;
-    renderer.frame()?;
     let beauty = renderer.layer(Layer::Beauty)?;
     let mut rows = vec![row("the whole", [beauty.clone(), beauty])];
     for (name, stage) in STAGES {
@@ -49,11 +47,12 @@ pub(super) fn measure(
         let second = if stage == Stage::Splat { first.clone() } else { half(1)? };
         rows.push(row(name, [first, second]));
     }
-    renderer.set_edge_samples((EDGE_SAMPLES * scene.quality.edge_samples).min(EDGE_SAMPLES_MAX))?;
+    renderer
+        .set_edge_samples((EDGE_SAMPLES * renderer.scene().quality.edge_samples).min(EDGE_SAMPLES_MAX))?;
     renderer.frame()?;
     let beauty = renderer.layer(Layer::Beauty)?;
     rows.push(row("four times the edge samples", [beauty.clone(), beauty]));
-    device_args.report_validation(&context);
+    device_args.report_validation(context);
     Ok(rows)
 }
 

@@ -6,10 +6,11 @@
 //! no record serves them. Radii are clamped in world space, because the camera moves, and by the neighbourhood's
 //! clearance, so that no record reaches over what its own rays missed. [Krivanek 2006]
 
-use super::Progress;
-use super::clearance::Surveyor;
+use super::budget::{COVERED, Demand, RADIUS_RANGE, spread};
+use super::clearance::{Clearance, Surveyor};
 pub use super::coverage::Placed;
 use super::coverage::{Neighbourhood, Records};
+use super::{Progress, shares};
 use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::gpu::Context;
@@ -17,20 +18,20 @@ use crate::passes::SceneBuffers;
 use crate::scene::{Triangle, hvds::Hvds, hvds::Piece};
 use crate::types::{CachePoint, Surface};
 use glam::{DVec3, Vec3};
+use std::collections::HashMap;
 use std::sync::Arc;
 
-/// A point counts as covered from this record weight on; records then overlap enough to blend.
-const COVERED: f32 = 0.3;
-/// Radii are clamped between these multiples of one length, which the budget decides. [Tabellion §4] has 1.5 and 10 pixels.
-const RADIUS_RANGE: [f64; 2] = [1.0, 5.0];
-/// Normals further apart than this do not share a record, radians.
-const NORMAL_RANGE: f64 = 0.174_53;
-/// Records that random sequential packing fits into one squared spacing.
-const PACKING: f64 = 0.7;
+/// Pieces of one cluster whose clearance is measured.
+const MOST_SURVEYED: usize = 16;
 /// Candidates for each record that is expected.
 const CANDIDATES_PER_RECORD: f64 = 24.0;
-/// Share of the budget that placement aims at; its estimate is good to a few per cent.
-const BUDGET_SHARE: f64 = 0.9;
+/// Expected records, in budgets, from which on no length will do.
+const HOPELESS: f64 = 1.5;
+/// Candidates of the first batch, and batches at least.
+const LEAST_BATCH: usize = 4096;
+const BATCHES: usize = 24;
+/// Candidates whose clearances are measured at a time.
+const MEASURED: usize = 2048;
 /// Probes for coverage, a round; and the share of them that may stay uncovered.
 const PROBES: u32 = 200_000;
 const UNCOVERED_SHARE: f64 = 5e-5;
@@ -48,7 +49,7 @@ pub struct Placement {
     pub is_covering: bool,
 }
 
-/// How far away other surfaces are, all over the active sides: a sample a piece.
+/// How far away other surfaces are, all over the active sides: a sample a piece, or some where there are many.
 pub struct Survey {
     surveyor: Surveyor,
     samples: Vec<CachePoint>,
@@ -56,7 +57,7 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Measures the clearance of a point on each piece.
+    /// Measures the clearances of points on the pieces.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -68,9 +69,9 @@ impl Survey {
         progress: &mut dyn Progress,
     ) -> Result<Self> {
         let surveyor = Surveyor::new(context, geometry.scene_size, seed)?;
-        let pieces = &geometry.hvds.pieces;
+        let pieces = surveyed(&geometry.hvds.pieces, geometry.hvds.levels[0].len());
         progress.stage("clearances", pieces.len() as u64);
-        let samples: Vec<CachePoint> = (0..pieces.len()).map(|piece| geometry.draw(piece, 0, seed)).collect();
+        let samples = shares::each(pieces.len(), |index| geometry.draw(pieces[index], 0, seed));
         let measured = surveyor.measure(buffers, &samples, Some(progress))?;
         let clearances = measured.iter().map(|clearance| clearance.distance).collect();
         Ok(Self { surveyor, samples, clearances })
@@ -79,12 +80,25 @@ impl Survey {
     /// What the samples around say of the clearance at the middle of each piece of another cut of the same surface, metres.
     pub fn clearances_of(&self, geometry: &Geometry<'_>, other: &Hvds) -> Vec<f32> {
         let neighbourhood = Neighbourhood::new(&geometry.hvds.grid, &self.samples, &self.clearances);
-        let middle = |piece: &Piece| {
+        let middle = |piece: usize| {
+            let piece: &Piece = &other.pieces[piece];
             let position = piece.corners.iter().sum::<Vec3>() / piece.corners.len() as f32;
             neighbourhood.clamp(&geometry.point(piece.side, position), geometry.scene_size)
         };
-        other.pieces.iter().map(middle).collect()
+        shares::each(other.pieces.len(), middle)
     }
+}
+
+/// Pieces to measure: of a cluster that is cut into many, some.
+fn surveyed(pieces: &[Piece], base_clusters: usize) -> Vec<usize> {
+    let (mut counts, mut passed) = (vec![0; base_clusters], vec![0; base_clusters]);
+    pieces.iter().for_each(|piece| counts[piece.cluster as usize] += 1);
+    let is_taken = |&piece: &usize| {
+        let cluster = pieces[piece].cluster as usize;
+        passed[cluster] += 1;
+        passed[cluster] * MOST_SURVEYED % counts[cluster].max(MOST_SURVEYED) < MOST_SURVEYED
+    };
+    (0..pieces.len()).filter(is_taken).collect()
 }
 
 /// Places at most `budget` cache points on the pieces of the active sides.
@@ -108,14 +122,21 @@ pub fn place(
         });
     }
     let Survey { surveyor, samples, clearances } = survey;
-    let (mut unit, largest) = spread(geometry, clearances, budget);
+    let neighbourhood = &Neighbourhood::new(&geometry.hvds.grid, samples, clearances);
+    let demands = &Demand::of_pieces(geometry, &survey.clearances_of(geometry, geometry.hvds));
+    let [mut unit, largest] = spread(demands, geometry.scene_size, budget);
+    if demands.iter().map(|demand| demand.records(largest)).sum::<f64>() > HOPELESS * f64::from(budget) {
+        unit = largest;
+    }
     let mut step = 1.1;
+    let mut known = HashMap::new();
     loop {
-        let neighbourhood = Neighbourhood::new(&geometry.hvds.grid, samples, clearances);
+        let is_last = unit >= largest;
         let mut records = Records::new(&geometry.hvds.grid, RADIUS_RANGE[1] * unit);
-        let attempt = Attempt { buffers, geometry, surveyor, neighbourhood, unit, budget, seed };
-        let placement = attempt.run(&mut records, clearances, progress)?;
-        if placement.is_covering || unit >= largest {
+        let attempt =
+            Attempt { buffers, geometry, surveyor, neighbourhood, demands, unit, is_last, budget, seed };
+        let placement = attempt.run(&mut records, &mut known, progress)?;
+        if placement.is_covering || is_last {
             return Ok(placement);
         }
         unit *= step;
@@ -165,61 +186,24 @@ impl Geometry<'_> {
             facet: self.surfaces[side as usize / 2].normal_of(side % 2 == 1),
         }
     }
-
-    /// Distances along a piece over which its shading normal turns by [`NORMAL_RANGE`], where it turns fastest and where it
-    /// turns slowest, metres.
-    fn normal_reach(&self, piece: usize) -> [f64; 2] {
-        let triangle = &self.triangles[self.hvds.pieces[piece].side as usize / 2];
-        let turn = |a: usize, b: usize| {
-            // The chord between unit normals is the angle, for the small angles of a smooth surface.
-            let angle = f64::from((triangle.normals[a] - triangle.normals[b]).length());
-            angle / f64::from((triangle.positions[a] - triangle.positions[b]).length())
-        };
-        let turns = [turn(0, 1), turn(1, 2), turn(2, 0)];
-        let fastest = turns.into_iter().fold(1e-12, f64::max);
-        let slowest = turns.into_iter().fold(fastest, f64::min).max(1e-12);
-        [NORMAL_RANGE / fastest, NORMAL_RANGE / slowest]
-    }
-
-    /// Records that a piece needs at a given unit of length, where `clearance` is what its rays see.
-    fn expected_records(&self, piece: usize, clearance: f32, unit: f64) -> f64 {
-        let spacing = f64::from(1.0 - COVERED);
-        let reach = self.normal_reach(piece);
-        let [across, along] = reach.map(|reach| spacing * reach.min(radius(clearance, unit)));
-        PACKING * self.hvds.pieces[piece].area_m2 / (across * along)
-    }
-
-    /// The same if the piece were flat.
-    fn expected_flat_records(&self, piece: usize, clearance: f32, unit: f64) -> f64 {
-        let spacing = f64::from(1.0 - COVERED) * radius(clearance, unit);
-        PACKING * self.hvds.pieces[piece].area_m2 / (spacing * spacing)
-    }
 }
 
-/// Radius of a record before its neighbourhood is known, metres.
-fn radius(clearance: f32, unit: f64) -> f64 {
-    (0.5 * f64::from(clearance)).clamp(RADIUS_RANGE[0] * unit, RADIUS_RANGE[1] * unit)
+/// A candidate's turn, and where it lies; ordered by these.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Candidate {
+    rank: u32,
+    piece: u32,
+    /// Number of its point on the piece.
+    index: u32,
 }
 
-/// The length that scales all radii, such that the expected number of records meets the budget; and the one beyond which
-/// the budget had better leave something uncovered. Where curvature asks for many records whatever the length, the
-/// expectation is too high for them: flat pieces are granted a quarter of the budget at first, and an eighth in any case.
-fn spread(geometry: &Geometry<'_>, clearances: &[f32], budget: u32) -> (f64, f64) {
-    let sum = |expected: &dyn Fn(usize) -> f64| (0..geometry.hvds.pieces.len()).map(expected).sum::<f64>();
-    let curved = |unit: f64| sum(&|i| geometry.expected_records(i, clearances[i], unit));
-    let flat = |unit: f64| sum(&|i| geometry.expected_flat_records(i, clearances[i], unit));
-    let length = |expected: &dyn Fn(f64) -> f64, records: f64| {
-        let size = f64::from(geometry.scene_size);
-        let (mut low, mut high) = (1e-7 * size, size);
-        for _ in 0..60 {
-            let middle = (low * high).sqrt();
-            if expected(middle) > records { low = middle } else { high = middle }
-        }
-        high
-    };
-    let records = BUDGET_SHARE * f64::from(budget);
-    let unit = length(&curved, records).min(length(&flat, records / 4.0));
-    (unit, length(&flat, records / 8.0))
+/// Clearances that an earlier attempt measured, by place.
+type Known = HashMap<[u32; 4], Clearance>;
+
+/// What a clearance depends on.
+fn place_of(candidate: &CachePoint) -> [u32; 4] {
+    let [x, y, z] = candidate.position.to_array().map(f32::to_bits);
+    [x, y, z, candidate.side]
 }
 
 /// One try at a given unit of length.
@@ -227,8 +211,11 @@ struct Attempt<'a> {
     buffers: &'a SceneBuffers,
     geometry: &'a Geometry<'a>,
     surveyor: &'a Surveyor,
-    neighbourhood: Neighbourhood<'a>,
+    neighbourhood: &'a Neighbourhood<'a>,
+    demands: &'a [Demand],
     unit: f64,
+    /// There will be no other.
+    is_last: bool,
     budget: u32,
     seed: u32,
 }
@@ -237,33 +224,36 @@ impl Attempt<'_> {
     fn run(
         &self,
         records: &mut Records,
-        clearances: &[f32],
+        known: &mut Known,
         progress: &mut dyn Progress,
     ) -> Result<Placement> {
-        let mut candidates = self.candidates(clearances);
+        let mut candidates = self.candidates();
         let mut looked_at = candidates.len() as u64;
         progress.stage("cache points", looked_at);
         let mut first = 0;
-        let mut batch = 4096;
         let mut has_room = true;
         while first < candidates.len() && has_room {
+            // Small batches first, while few records stand that could cover any.
+            let batch = (first + LEAST_BATCH).min(candidates.len().div_ceil(BATCHES)).max(LEAST_BATCH);
             let end = candidates.len().min(first + batch);
-            has_room = self.accept(records, &candidates[first..end])?;
+            let open = self.uncovered(records, &mut candidates[first..end], self.seed, COVERED);
+            has_room = self.accept(records, known, open)?;
             progress.advance(end as u64);
             first = end;
-            batch *= 2;
         }
+        drop(candidates);
         for round in 0..PROBE_ROUNDS {
             if !has_room {
                 break;
             }
-            candidates = self.probes(round);
-            looked_at += candidates.len() as u64;
-            let bare = records.uncovered(&candidates, 0.0);
-            if bare.len() as f64 <= UNCOVERED_SHARE * candidates.len() as f64 {
+            let mut probes = self.probes();
+            looked_at += probes.len() as u64;
+            let seed = hash(self.seed ^ 0x5eed ^ round);
+            let bare = self.uncovered(records, &mut probes, seed, 0.0);
+            if bare.len() as f64 <= UNCOVERED_SHARE * probes.len() as f64 {
                 break;
             }
-            has_room = self.accept(records, &bare)?;
+            has_room = self.accept(records, known, bare)?;
         }
         Ok(Placement {
             points: std::mem::take(&mut records.points),
@@ -273,49 +263,87 @@ impl Attempt<'_> {
         })
     }
 
-    /// All candidates in a fixed shuffled order, each piece as densely as its records will stand.
-    fn candidates(&self, clearances: &[f32]) -> Vec<CachePoint> {
-        let mut drawn: Vec<(u32, CachePoint)> = Vec::new();
-        for (index, &clearance) in clearances.iter().enumerate() {
-            let count = CANDIDATES_PER_RECORD * self.geometry.expected_records(index, clearance, self.unit);
-            for i in 0..count.ceil() as u32 {
-                let key = hash(hash(index as u32) ^ i);
-                drawn.push((key, self.geometry.draw(index, 1 + i, self.seed)));
-            }
-        }
-        drawn.sort_by_key(|candidate| candidate.0);
-        drawn.into_iter().map(|candidate| candidate.1).collect()
+    /// All candidates in a fixed shuffled order, each piece as densely as its records will stand. Where the budget may
+    /// leave something uncovered, where a record covers much comes first.
+    fn candidates(&self) -> Vec<Candidate> {
+        let of_piece = |piece: usize| {
+            let count = CANDIDATES_PER_RECORD * self.demands[piece].records(self.unit);
+            let order = self.is_last.then(|| self.demands[piece].order(self.unit, self.geometry.scene_size));
+            let name = hash(piece as u32);
+            let rank = move |i: u32| match order {
+                None => hash(name ^ i),
+                Some(order) => order << 24 | hash(name ^ i) >> 8,
+            };
+            let candidate = move |i| Candidate { rank: rank(i), piece: piece as u32, index: 1 + i };
+            (0..count.ceil() as u32).map(candidate)
+        };
+        let mut candidates =
+            shares::in_shares(self.demands.len(), |share| share.flat_map(of_piece).collect());
+        candidates.sort_unstable();
+        candidates
     }
 
     /// Random points over the whole active surface, in proportion to area, at least one a piece.
-    fn probes(&self, round: u32) -> Vec<CachePoint> {
-        let area: f64 = self.geometry.hvds.pieces.iter().map(|piece| piece.area_m2).sum();
-        let mut probes = Vec::new();
-        for (index, piece) in self.geometry.hvds.pieces.iter().enumerate() {
-            let count = (f64::from(PROBES) * piece.area_m2 / area).ceil() as u32;
-            probes.extend((0..count).map(|i| self.geometry.draw(index, i, hash(self.seed ^ 0x5eed ^ round))));
-        }
-        probes
+    fn probes(&self) -> Vec<Candidate> {
+        let pieces = &self.geometry.hvds.pieces;
+        let area: f64 = pieces.iter().map(|piece| piece.area_m2).sum();
+        let counts = pieces.iter().map(|piece| (f64::from(PROBES) * piece.area_m2 / area).ceil() as u32);
+        let of_piece = |(piece, count): (u32, u32)| (0..count).map(move |index| (piece, index));
+        let probes = (0..).zip(counts).flat_map(of_piece);
+        (0..).zip(probes).map(|(rank, (piece, index))| Candidate { rank, piece, index }).collect()
+    }
+
+    /// Candidates where no record has more than this weight, in the order of their ranks. Leaves the list in another order.
+    fn uncovered(
+        &self,
+        records: &Records,
+        candidates: &mut [Candidate],
+        seed: u32,
+        weight: f32,
+    ) -> Vec<CachePoint> {
+        // Neighbours on the surface one after another: they ask for the same records.
+        candidates.sort_unstable_by_key(|candidate| (candidate.piece, candidate.index));
+        let candidates = &*candidates;
+        let mut open = shares::in_shares(candidates.len(), |share| {
+            let drawn = candidates[share].iter().map(|candidate| {
+                let &Candidate { piece, index, .. } = candidate;
+                (candidate, self.geometry.draw(piece as usize, index, seed))
+            });
+            drawn.filter(|(_, point)| !records.cover(point, weight)).collect()
+        });
+        open.sort_unstable_by_key(|drawn| drawn.0);
+        open.into_iter().map(|drawn| drawn.1).collect()
     }
 
     /// Accepts, in order, candidates that nothing covers yet. False once the budget is spent.
-    fn accept(&self, records: &mut Records, candidates: &[CachePoint]) -> Result<bool> {
-        let open = records.uncovered(candidates, COVERED);
-        let clearances = self.surveyor.measure(self.buffers, &open, None)?;
-        for (mut candidate, clearance) in open.into_iter().zip(clearances) {
-            if records.cover(&candidate, COVERED) {
-                continue;
+    fn accept(&self, records: &mut Records, known: &mut Known, candidates: Vec<CachePoint>) -> Result<bool> {
+        let mut rest = candidates.into_iter();
+        loop {
+            // A few at a time: what they cover need not be measured any more.
+            let open = |candidate: &CachePoint| !records.cover(candidate, COVERED);
+            let next: Vec<CachePoint> = rest.by_ref().filter(open).take(MEASURED).collect();
+            if next.is_empty() {
+                return Ok(true);
             }
-            if records.points.len() as u32 >= self.budget {
-                return Ok(false);
+            let is_new = |candidate: &&CachePoint| !known.contains_key(&place_of(candidate));
+            let new: Vec<CachePoint> = next.iter().filter(is_new).copied().collect();
+            let clearances = self.surveyor.measure(self.buffers, &new, None)?;
+            known.extend(new.iter().map(place_of).zip(clearances));
+            for mut candidate in next {
+                let clearance = known[&place_of(&candidate)];
+                if records.cover(&candidate, COVERED) {
+                    continue;
+                }
+                if records.points.len() as u32 >= self.budget {
+                    return Ok(false);
+                }
+                candidate.wall = clearance.wall;
+                let clearance = self.neighbourhood.clamp(&candidate, clearance.distance);
+                let [low, high] = RADIUS_RANGE.map(|bound| (bound * self.unit) as f32);
+                candidate.radius = (0.5 * clearance).clamp(low, high);
+                records.insert(Placed { point: candidate, clearance });
             }
-            candidate.wall = clearance.wall;
-            let clearance = self.neighbourhood.clamp(&candidate, clearance.distance);
-            let [low, high] = RADIUS_RANGE.map(|bound| (bound * self.unit) as f32);
-            candidate.radius = (0.5 * clearance).clamp(low, high);
-            records.insert(Placed { point: candidate, clearance });
         }
-        Ok(true)
     }
 }
 
@@ -336,8 +364,24 @@ fn point_in_polygon(corners: &[Vec3], u: [f32; 2]) -> Vec3 {
 
 /// Point of the two-dimensional additive recurrence on the plastic number, shifted by a seed.
 fn plane_sequence(index: u32, seed: u32) -> [f32; 2] {
-    let g: f64 = 1.324_717_957_244_746;
+    // 1/g and 1/g², g³ = g + 1.
+    const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
     let shift = [f64::from(seed), f64::from(hash(seed))].map(|bits| bits / 4_294_967_296.0);
-    [1.0, 2.0]
-        .map(|power: f64| ((shift[power as usize - 1] + f64::from(index) * g.powf(-power)).fract()) as f32)
+    [0, 1].map(|axis| (shift[axis] + f64::from(index) * STEPS[axis]).fract() as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_cluster_is_surveyed_and_none_too_often() {
+        let piece = |cluster: u32| Piece { side: 0, cluster, area_m2: 1.0, corners: Vec::new() };
+        // Clusters of 1, 2, … 100 pieces, mixed.
+        let mut pieces: Vec<Piece> = (0..100).flat_map(|c| (0..=c).map(move |_| piece(c))).collect();
+        pieces.sort_by_key(|piece| piece.cluster % 7);
+        let mut taken = vec![0; 100];
+        surveyed(&pieces, 100).into_iter().for_each(|i| taken[pieces[i].cluster as usize] += 1);
+        assert_eq!(taken, (1..=100).map(|count| count.min(MOST_SURVEYED)).collect::<Vec<_>>());
+    }
 }

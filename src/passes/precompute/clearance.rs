@@ -83,7 +83,7 @@ impl Surveyor {
         mut progress: Option<&mut dyn Progress>,
     ) -> Result<Vec<Clearance>> {
         let mut measured = Vec::with_capacity(candidates.len());
-        Chunks::new(512, Self::LIMIT).run(candidates.len() as u32, |first, count| {
+        Chunks::new(2048, Self::LIMIT).run(candidates.len() as u32, |first, count| {
             self.candidates.write(&candidates[first as usize..(first + count) as usize])?;
             let push = ClearancePush { candidate_count: count, seed: self.seed, scene_size: self.scene_size };
             let ((), timings) = self.context.run(|rec| {

@@ -6,8 +6,8 @@
 //! its area and its cosine with the direction. Where nothing is hidden, or all alike, rays keep the cluster.
 
 use super::gather_rays::{GatherCode, Hemisphere, RayDirections, RayTable};
-use super::occlusion::{Cells, FIRST_SAMPLES, Hiding, Readers, SAMPLES, Seen};
-use super::{Progress, rays::Rays};
+use super::occlusion::{Ask, Cells, Hiding, Readers, Seen};
+use super::{Progress, rays::Rays, shares};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
 use crate::passes::frame::cluster_views::ViewPart;
@@ -27,7 +27,7 @@ const LEAST_CHANGE: f64 = 1.0 / 32.0;
 /// Weights are multiples of 1 over this, so that views that differ in rounding only are one.
 const WEIGHT_STEPS: f64 = 4096.0;
 /// Pairs that are measured at a time: their rays are kept in a list.
-const PAIRS_AT_A_TIME: usize = 1 << 13;
+const PAIRS_AT_A_TIME: usize = 1 << 15;
 
 /// What views are made from.
 #[derive(Clone, Copy)]
@@ -116,7 +116,7 @@ pub fn build(
     let mut redirected = Vec::new();
     let mut done = 0;
     for runs in runs.chunks(PAIRS_AT_A_TIME) {
-        let mut pairs: Vec<Pair> = runs.iter().map(|run| pair(&sources, &cells, run)).collect();
+        let mut pairs = shares::each(runs.len(), |index| pair(&sources, &cells, runs[index]));
         measure(&mut cells, (rays, scene), &mut pairs)?;
         for (pair, run) in pairs.iter().zip(runs) {
             let Some(weights) = tables.weights(&sources, pair) else { continue };
@@ -167,26 +167,33 @@ fn readers(
 ) -> Vec<(u64, u32)> {
     let base = sources.hvds.levels[0].end;
     let directions = sources.ray_directions();
-    let mut hidings: Vec<Option<Hiding>> = Vec::new();
-    hidings.resize_with(sources.hvds.cluster_count() as usize, || None);
-    let mut readers = Vec::new();
-    for (ray, row) in rows.iter().enumerate() {
+    let cluster_of = |row: &GatherRay| {
         let cluster = row.target & ((1 << code.cluster_bits) - 1);
         if row.target == NO_TARGET || cluster < base {
-            continue;
+            return None;
         }
-        if sources.materials[(row.target >> code.cluster_bits) as usize].may_shine() {
-            continue;
-        }
-        let hiding = hidings[cluster as usize].get_or_insert_with(|| cells.hiding(cluster));
-        if matches!(hiding, Hiding::Nothing) {
-            continue;
-        }
-        let back = directions.back(ray);
-        if hiding.is_possible_along(back) {
-            readers.push((u64::from(cluster) << 32 | u64::from(sources.directions.bin(back)), ray as u32));
-        }
-    }
+        let material = &sources.materials[(row.target >> code.cluster_bits) as usize];
+        (!material.may_shine()).then_some(cluster)
+    };
+    let mut is_read = vec![false; sources.hvds.cluster_count() as usize];
+    rows.iter().filter_map(cluster_of).for_each(|cluster| is_read[cluster as usize] = true);
+    let hidings = shares::each(is_read.len(), |cluster| match is_read[cluster] {
+        true => cells.hiding(cluster as u32),
+        false => Hiding::Nothing,
+    });
+    let mut readers = shares::in_shares(rows.len(), |share| {
+        let read = share.filter_map(|ray| {
+            let cluster = cluster_of(&rows[ray])?;
+            let hiding = &hidings[cluster as usize];
+            if matches!(hiding, Hiding::Nothing) {
+                return None;
+            }
+            let back = directions.back(ray);
+            let pair = u64::from(cluster) << 32 | u64::from(sources.directions.bin(back));
+            hiding.is_possible_along(back).then_some((pair, ray as u32))
+        });
+        read.collect()
+    });
     readers.sort_unstable();
     readers
 }
@@ -212,8 +219,8 @@ fn measure(cells: &mut Cells<'_>, (rays, scene): (&Rays, &SceneBuffers), pairs: 
         let asked = pairs.iter().flat_map(|pair| {
             let new = pair.nodes.iter().filter(|node| node.seen.is_none());
             new.map(|node| {
-                let count = if node.cluster == pair.cluster { FIRST_SAMPLES } else { SAMPLES };
-                (node.cluster, count, &pair.readers)
+                let is_first = node.cluster == pair.cluster;
+                Ask { cluster: node.cluster, is_first, readers: &pair.readers }
             })
         });
         let asked: Vec<_> = asked.collect();

@@ -1,5 +1,6 @@
 //! What is known of the surface while cache points are placed: the clearances around a candidate, the records that cover it.
 
+use super::reaches::Reaches;
 use crate::cpu::records::record_weight;
 use crate::types::{CachePoint, Grid};
 use glam::{UVec3, Vec3};
@@ -16,18 +17,39 @@ pub struct Placed {
 /// Clearances measured all over the surface: no record may claim more than its surroundings, growing with distance.
 pub(super) struct Neighbourhood<'a> {
     grid: &'a Grid,
-    samples: &'a [CachePoint],
-    clearances: &'a [f32],
-    cells: Vec<Vec<u32>>,
+    /// Samples by cell.
+    samples: Vec<Sample>,
+    /// First sample of each cell, and the end.
+    first: Vec<u32>,
+}
+
+/// A place where the clearance was measured.
+#[derive(Clone, Copy)]
+struct Sample {
+    position: Vec3,
+    normal: Vec3,
+    clearance: f32,
 }
 
 impl<'a> Neighbourhood<'a> {
-    pub(super) fn new(grid: &'a Grid, samples: &'a [CachePoint], clearances: &'a [f32]) -> Self {
-        let mut cells = vec![Vec::new(); grid.cell_count()];
-        for (index, sample) in samples.iter().enumerate() {
-            cells[grid.index_of(grid.cell_of(sample.position, sample.normal))].push(index as u32);
+    pub(super) fn new(grid: &'a Grid, points: &[CachePoint], clearances: &[f32]) -> Self {
+        let cell = |point: &CachePoint| grid.index_of(grid.cell_of(point.position, point.normal));
+        let cells: Vec<usize> = points.iter().map(cell).collect();
+        let mut first = vec![0; grid.cell_count() + 1];
+        for &cell in &cells {
+            first[cell + 1] += 1;
         }
-        Self { grid, samples, clearances, cells }
+        for cell in 0..grid.cell_count() {
+            first[cell + 1] += first[cell];
+        }
+        let none = Sample { position: Vec3::ZERO, normal: Vec3::ZERO, clearance: 0.0 };
+        let (mut samples, mut next) = (vec![none; points.len()], first.clone());
+        for ((point, &clearance), cell) in points.iter().zip(clearances).zip(cells) {
+            samples[next[cell] as usize] =
+                Sample { position: point.position, normal: point.normal, clearance };
+            next[cell] += 1;
+        }
+        Self { grid, samples, first }
     }
 
     /// Lowers a clearance to what nearby samples that face alike allow. [Krivanek]
@@ -38,13 +60,13 @@ impl<'a> Neighbourhood<'a> {
         let mut clamped = clearance;
         for z in low.z..=high.z {
             for y in low.y..=high.y {
-                for x in low.x..=high.x {
-                    for &i in &self.cells[grid.index_of(UVec3::new(x, y, z))] {
-                        let sample = &self.samples[i as usize];
-                        if sample.normal.dot(candidate.normal) > 0.5 {
-                            let distance = sample.position.distance(candidate.position);
-                            clamped = clamped.min(self.clearances[i as usize] + distance);
-                        }
+                // Cells along x stand together.
+                let [begin, end] =
+                    [low.x, high.x + 1].map(|x| grid.index_of(UVec3::new(0, y, z)) + x as usize);
+                for sample in &self.samples[self.first[begin] as usize..self.first[end] as usize] {
+                    if sample.clearance < clamped && sample.normal.dot(candidate.normal) > 0.5 {
+                        let distance = sample.position.distance(candidate.position);
+                        clamped = clamped.min(sample.clearance + distance);
                     }
                 }
             }
@@ -57,74 +79,26 @@ impl<'a> Neighbourhood<'a> {
 pub(super) struct Records {
     /// In order of acceptance.
     pub(super) points: Vec<Placed>,
-    low: Vec3,
-    inverse_cell: f32,
-    cells: UVec3,
-    lists: Vec<Vec<u32>>,
+    map: Reaches,
 }
 
 impl Records {
-    /// Cells as wide as the largest radius, so that a point's records stand in the cells around it.
-    pub(super) fn new(grid: &Grid, largest_radius: f64) -> Self {
+    /// None yet; they will have radii up to `largest`, metres.
+    pub(super) fn new(grid: &Grid, largest: f64) -> Self {
         let extent = grid.cells.as_vec3() / grid.inverse_cell;
-        let cell = (largest_radius as f32).max(extent.max_element() / 128.0);
-        let cells = (extent / cell).ceil().as_uvec3().max(UVec3::ONE);
-        let count = cells.as_usizevec3().element_product();
-        Self {
-            points: Vec::new(),
-            low: grid.low,
-            inverse_cell: 1.0 / cell,
-            cells,
-            lists: vec![Vec::new(); count],
-        }
-    }
-
-    fn cell(&self, position: Vec3) -> UVec3 {
-        ((position - self.low) * self.inverse_cell).max(Vec3::ZERO).as_uvec3().min(self.cells - 1)
-    }
-
-    fn index(&self, cell: UVec3) -> usize {
-        let [x, y, z] = cell.as_usizevec3().to_array();
-        (z * self.cells.y as usize + y) * self.cells.x as usize + x
+        Self { points: Vec::new(), map: Reaches::new(grid.low, grid.low + extent, largest as f32) }
     }
 
     pub(super) fn insert(&mut self, placed: Placed) {
-        let cell = self.index(self.cell(placed.point.position));
-        self.lists[cell].push(self.points.len() as u32);
+        self.map.insert(placed.point.position, placed.point.radius, self.points.len() as u32);
         self.points.push(placed);
     }
 
-    /// The candidates, in order, where no record has more than this weight.
-    pub(super) fn uncovered(&self, candidates: &[CachePoint], weight: f32) -> Vec<CachePoint> {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        let share = candidates.len().div_ceil(threads).max(1);
-        let open = |share: &[CachePoint]| -> Vec<CachePoint> {
-            share.iter().filter(|candidate| !self.cover(candidate, weight)).copied().collect()
-        };
-        std::thread::scope(|scope| {
-            let workers: Vec<_> =
-                candidates.chunks(share).map(|share| scope.spawn(move || open(share))).collect();
-            workers.into_iter().flat_map(|worker| worker.join().expect("the search does not panic")).collect()
-        })
-    }
-
-    /// Whether some record has more than this weight at the point.
+    /// Whether some record has more than this weight, at least 0, at the point.
     pub(super) fn cover(&self, point: &CachePoint, weight: f32) -> bool {
-        let centre = self.cell(point.position);
-        let (low, high) = (centre.saturating_sub(UVec3::ONE), (centre + 1).min(self.cells - 1));
-        (low.z..=high.z).any(|z| {
-            (low.y..=high.y).any(|y| {
-                (low.x..=high.x).any(|x| {
-                    self.lists[self.index(UVec3::new(x, y, z))].iter().any(|&record| {
-                        record_weight(
-                            point.position,
-                            point.normal,
-                            point.facet,
-                            &self.points[record as usize].point,
-                        ) > weight
-                    })
-                })
-            })
+        self.map.any(point.position, |record| {
+            let record = &self.points[record as usize].point;
+            record_weight(point.position, point.normal, point.facet, record) > weight
         })
     }
 }

@@ -1,6 +1,7 @@
 //! Passes that run once, before the first frame. Each keeps its dispatches short, so that no watchdog bites and a
 //! desktop stays usable, and reports its progress.
 
+mod budget;
 pub mod cache_points;
 pub mod clearance;
 pub mod cluster_views;
@@ -16,6 +17,8 @@ pub mod occlusion;
 pub mod path_orders;
 pub mod rays;
 pub mod reads;
+mod reaches;
+mod shares;
 pub mod sides;
 
 use crate::error::Result;

@@ -1,11 +1,12 @@
 //! Small clusters where surfaces stand close together, and the cache point beside each.
 
 use super::coverage::Placed;
+use super::reaches::Reaches;
+use super::shares;
 use crate::passes::frame::near_field::NearCluster;
 use crate::scene::hvds::Hvds;
 use crate::types::NO_CLUSTER;
-use glam::{IVec3, Vec3};
-use std::collections::HashMap;
+use glam::Vec3;
 
 /// Levels of the hierarchy, from the finest, whose clusters are small enough.
 const LEVELS: usize = 2;
@@ -56,38 +57,30 @@ pub fn find(
             }
         }
     }
-    let cell = points.iter().fold(f32::MIN_POSITIVE, |a, placed| a.max(REACH * placed.point.radius));
-    let cell_of = |position: Vec3| (position / cell).floor().as_ivec3();
-    let mut cells: HashMap<IVec3, Vec<u32>> = HashMap::new();
-    for (index, placed) in points.iter().enumerate() {
-        cells.entry(cell_of(placed.point.position)).or_default().push(index as u32);
-    }
-    let mut near = Vec::new();
-    for (cluster, sum) in sums.iter().enumerate() {
+    let places: Vec<(Vec3, f32)> =
+        points.iter().map(|placed| (placed.point.position, REACH * placed.point.radius)).collect();
+    let map = Reaches::of(&places);
+    let beside = |cluster: usize| {
+        let sum = &sums[cluster];
         if sum.area <= 0.0 || sum.clearance > CLOSE * cell_size * sum.area as f32 {
-            continue;
+            return None;
         }
         let (middle, normal) = (sum.middle / sum.area as f32, sum.normal.normalize_or_zero());
-        let centre = cell_of(middle);
         let mut best = (f32::INFINITY, 0);
-        for offset in 0..27 {
-            let step = IVec3::new(offset % 3, offset / 3 % 3, offset / 9) - 1;
-            for &index in cells.get(&(centre + step)).into_iter().flatten() {
-                let point = &points[index as usize].point;
-                let distance = point.position.distance(middle);
-                let fits = (point.side % 2 == 1) == sum.is_back
-                    && distance <= REACH * point.radius
-                    && point.normal.dot(normal) >= LEAN
-                    && (middle - point.position).dot(point.wall) <= 1.0;
-                if fits && distance < best.0 {
-                    best = (distance, index);
-                }
+        map.any(middle, |index| {
+            let point = &points[index as usize].point;
+            let distance = point.position.distance(middle);
+            let fits = (point.side % 2 == 1) == sum.is_back
+                && distance <= REACH * point.radius
+                && point.normal.dot(normal) >= LEAN
+                && (middle - point.position).dot(point.wall) <= 1.0;
+            if fits && (distance, index) < best {
+                best = (distance, index);
             }
-        }
-        if best.0.is_finite() {
-            let offset = middle - points[best.1 as usize].point.position;
-            near.push(NearCluster { cluster: cluster as u32, record: best.1, offset });
-        }
-    }
-    near
+            false
+        });
+        let offset = middle - points[best.1 as usize].point.position;
+        best.0.is_finite().then_some(NearCluster { cluster: cluster as u32, record: best.1, offset })
+    };
+    shares::in_shares(end, |share| share.filter_map(beside).collect())
 }

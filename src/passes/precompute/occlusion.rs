@@ -5,6 +5,7 @@
 //! as wide as the cell is high, meets the screen next door.
 
 use super::rays::{RayQuery, Rays};
+use super::shares;
 use crate::error::Result;
 use crate::passes::SceneBuffers;
 use crate::scene::hvds::{Hvds, Piece};
@@ -14,9 +15,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 /// Rays that measure the share of a cluster within the one that is read.
-pub(super) const SAMPLES: usize = 8;
+const SAMPLES: usize = 8;
 /// Rays that tell whether anything of a cluster that is read is hidden.
-pub(super) const FIRST_SAMPLES: usize = 16;
+const FIRST_SAMPLES: usize = 8;
 
 /// Heights over a plane that count as none, in base cells.
 const FLAT: f64 = 1e-3;
@@ -48,6 +49,15 @@ pub struct Seen {
     pub facing: f64,
 }
 
+/// A cluster to look at.
+#[derive(Clone, Copy)]
+pub(super) struct Ask<'a> {
+    pub(super) cluster: u32,
+    /// By [`FIRST_SAMPLES`] instead of [`SAMPLES`].
+    pub(super) is_first: bool,
+    pub(super) readers: &'a Readers,
+}
+
 /// The surface in the cells of all levels.
 pub(super) struct Cells<'a> {
     hvds: &'a Hvds,
@@ -61,8 +71,8 @@ pub(super) struct Cells<'a> {
     first_pieces: Vec<u32>,
     /// Clusters of each cell above the base level.
     in_cells: HashMap<(usize, UVec3), Vec<u32>>,
-    /// Of each cluster and number of samples.
-    samples: HashMap<(u32, usize), Vec<Sample>>,
+    /// Of each cluster, where somebody asked: few or many.
+    samples: [Vec<Option<Box<[Sample]>>>; 2],
     clear_distance: f32,
 }
 
@@ -127,7 +137,8 @@ impl<'a> Cells<'a> {
                 in_cells.entry((level, cell)).or_default().push(cluster);
             }
         }
-        let samples = HashMap::new();
+        let count = hvds.cluster_count() as usize;
+        let samples = [(); 2].map(|()| vec![None; count]);
         Self {
             hvds,
             surfaces,
@@ -211,10 +222,7 @@ impl<'a> Cells<'a> {
     }
 
     /// Points spread over the surface of a cluster, by area.
-    fn spread(&mut self, cluster: u32, count: usize) {
-        if self.samples.contains_key(&(cluster, count)) {
-            return;
-        }
+    fn spread(&self, cluster: u32, count: usize) -> Box<[Sample]> {
         let pieces = self.pieces_of(cluster);
         let area_m2: f64 = pieces.clone().map(|piece| piece.area_m2).sum();
         let mut samples = Vec::with_capacity(count);
@@ -226,35 +234,42 @@ impl<'a> Cells<'a> {
                 samples.push(Sample { position, normal: self.normal(piece.side) });
             }
         }
-        self.samples.insert((cluster, count), samples);
+        samples.into()
     }
 
-    /// What readers see of clusters, by so many samples of each.
+    fn samples(&self, ask: &Ask<'_>) -> &[Sample] {
+        let samples = self.samples[usize::from(ask.is_first)][ask.cluster as usize].as_ref();
+        samples.expect("samples are spread before they are looked at")
+    }
+
+    /// What readers see of clusters.
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub(super) fn seen(
-        &mut self,
-        rays: &Rays,
-        scene: &SceneBuffers,
-        asked: &[(u32, usize, &Readers)],
-    ) -> Result<Vec<Seen>> {
-        let mut queries = Vec::new();
-        for &(cluster, count, readers) in asked {
-            self.spread(cluster, count);
-            for (index, sample) in self.samples[&(cluster, count)].iter().enumerate() {
-                let query = self.query(sample, readers.points[index % readers.points.len()]);
-                queries.extend(query);
+    pub(super) fn seen(&mut self, rays: &Rays, scene: &SceneBuffers, asked: &[Ask<'_>]) -> Result<Vec<Seen>> {
+        for (is_first, count) in [(false, SAMPLES), (true, FIRST_SAMPLES)] {
+            let kept = &self.samples[usize::from(is_first)];
+            let asked = asked.iter().filter(|ask| ask.is_first == is_first).map(|ask| ask.cluster);
+            let mut new: Vec<u32> = asked.filter(|&cluster| kept[cluster as usize].is_none()).collect();
+            new.sort_unstable();
+            new.dedup();
+            let spread = shares::each(new.len(), |index| self.spread(new[index], count));
+            for (cluster, samples) in new.into_iter().zip(spread) {
+                self.samples[usize::from(is_first)][cluster as usize] = Some(samples);
             }
         }
+        let cells = &*self;
+        let queries = shares::in_shares(asked.len(), |share| {
+            asked[share].iter().flat_map(|ask| cells.queries(ask).flatten()).collect()
+        });
         let answers = rays.trace(scene, &queries)?;
         let mut answers = answers.iter();
-        let seen = asked.iter().map(|&(cluster, count, readers)| {
+        let seen = asked.iter().map(|ask| {
             let (mut faces, mut opens) = (0, 0);
             let mut normal = DVec3::ZERO;
-            for (index, sample) in self.samples[&(cluster, count)].iter().enumerate() {
+            for (sample, query) in cells.samples(ask).iter().zip(cells.queries(ask)) {
                 normal += sample.normal.as_dvec3();
-                if self.query(sample, readers.points[index % readers.points.len()]).is_some() {
+                if query.is_some() {
                     let answer = answers.next().expect("a ray each was traced");
                     faces += 1;
                     opens += u32::from(answer.t < 0.0 || answer.t >= 1.0);
@@ -262,10 +277,16 @@ impl<'a> Cells<'a> {
             }
             Seen {
                 open: if faces > 0 { f64::from(opens) / f64::from(faces) } else { 0.0 },
-                facing: normal.normalize_or_zero().dot(readers.direction).max(0.0),
+                facing: normal.normalize_or_zero().dot(ask.readers.direction).max(0.0),
             }
         });
         Ok(seen.collect())
+    }
+
+    /// The rays that tell whether readers see samples of a cluster; none where a sample faces away.
+    fn queries(&self, ask: &Ask<'_>) -> impl Iterator<Item = Option<RayQuery>> {
+        let readers = ask.readers.points.iter().cycle();
+        self.samples(ask).iter().zip(readers).map(|(sample, &reader)| self.query(sample, reader))
     }
 
     /// The ray, as long as its direction, that tells whether a reader sees a sample; none where the sample faces away.

@@ -1,4 +1,4 @@
-//! Closest hits of an explicit list of rays. In: origins and directions (metres). Out: distance and side.
+//! Closest hits of an explicit list of rays, or any hits of segments. In: origins and directions (metres). Out: distance and side.
 
 use super::Chunks;
 use crate::error::Result;
@@ -21,9 +21,9 @@ gpu_struct! {
 gpu_struct! {
     /// What it hit.
     pub struct RayAnswer {
-        /// Distance in units of the direction's length; negative where the ray left the scene.
+        /// Distance in units of the direction's length; negative where nothing was hit.
         pub t: f32,
-        /// 2·triangle + (1 if the back side); `NO_SIDE` where the ray left the scene.
+        /// 2·triangle + (1 if the back side); `NO_SIDE` where nothing was hit.
         pub side: u32,
     }
 }
@@ -51,12 +51,25 @@ impl Rays {
     /// Rays of one dispatch at most.
     const LIMIT: u32 = 1 << 18;
 
-    /// Makes the pipeline.
+    /// Makes the pipeline that finds closest hits.
     ///
     /// # Errors
     /// A Vulkan call failed.
     pub fn new(context: &Arc<Context>) -> Result<Self> {
-        Ok(Self { context: context.clone(), pipeline: Pipeline::new(context, Self::STEM, &[])? })
+        Self::with(context, false)
+    }
+
+    /// Makes the pipeline that finds any hit between a ray's origin and the end of its direction.
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub fn of_segments(context: &Arc<Context>) -> Result<Self> {
+        Self::with(context, true)
+    }
+
+    fn with(context: &Arc<Context>, are_segments: bool) -> Result<Self> {
+        let constants = [("SEGMENTS", u32::from(are_segments))];
+        Ok(Self { context: context.clone(), pipeline: Pipeline::new(context, Self::STEM, &constants)? })
     }
 
     /// Traces all rays.

@@ -78,8 +78,9 @@ pub fn deactivate_unreachable(
 
 /// Point of a three-dimensional additive recurrence on the plastic number's generalisation.
 fn plastic_sequence(index: u32) -> [f32; 3] {
-    let g: f64 = 1.220_744_084_605_759_5;
-    [1.0, 2.0, 3.0].map(|power| ((0.5 + f64::from(index) * g.powf(-power)).fract()) as f32)
+    // 1/g, 1/g² and 1/g³, g⁴ = g + 1.
+    const STEPS: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_2];
+    STEPS.map(|step| (0.5 + f64::from(index) * step).fract() as f32)
 }
 
 /// Uniform point on the unit sphere.

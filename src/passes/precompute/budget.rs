@@ -1,0 +1,129 @@
+//! How many records a surface asks for, and the length that makes them as many as the budget allows.
+
+use super::cache_points::Geometry;
+use super::shares;
+
+/// A point counts as covered from this record weight on; records then overlap enough to blend.
+pub(super) const COVERED: f32 = 0.3;
+/// Radii are clamped between these multiples of one length, which the budget decides. [Tabellion §4] has 1.5 and 10 pixels.
+pub(super) const RADIUS_RANGE: [f64; 2] = [1.0, 5.0];
+/// Normals further apart than this do not share a record, radians.
+const NORMAL_RANGE: f64 = 0.174_53;
+/// Records that random sequential packing fits into one squared spacing.
+const PACKING: f64 = 0.7;
+/// Share of the budget that placement aims at; its estimate is good to a few per cent.
+const BUDGET_SHARE: f64 = 0.9;
+
+/// What a piece of the surface asks for.
+pub(super) struct Demand {
+    area_m2: f64,
+    /// Distances over which its shading normal turns by [`NORMAL_RANGE`], where it turns fastest and where slowest, metres.
+    reach: [f64; 2],
+    /// Of its surroundings, metres.
+    clearance: f64,
+}
+
+impl Demand {
+    /// Of every piece, given their clearances.
+    pub(super) fn of_pieces(geometry: &Geometry<'_>, clearances: &[f32]) -> Vec<Self> {
+        shares::each(clearances.len(), |piece| {
+            let clearance = f64::from(clearances[piece]);
+            let piece = &geometry.hvds.pieces[piece];
+            let triangle = &geometry.triangles[piece.side as usize / 2];
+            let turn = |a: usize, b: usize| {
+                // The chord between unit normals is the angle, for the small angles of a smooth surface.
+                let angle = f64::from((triangle.normals[a] - triangle.normals[b]).length());
+                angle / f64::from((triangle.positions[a] - triangle.positions[b]).length())
+            };
+            let turns = [turn(0, 1), turn(1, 2), turn(2, 0)];
+            let fastest = turns.into_iter().fold(1e-12, f64::max);
+            let slowest = turns.into_iter().fold(fastest, f64::min).max(1e-12);
+            let reach = [NORMAL_RANGE / fastest, NORMAL_RANGE / slowest];
+            Self { area_m2: piece.area_m2, reach, clearance }
+        })
+    }
+
+    /// Radius of a record before its neighbourhood is known, metres.
+    fn radius(&self, unit: f64) -> f64 {
+        (0.5 * self.clearance).clamp(RADIUS_RANGE[0] * unit, RADIUS_RANGE[1] * unit)
+    }
+
+    /// Area that one record covers at a given unit of length, m².
+    pub(super) fn share(&self, unit: f64) -> f64 {
+        let spacing = f64::from(1.0 - COVERED);
+        let [across, along] = self.reach.map(|reach| spacing * reach.min(self.radius(unit)));
+        across * along / PACKING
+    }
+
+    /// Its turn where the budget does not suffice: twice the area to a record comes one step earlier. 0..256.
+    pub(super) fn order(&self, unit: f64, scene_size: f32) -> u32 {
+        let ratio = f64::from(scene_size).powi(2) / self.share(unit);
+        ratio.log2().clamp(0.0, 255.0) as u32
+    }
+
+    /// Records that it needs at a given unit of length.
+    pub(super) fn records(&self, unit: f64) -> f64 {
+        self.area_m2 / self.share(unit)
+    }
+
+    /// The same if it were flat.
+    fn flat_records(&self, unit: f64) -> f64 {
+        let spacing = f64::from(1.0 - COVERED) * self.radius(unit);
+        PACKING * self.area_m2 / (spacing * spacing)
+    }
+}
+
+/// The length that scales all radii, such that the expected number of records meets the budget; and the one beyond which
+/// the budget had better leave something uncovered. Where curvature asks for many records whatever the length, the
+/// expectation is too high for them: flat pieces are granted a quarter of the budget at first, and an eighth in any case.
+pub(super) fn spread(demands: &[Demand], scene_size: f32, budget: u32) -> [f64; 2] {
+    let curved = |unit: f64| demands.iter().map(|demand| demand.records(unit)).sum::<f64>();
+    let flat = |unit: f64| demands.iter().map(|demand| demand.flat_records(unit)).sum::<f64>();
+    let length = |expected: &dyn Fn(f64) -> f64, records: f64| {
+        let size = f64::from(scene_size);
+        let (mut low, mut high) = (1e-7 * size, size);
+        for _ in 0..60 {
+            let middle = (low * high).sqrt();
+            if expected(middle) > records { low = middle } else { high = middle }
+        }
+        high
+    };
+    let records = BUDGET_SHARE * f64::from(budget);
+    let unit = length(&curved, records).min(length(&flat, records / 4.0));
+    [unit, length(&flat, records / 8.0)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn demand(area_m2: f64, reach: f64, clearance: f64) -> Demand {
+        Demand { area_m2, reach: [reach, 1e9], clearance }
+    }
+
+    #[test]
+    fn the_unit_spends_the_budget_and_stays_below_the_largest() {
+        // Much free surface, some beside walls, some that is curved.
+        let demands = [demand(10.0, 1e9, 3.0), demand(2.0, 1e9, 0.02), demand(0.5, 0.05, 0.4)];
+        for budget in [1_000, 40_000] {
+            let [unit, largest] = spread(&demands, 5.0, budget);
+            let expected: f64 = demands.iter().map(|demand| demand.records(unit)).sum();
+            assert!((expected / (0.9 * f64::from(budget)) - 1.0).abs() < 1e-6, "{expected} of {budget}");
+            assert!(unit < largest);
+        }
+    }
+
+    #[test]
+    fn curvature_that_eats_the_budget_leaves_flat_surface_its_part() {
+        let demands = [demand(10.0, 1e9, 3.0), demand(1.0, 1e-4, 3.0)];
+        let [unit, largest] = spread(&demands, 5.0, 10_000);
+        let flat = |unit: f64| demands[0].records(unit) / 9_000.0;
+        assert!((flat(unit) - 0.25).abs() < 0.03 && (flat(largest) - 0.125).abs() < 0.02);
+    }
+
+    #[test]
+    fn what_one_record_covers_most_of_comes_first() {
+        let [wide, narrow, tiny] = [1.0, 0.01, 1e-4].map(|reach| demand(1.0, reach, 1.0).order(0.1, 5.0));
+        assert!(wide < narrow && narrow < tiny && tiny < 256, "{wide} {narrow} {tiny}");
+    }
+}

@@ -1,0 +1,155 @@
+//! Points that each reach so far, found by the places that they reach.
+
+use glam::{UVec3, Vec3};
+
+/// Layers of a map: reaches of each lie within a factor of two, those of the last anywhere below.
+const LAYERS: usize = 4;
+
+/// Cells of a layer along an axis, at most.
+const MOST_CELLS: f32 = 128.0;
+
+/// By what a search is wider than the reach: positions are rounded.
+const SLACK: f32 = 1.001;
+
+/// Points of similar reach in one grid, so that a cell as wide as they reach holds few of them.
+pub(super) struct Reaches {
+    layers: [Layer; LAYERS],
+}
+
+struct Layer {
+    /// The largest reach, metres.
+    most: f32,
+    low: Vec3,
+    inverse_cell: f32,
+    cells: UVec3,
+    lists: Vec<Vec<Point>>,
+}
+
+#[derive(Clone, Copy)]
+struct Point {
+    position: Vec3,
+    /// Square of its reach, m², and a little more.
+    reach2: f32,
+    index: u32,
+}
+
+impl Reaches {
+    /// An empty map of the box from `low` to `high`, for reaches up to `most`, all in metres.
+    pub(super) fn new(low: Vec3, high: Vec3, most: f32) -> Self {
+        let mut most = most.max(f32::MIN_POSITIVE);
+        let layers = std::array::from_fn(|_| {
+            let layer = Layer::new(low, high, most);
+            most *= 0.5;
+            layer
+        });
+        Self { layers }
+    }
+
+    /// A map of points with their reaches, metres, named by their places in the list.
+    pub(super) fn of(points: &[(Vec3, f32)]) -> Self {
+        let least = points.iter().fold(Vec3::INFINITY, |low, point| low.min(point.0));
+        let high = points.iter().fold(Vec3::NEG_INFINITY, |high, point| high.max(point.0));
+        let most = points.iter().fold(0.0f32, |most, point| most.max(point.1));
+        let mut map = Self::new(least.min(high), high, most);
+        for (index, &(position, reach)) in (0..).zip(points) {
+            map.insert(position, reach, index);
+        }
+        map
+    }
+
+    /// Adds a point that reaches no further than the map was made for.
+    pub(super) fn insert(&mut self, position: Vec3, reach: f32, index: u32) {
+        let layer = self.layers.iter_mut().rev().find(|layer| reach <= layer.most);
+        let layer = layer.expect("the first layer takes all that the map was made for");
+        let cell = layer.index(layer.cell(position));
+        let reach2 = SLACK * reach * reach;
+        layer.lists[cell].push(Point { position, reach2, index });
+    }
+
+    /// Whether `wanted` takes any of the points that reach a place, or nearly; asks no more once it does. A caller that
+    /// never takes one sees them all, in no order that means anything.
+    pub(super) fn any(&self, place: Vec3, mut wanted: impl FnMut(u32) -> bool) -> bool {
+        self.layers.iter().any(|layer| layer.any(place, &mut wanted))
+    }
+}
+
+impl Layer {
+    fn new(low: Vec3, high: Vec3, most: f32) -> Self {
+        let extent = (high - low).max(Vec3::ZERO);
+        let cell = (SLACK * most).max(extent.max_element() / MOST_CELLS).max(f32::MIN_POSITIVE);
+        let cells = (extent / cell).ceil().as_uvec3().max(UVec3::ONE);
+        let count = cells.as_usizevec3().element_product();
+        Self { most, low, inverse_cell: 1.0 / cell, cells, lists: vec![Vec::new(); count] }
+    }
+
+    fn cell(&self, position: Vec3) -> UVec3 {
+        ((position - self.low) * self.inverse_cell).max(Vec3::ZERO).as_uvec3().min(self.cells - 1)
+    }
+
+    fn index(&self, cell: UVec3) -> usize {
+        let [x, y, z] = cell.as_usizevec3().to_array();
+        (z * self.cells.y as usize + y) * self.cells.x as usize + x
+    }
+
+    fn any(&self, place: Vec3, wanted: &mut impl FnMut(u32) -> bool) -> bool {
+        let centre = self.cell(place);
+        let reach = SLACK * self.most;
+        let (low, high) = (self.cell(place - reach), self.cell(place + reach));
+        // The cell of the place itself first: what is wanted most often is there.
+        let along = |axis: usize| {
+            let others = (low[axis]..=high[axis]).filter(move |&cell| cell != centre[axis]);
+            std::iter::once(centre[axis]).chain(others)
+        };
+        along(2).any(|z| {
+            along(1).any(|y| {
+                along(0).any(|x| {
+                    self.lists[self.index(UVec3::new(x, y, z))].iter().any(|point| {
+                        point.position.distance_squared(place) <= point.reach2 && wanted(point.index)
+                    })
+                })
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::sampling::hash;
+
+    #[test]
+    fn whatever_reaches_a_place_is_found_once() {
+        let random = |i: u32| hash(hash(i)) as f32 / u32::MAX as f32;
+        let point = |i: u32| Vec3::new(random(5 * i), random(5 * i + 1), 0.1 * random(5 * i + 2));
+        // From none to a fifth of the box, with many that are small.
+        let points: Vec<(Vec3, f32)> =
+            (0..2000).map(|i| (point(i), 0.2 * random(5 * i + 3).powi(4))).collect();
+        let map = Reaches::of(&points);
+        for i in 2000..2300 {
+            // Some places lie outside the box.
+            let place = 1.2 * point(i) - 0.1;
+            let mut found = Vec::new();
+            map.any(place, |index| {
+                found.push(index);
+                false
+            });
+            found.sort_unstable();
+            assert!(found.windows(2).all(|pair| pair[0] != pair[1]));
+            for (index, (position, reach)) in (0..).zip(&points) {
+                let distance = position.distance(place);
+                let is_found = found.binary_search(&index).is_ok();
+                assert!(is_found || distance > *reach, "{distance} of {reach}");
+                assert!(!is_found || distance < 1.001 * reach, "{distance} of {reach}");
+            }
+            assert_eq!(map.any(place, |_| true), !found.is_empty());
+        }
+    }
+
+    #[test]
+    fn points_at_one_place_and_no_points() {
+        assert!(!Reaches::of(&[]).any(Vec3::ONE, |_| true));
+        let map = Reaches::of(&[(Vec3::ONE, 0.0), (Vec3::ONE, 0.0)]);
+        assert!(map.any(Vec3::ONE, |index| index == 1));
+        assert!(!map.any(Vec3::splat(1.01), |_| true));
+    }
+}

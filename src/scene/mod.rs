@@ -11,6 +11,7 @@ pub mod camera;
 pub mod clip;
 pub mod directions;
 mod file;
+pub mod film;
 mod fit;
 mod geometry;
 pub mod grid;
@@ -29,6 +30,7 @@ mod value;
 
 pub use camera::Camera;
 pub use file::LoadOptions;
+pub use film::Film;
 pub use light::{Light, LightKind};
 pub use material::Material;
 pub use quality::Quality;

@@ -35,10 +35,11 @@ const SMALL: Quality = Quality {
     ..Quality::DRAFT
 };
 
-/// A renderer after its first frame.
+/// A renderer after its first frame. It leaves nothing out, so that all that is between the stages can be asked about.
 fn render(mut scene: Scene, quality: Quality) -> Renderer {
     scene.quality = quality;
     let mut renderer = Renderer::new(&context(), scene, &mut Silent).unwrap();
+    renderer.set_skipping(false);
     renderer.frame().unwrap();
     renderer
 }

@@ -1,6 +1,7 @@
 //! `lightpaths sweep`: error against time, for our settings and for other methods.
 
 mod cache;
+pub(super) mod figures;
 mod measure;
 mod plot;
 mod plots;

@@ -9,11 +9,13 @@ pub mod entry_points;
 pub mod gather_rays;
 pub mod gloss;
 pub mod light_paths;
+pub mod narrow_gaps;
 pub mod near_clusters;
 pub mod neighbours;
 pub mod occlusion;
 pub mod path_orders;
 pub mod rays;
+pub mod reads;
 pub mod sides;
 
 use crate::error::Result;

@@ -14,7 +14,6 @@ mod lights;
 mod path_noise;
 mod path_tracer;
 mod photons;
-mod places;
 mod plates;
 mod sphere;
 mod stages;

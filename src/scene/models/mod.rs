@@ -31,7 +31,7 @@ struct Generator {
 }
 
 const GENERATORS: [Generator; 2] = [
-    Generator { name: "atrium", triangles: 76_154, detail: 0.58, build: atrium::build },
+    Generator { name: "atrium", triangles: 76_154, detail: 0.555, build: atrium::build },
     Generator { name: "room", triangles: 141_287, detail: 1.135, build: room::build },
 ];
 
@@ -40,7 +40,7 @@ pub(super) const NAMES: [&str; 2] = [GENERATORS[0].name, GENERATORS[1].name];
 /// Triangles that may be asked for.
 pub(super) const TRIANGLES: std::ops::RangeInclusive<u32> = 10_000..=20_000_000;
 /// A number of triangles is met when off by less than this, relative.
-const CLOSE: f64 = 0.01;
+const CLOSE: f64 = 0.015;
 /// How often a model is made at most to meet a number of triangles.
 const ATTEMPTS: usize = 10;
 
@@ -50,8 +50,8 @@ const ATTEMPTS: usize = 10;
 pub(super) fn generate(name: &str, triangles: Option<u32>) -> Option<(Vec<Mesh>, Vec<Material>)> {
     let generator = GENERATORS.iter().find(|generator| generator.name == name)?;
     let wanted = f64::from(triangles.unwrap_or(generator.triangles));
-    // Triangles go about with the square of the detail. `low` has too few, `high` too many.
-    let mut detail = generator.detail * (wanted / f64::from(generator.triangles)).sqrt();
+    // Triangles go with a power of the detail between 1.5 and 2. `low` has too few, `high` too many.
+    let mut detail = generator.detail * (wanted / f64::from(generator.triangles)).powf(0.6);
     let [mut low, mut high] = [0.0, f64::INFINITY];
     let mut best: Option<(f64, Model)> = None;
     for _ in 0..ATTEMPTS {
@@ -70,7 +70,7 @@ pub(super) fn generate(name: &str, triangles: Option<u32>) -> Option<(Vec<Mesh>,
         } else {
             low = detail;
         }
-        let guess = detail / ratio.sqrt();
+        let guess = detail * ratio.powf(-0.6);
         let is_between = guess > low && guess < high;
         detail = if is_between { guess } else { 0.5 * (low + high.min(4.0 * detail)) };
     }

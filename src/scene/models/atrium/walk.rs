@@ -164,7 +164,7 @@ fn vault(bays: usize, cuts: usize) -> Solid {
         let ((x, dx), dz) = (along(u), step(v));
         dvec3(x, SPRINGING + height(dx).max(height(dz)), radius + dz)
     };
-    let back = |u: f64, v: f64| dvec3(along(u).0, GALLERY - 0.2, radius + step(v));
+    let back = |u: f64, v: f64| dvec3(along(u).0, GALLERY - 0.08, radius + step(v));
     slab([bays * cuts, cuts], front, back)
 }
 

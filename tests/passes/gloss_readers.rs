@@ -10,6 +10,7 @@ use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::gloss::{Gloss, GlossLight};
 use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, GlossShine, LOBE_RAYS, Surroundings};
+use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::precompute::gather_rays::RayTable;
 use lightpaths::scene::Camera;
@@ -48,7 +49,8 @@ pub(crate) fn gathered_slots_equal_the_twin(shining: &Shining, gloss: &Gloss, fl
             inverse_areas: &areas_buffer,
             gloss: Some(gloss),
         };
-        context.run(|rec| pass.record(rec, sources, point_count)).unwrap();
+        let list = RecordList::all(context, point_count, point_count).unwrap();
+        context.run(|rec| pass.record(rec, sources, &list)).unwrap();
         let records: Vec<Record> = pass.records.read().unwrap();
         let sources = gather::Sources {
             albedos: &albedos,

@@ -16,8 +16,8 @@ pub mod neighbours;
 pub mod occlusion;
 pub mod path_orders;
 pub mod rays;
-pub mod reads;
 mod reaches;
+pub mod reads;
 mod shares;
 pub mod sides;
 

@@ -2,12 +2,13 @@
 //! no cache points.
 //!
 //! Rays between sides join what sees each other; a group of sides takes part if it also sees the void, a light or a
-//! camera. Sides that provably see no surface at all were left out before.
+//! camera. Sides that provably see no surface at all were left out before, and so are backs inside solids, which parts that reach into
+//! each other would join with the rest.
 
 use super::rays::{RayQuery, Rays};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
-use crate::scene::Scene;
+use crate::scene::{Scene, surfaces::backs_inside_solids};
 use crate::types::{NO_SIDE, Surface};
 use glam::Vec3;
 
@@ -28,6 +29,17 @@ pub fn deactivate_unreachable(
     clear_distance: f32,
     surfaces: &mut [Surface],
 ) -> Result<()> {
+    let eyes: Vec<Vec3> = scene
+        .lights
+        .iter()
+        .filter_map(|light| light.kind.position())
+        .chain(scene.cameras.iter().map(|c| c.position))
+        .collect();
+    for (surface, is_inside) in surfaces.iter_mut().zip(backs_inside_solids(&scene.triangles, &eyes)) {
+        if is_inside {
+            surface.deactivate_side(true);
+        }
+    }
     let mut queries = Vec::new();
     let mut sources = Vec::new();
     let side_count = 2 * surfaces.len();
@@ -49,12 +61,7 @@ pub fn deactivate_unreachable(
             sources.push(side);
         }
     }
-    let points = scene
-        .lights
-        .iter()
-        .filter_map(|light| light.kind.position())
-        .chain(scene.cameras.iter().map(|c| c.position));
-    for point in points {
+    for point in eyes {
         for ray in 0..RAYS_PER_POINT {
             let u = plastic_sequence(ray);
             queries.push(RayQuery { origin: point, direction: sphere([u[0], u[1]]) });
@@ -65,12 +72,15 @@ pub fn deactivate_unreachable(
     let mut groups = Groups::new(side_count + 1);
     for (&source, answer) in sources.iter().zip(&answers) {
         let target = if answer.side == NO_SIDE { outside } else { answer.side as usize };
-        groups.join(source, target);
+        // What is buried in a solid sees its inside, which must not join it with all else that does.
+        if target == outside || surfaces[target / 2].side_is_active(target % 2 == 1) {
+            groups.join(source, target);
+        }
     }
     let reachable = groups.find(outside);
     for side in 0..side_count {
         if groups.find(side) != reachable {
-            surfaces[side / 2].sides &= !(if side % 2 == 1 { 0x2000 } else { 0x1000 });
+            surfaces[side / 2].deactivate_side(side % 2 == 1);
         }
     }
     Ok(())

@@ -4,13 +4,17 @@ CARGO ?= cargo
 # rustup puts cargo here; a shell that was open before the installation does not know yet.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help run test lint bench peers spirv setup clean
+.PHONY: help run test stress lint bench tables figures film peers spirv setup clean
 
 help:
 	@echo 'make run    build, render the Box to out/box.png and time it'
 	@echo 'make test   all tests'
+	@echo 'make stress built-in scenes of ten million triangles (8 GB of memory)'
 	@echo 'make lint   formatting, lints, documentation, tree checks'
 	@echo 'make bench  time every built-in scene into out/time.json'
+	@echo 'make tables the paper'"'"'s tables 1 to 3 for every built-in scene (15 minutes at most on two cores), into out/tables.json'
+	@echo 'make figures the paper'"'"'s figures 4 to 6, into out/figures (half an hour on two cores)'
+	@echo 'make film   the built-in film of the Box, into out/film (docs/films.md)'
 	@echo 'make peers  Mitsuba and Cycles on the Box beside ours, into out/peers (1.5 GB, half an hour on two cores)'
 	@echo 'make spirv  rebuild spirv/ from glsl/ (needs cmake and a C++ compiler)'
 	@echo 'make setup  install what any of these needs'
@@ -28,6 +32,10 @@ test:
 	@scripts/setup.sh --tests
 	$(CARGO) test --locked
 
+stress:
+	@scripts/setup.sh --tests
+	$(CARGO) test --release --locked --test scene -- --ignored places_of_one_and_ten
+
 lint:
 	@scripts/setup.sh --lint
 	$(CARGO) fmt --check
@@ -39,6 +47,27 @@ bench:
 	@scripts/setup.sh
 	@mkdir -p out
 	$(CARGO) run --release --locked -- time --json out/time.json
+
+tables:
+	@scripts/setup.sh
+	@mkdir -p out
+	$(CARGO) run --release --locked -- time --frames 5 --json out/tables.json
+
+# Options of the figures, e.g. `make figures FIGURES='box --seconds 300'`.
+FIGURES ?=
+
+figures:
+	@scripts/setup.sh
+	@mkdir -p out
+	$(CARGO) run --release --locked -- figures $(FIGURES) -o out/figures
+
+# Options of the film, e.g. `make film FILM='atrium --preset draft'`.
+FILM ?= box
+
+film:
+	@scripts/setup.sh
+	@mkdir -p out
+	$(CARGO) run --release --locked -- film $(FILM) -o out/film
 
 # Options of the table, e.g. `make peers PEERS='atrium --spp 16,64'`.
 PEERS ?= box

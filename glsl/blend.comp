@@ -7,25 +7,26 @@
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
 #include "include/dispatch.glsl"
+#include "include/blend.glsl"
 
 layout(local_size_x = 64) in;
 
-struct Neighbour {
-    uint record;
-    float weight;
+struct BlendPush {
+    uint record_count;
+    uint takes_all;  // 0: only records that the view sees
 };
-struct BlendPush { uint record_count; };
 
 layout(scalar, binding = 0) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 1) readonly buffer FirstNeighbours { uint first_neighbours[]; };  // of each record, and the end
 layout(scalar, binding = 2) readonly buffer Neighbours { Neighbour neighbours[]; };
 layout(scalar, binding = 3) readonly buffer Records { Record records[]; };
 layout(scalar, binding = 4) writeonly buffer Blended { Record blended[]; };
+layout(scalar, binding = 5) readonly buffer IsSeen { uint is_seen[]; };
 layout(scalar, push_constant) uniform Push { BlendPush push; };
 
 void main() {
     uint index = flat_invocation();
-    if (index >= push.record_count) return;
+    if (index >= push.record_count || (push.takes_all == 0u && is_seen[index] == 0u)) return;
     CachePoint point = cache_points[index];
     vec3 irradiance = vec3(0.0);
     vec3 offset = vec3(0.0);

@@ -1,4 +1,4 @@
-// Antialiasing, step 2: lists the edge pixels, in order, and how many workgroups take four of them each. Deterministic.
+// Antialiasing, step 2: lists the edge pixels, in order, and counts them and workgroups that take four each. Deterministic.
 // One invocation = one pixel. In: edge pixels before each pixel, and the end. Out: their indices; a dispatch's size.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -27,5 +27,6 @@ void main() {
         edge_groups[0] = min(groups, ROW);
         edge_groups[1] = (groups + ROW - 1u) / ROW;
         edge_groups[2] = 1u;
+        edge_groups[3] = edge_offsets[push.pixel_count];
     }
 }

@@ -1,5 +1,5 @@
 // Final gathering: irradiance at every cache point and its gradients, from the stored rays. [Yue §3; Krivanek]
-// Deterministic. One workgroup = one cache point. In: gather rays, cluster irradiance (W/m²). Out: records.
+// Deterministic. One workgroup = one cache point of a list. In: gather rays, cluster irradiance (W/m²). Out: their records.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -18,7 +18,7 @@ layout(constant_id = 2) const uint SHINES = 0;  // 1: targets beyond the cluster
 
 struct GatherPush {
     uint first_point;      // of the bound part of the table of rays
-    uint point_count;
+    uint end_point;        // its end
     uint cluster_bits;     // width of the cluster field in GatherRay.target
     float least_distance;  // unit of GatherRay.gradient, metres
     uint cluster_count;
@@ -34,6 +34,8 @@ layout(scalar, binding = 6) readonly buffer GlossSlots { GlossSlot gloss_slots[]
 layout(scalar, binding = 7) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };     // of slots, W
 layout(scalar, binding = 8) writeonly buffer Records { Record records[]; };
 layout(scalar, binding = 9) readonly buffer RayColours { uint ray_colours[]; };  // packed; only in scenes with images
+layout(scalar, binding = 10) readonly buffer RecordOffsets { uint record_offsets[]; };  // listed ones before each, and all
+layout(scalar, binding = 11) readonly buffer ListedRecords { uint listed_records[]; };  // in order
 layout(scalar, push_constant) uniform Push { GatherPush push; };
 
 const uint SUMS = 5u;  // irradiance; translation and rotation along tangent and bitangent
@@ -51,9 +53,10 @@ vec3 radiosity(uint target, uint ray) {
 }
 
 void main() {
-    uint row = flat_workgroup();
-    if (row >= push.point_count) return;
-    uint index = push.first_point + row;
+    uint place = record_offsets[push.first_point] + flat_workgroup();
+    if (place >= record_offsets[push.end_point]) return;
+    uint index = listed_records[place];
+    uint row = index - push.first_point;
     uint thread = gl_LocalInvocationIndex;
 
     vec3 sum[SUMS] = vec3[](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));

@@ -1,4 +1,5 @@
-// Outgoing directions of shining clusters: π times what the Phong lobes of their path vertices send there. [Yue §2]
+// Outgoing directions of shining clusters: π times what the Phong lobes of their path vertices send there, of light from surfaces, or
+// straight from one light, per unit of its emission. [Yue §2]
 // Deterministic: the lists have a fixed order. One invocation = one direction of one cluster.
 // In: beams of a light at entry points, or deposits and flux of paths (W).
 // Out: W, as much as a Lambertian surface of albedo 1 would have to receive.
@@ -22,10 +23,9 @@ layout(scalar, binding = 3) readonly buffer Deposits { Deposit deposits[]; };
 layout(scalar, binding = 4) readonly buffer GlossVertices { GlossVertex gloss_vertices[]; };
 layout(scalar, binding = 5) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
 layout(scalar, binding = 6) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
-layout(scalar, binding = 7) readonly buffer Directions { vec3 directions[]; };
-layout(scalar, binding = 8) readonly buffer BaseRanges { uvec2 base_ranges[]; };   // base clusters below each cluster
-layout(scalar, binding = 9) readonly buffer GlossShifts { uint gloss_shifts[]; };  // of each base cluster; NO_ENTRY: does not shine
-layout(scalar, binding = 10) buffer GlossFluxes { vec3 gloss_fluxes[]; };
+layout(scalar, binding = 7) readonly buffer BaseRanges { uvec2 base_ranges[]; };   // base clusters below each cluster
+layout(scalar, binding = 8) readonly buffer GlossShifts { uint gloss_shifts[]; };  // of each base cluster; NO_ENTRY: does not shine
+layout(scalar, binding = 9) buffer GlossFluxes { vec3 gloss_fluxes[]; };
 
 #include "include/gloss_flux.glsl"
 
@@ -40,5 +40,5 @@ void main() {
     if (index >= push.slot_count) return;
     GlossSlot slot = gloss_slots[index];
     vec3 before = push.part.adds != 0u ? gloss_fluxes[index] : vec3(0.0);
-    gloss_fluxes[index] = before + gloss_flux_below(slot.cluster, directions[slot.direction], push.part);
+    gloss_fluxes[index] = before + gloss_flux_below(slot.cluster, slot.direction, push.part);
 }

@@ -1,6 +1,7 @@
-// Shining pixels, step 4: what rays find on surfaces that shine themselves: π times what these send back by their Phong lobes. Too few
-// rays meet such surfaces to prepare directions for them. Deterministic. One invocation = one ray. In: rays, beams of a light, or
-// deposits and flux of paths (W). Out: W/m², for the rays that meet what shines.
+// Shining pixels, step 4: what the rays of a sample find on surfaces that shine themselves: π times what these send back by their Phong
+// lobes, summed by the rays' weights; of light from surfaces, or straight from one light, per unit of its emission. Too few rays meet
+// such surfaces to prepare directions for them. Deterministic. One invocation = one sample. In: rays, beams of a light, or deposits and
+// flux of paths (W). Out: W/m².
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -26,7 +27,7 @@ layout(scalar, binding = 7) readonly buffer FirstDeposits { uint first_deposits[
 layout(scalar, binding = 8) readonly buffer Deposits { Deposit deposits[]; };
 layout(scalar, binding = 9) readonly buffer GlossVertices { GlossVertex gloss_vertices[]; };
 layout(scalar, binding = 10) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
-layout(scalar, binding = 11) buffer GlossHits { vec3 gloss_hits[]; };
+layout(scalar, binding = 11) buffer GlossHits { vec3 gloss_hits[]; };  // of each sample
 
 #include "include/gloss_flux.glsl"
 
@@ -42,12 +43,14 @@ layout(scalar, push_constant) uniform Push { GlossHitsPush push; };
 void main() {
     uint index = flat_invocation();
     uint count = gloss_offsets[push.pixel_count];
-    if (index >= LOBE_RAYS * count * gloss_samples_per_pixel(count, push.most_samples, push.capacity)) return;
-    GlossRay ray = gloss_rays[index];
-    if (ray.target == NO_TARGET || !has_lobe(materials[ray.target >> push.cluster_bits])) return;
-    uint cluster = ray.target & ((1u << push.cluster_bits) - 1u);
-    vec3 toward = unpack_direction(ray.direction);
-    vec3 flux = gloss_flux_below(cluster, toward, push.part);
-    vec3 before = push.part.adds != 0u ? gloss_hits[index] : vec3(0.0);
-    gloss_hits[index] = before + flux * inverse_areas[cluster];
+    if (index >= count * gloss_samples_per_pixel(count, push.most_samples, push.capacity)) return;
+    vec3 sum = push.part.adds != 0u ? gloss_hits[index] : vec3(0.0);
+    for (uint i = index * LOBE_RAYS; i < (index + 1u) * LOBE_RAYS; ++i) {
+        GlossRay ray = gloss_rays[i];
+        if (ray.target == NO_TARGET) continue;
+        if (!has_lobe(materials[ray.target >> push.cluster_bits])) continue;
+        uint cluster = ray.target & ((1u << push.cluster_bits) - 1u);
+        sum += ray.weight * inverse_areas[cluster] * gloss_flux_below(cluster, unpack_direction(ray.direction), push.part);
+    }
+    gloss_hits[index] = sum;
 }

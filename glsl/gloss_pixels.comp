@@ -28,7 +28,7 @@ layout(scalar, binding = 3) readonly buffer GlossOffsets { uint gloss_offsets[];
 layout(scalar, binding = 4) readonly buffer GlossPixels { uint gloss_pixels[]; };
 layout(scalar, binding = 5) readonly buffer GlossRays { GlossRay gloss_rays[]; };
 layout(scalar, binding = 6) readonly buffer Irradiance { vec3 irradiance[]; };
-layout(scalar, binding = 7) readonly buffer GlossHits { vec3 gloss_hits[]; };  // of each ray that meets what shines
+layout(scalar, binding = 7) readonly buffer GlossHits { vec3 gloss_hits[]; };  // of each sample: what its rays find on what shines
 layout(scalar, binding = 8) readonly buffer Highlights { vec3 highlights[]; };  // of each sample, per unit of specular albedo, W/m²/sr
 layout(scalar, binding = 9) writeonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
 layout(scalar, binding = 10) readonly buffer GlossColours { uint gloss_colours[]; };  // of rays, packed; only in scenes with images
@@ -49,11 +49,13 @@ void main() {
         Reflectance material = materials[ray.target >> push.cluster_bits];
         vec3 radiosity = material.diffuse * irradiance[cluster];
         if (HAS_TEXTURES != 0u) radiosity *= unpack_colour(gloss_colours[i]);
-        if (has_lobe(material)) radiosity += gloss_hits[i];
         sum += ray.weight * radiosity;
     }
     vec3 direct = vec3(0.0);
-    for (uint i = index * samples; i < (index + 1u) * samples; ++i) direct += highlights[i];
+    for (uint i = index * samples; i < (index + 1u) * samples; ++i) {
+        direct += highlights[i];
+        sum += gloss_hits[i];
+    }
     vec3 specular = materials[surfaces[pixels[pixel].side >> 1].material].specular;
     float share = 1.0 / float(max(samples, 1u));
     gloss_radiance[pixel] = GlossShine(share * specular * direct, share / (PI * float(LOBE_RAYS)) * specular * sum);

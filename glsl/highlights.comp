@@ -23,6 +23,7 @@ struct HighlightsPush {
     uint first_sample;   // of the light, in this dispatch; later ones add to what the first wrote
     uint end_sample;
     uint seed;           // of the directions
+    uint traces_all;     // 1: rays are traced although they cannot bring light
 };
 
 layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
@@ -40,7 +41,7 @@ layout(scalar, push_constant) uniform Push { HighlightsPush push; };
 #include "include/lights.glsl"
 #include "include/direct.glsl"
 
-// Share of a lobe's peak below which no ray is spent.
+// A lobe ends where it has fallen to this share of its peak: no ray is spent on what is beyond.
 const float DARK = 1e-5;
 
 // Solid angle that an area light takes up, seen from a point, as if all of it were at its middle; zero from behind.
@@ -79,9 +80,10 @@ void main() {
         LightSample found;
         if (!sample_light(light, point.position, lattice_point(light, i), found)) continue;
         float lobe = phong_lobe(mirror, found.direction, exponent);
-        if (lobe < DARK) continue;
+        if (lobe < DARK) lobe = 0.0;
+        if (lobe == 0.0 && push.traces_all == 0u) continue;
         sum += lobe * (exponent + 2.0) / (2.0 * PI)
-             * light_factor(light, i, i + 1u, false, point.position, normal, point.normal, point.footprint);
+             * light_factor(light, i, i + 1u, push.traces_all != 0u, point.position, normal, point.normal, point.footprint);
     }
     uint pixel_seed = hash(push.seed, gloss_pixels[index / samples]);
     uint first = LOBE_RAYS * (index % samples);

@@ -1,5 +1,5 @@
 // One coarser level of the volumetric hierarchy: a cluster's flux is the sum of its children's. Radiances are never averaged.
-// [Yue §2] Deterministic. One invocation = one cluster of the level. In: flux one level down (W). Out: flux (W).
+// [Yue §2] Deterministic. One invocation = one listed cluster of the level. In: flux one level down (W). Out: flux (W).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -9,18 +9,19 @@
 layout(local_size_x = 64) in;
 
 struct HvdsLevelPush {
-    uint first_cluster;  // of the level
+    uint first_place;  // of the level, in the list
     uint cluster_count;
 };
 
 layout(scalar, binding = 0) readonly buffer FirstChildren { uint first_children[]; };  // of each cluster, and the end
 layout(scalar, binding = 1) buffer ClusterFluxes { ClusterFlux cluster_fluxes[]; };
+layout(scalar, binding = 2) readonly buffer SummedClusters { uint summed_clusters[]; };
 layout(scalar, push_constant) uniform Push { HvdsLevelPush push; };
 
 void main() {
     uint index = flat_invocation();
     if (index >= push.cluster_count) return;
-    uint cluster = push.first_cluster + index;
+    uint cluster = summed_clusters[push.first_place + index];
     ClusterFlux sum = ClusterFlux(vec3(0.0), vec3(0.0));
     for (uint child = first_children[cluster]; child < first_children[cluster + 1u]; ++child) {
         sum.direct += cluster_fluxes[child].direct;

@@ -1,5 +1,5 @@
 // Irradiance of the clusters: flux over area. Light from surfaces is noisier than light from the lights, and smoother: it is
-// taken from the smallest cluster around that enough paths have met. Deterministic. One invocation = one cluster.
+// taken from the smallest cluster around that enough paths have met. Deterministic. One invocation = one listed cluster.
 // In: flux (W). Out: irradiance, W/m².
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -15,11 +15,13 @@ layout(scalar, binding = 0) readonly buffer InverseAreas { float inverse_areas[]
 layout(scalar, binding = 1) readonly buffer IndirectSources { uint indirect_sources[]; };  // the cluster itself, or one around it
 layout(scalar, binding = 2) readonly buffer ClusterFluxes { ClusterFlux cluster_fluxes[]; };
 layout(scalar, binding = 3) writeonly buffer Irradiance { vec3 irradiance[]; };
+layout(scalar, binding = 4) readonly buffer ReadClusters { uint read_clusters[]; };
 layout(scalar, push_constant) uniform Push { HvdsResolvePush push; };
 
 void main() {
-    uint cluster = flat_invocation();
-    if (cluster >= push.cluster_count) return;
+    uint index = flat_invocation();
+    if (index >= push.cluster_count) return;
+    uint cluster = read_clusters[index];
     uint source = indirect_sources[cluster];
     irradiance[cluster] = cluster_fluxes[cluster].direct * inverse_areas[cluster]
                         + cluster_fluxes[source].indirect * inverse_areas[source];

@@ -123,6 +123,11 @@ def load(spec, size=None, flat=False):
     materials, triangles = {}, []
     for number, model in enumerate(root.get("model", [])):
         place = transform(model)
+        if "built_in" in model:
+            raise SceneError(
+                f"{path}: model {model['built_in']!r} is made by lightpaths: write it out first "
+                "(cargo run --release --example built_in_model) and name the .obj in a scene file"
+            )
         library, faces = read_obj(path.parent / model["file"])
         materials |= {(number, name): material for name, material in library.items()}
         triangles += [((number, name), *place(corners, normals)) for name, corners, normals in faces]

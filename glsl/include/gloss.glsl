@@ -27,7 +27,7 @@ struct GlossVertex {
 // One outgoing direction of one cluster.
 struct GlossSlot {
     uint cluster;
-    uint direction;
+    vec3 direction;  // unit: the mean of those from which it is read
 };
 
 const uint NO_ENTRY = 0xffffffffu;

@@ -47,8 +47,13 @@ pub(super) struct DeviceArgs {
 impl SceneArgs {
     /// Reads a scene: a file or the name of a built-in one.
     pub(super) fn load(&self, spec: &str) -> Result<Scene> {
+        Scene::load(spec, &self.options())
+    }
+
+    /// What they change about a scene.
+    pub(super) fn options(&self) -> LoadOptions {
         let Self { preset, size, camera, set } = self.clone();
-        Scene::load(spec, &LoadOptions { set, preset, size, camera })
+        LoadOptions { set, preset, size, camera }
     }
 
     /// These arguments as they would be typed, each after a blank.

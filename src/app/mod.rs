@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 
 mod args;
 mod compare;
+mod film;
 mod heatmap;
 mod info;
 mod output;
@@ -32,7 +33,9 @@ enum Command {
     Render(render::Render),
     Time(time::Time),
     Sweep(sweep::Sweep),
+    Figures(sweep::figures::Figures),
     Compare(compare::Compare),
+    Film(film::Film),
     Info(info::Info),
 }
 
@@ -46,7 +49,9 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Render(command) => command.run(),
             Command::Time(command) => command.run(),
             Command::Sweep(command) => command.run(),
+            Command::Figures(command) => command.run(),
             Command::Compare(command) => command.run(),
+            Command::Film(command) => command.run(),
             Command::Info(command) => command.run(),
         },
         Err(refusal) => match refusal.kind() {

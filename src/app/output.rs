@@ -59,6 +59,23 @@ impl OutputFile {
         write().map_err(|error| self.failed(&error))
     }
 
+    /// The same by another program, which is told the absolute name of the temporary file. Nothing is written where `fill` says so by
+    /// returning false.
+    ///
+    /// # Errors
+    /// Those of `fill`, and as [`Self::write`].
+    pub(super) fn write_by_name(&self, fill: impl FnOnce(&Path) -> Result<bool>) -> Result<()> {
+        let temporary = self.temporary().map_err(|error| self.failed(&error))?;
+        let path = fs::canonicalize(temporary.path()).map_err(|error| self.failed(&error))?;
+        if fill(&path)? {
+            // The other program may have put a new file in the place of ours.
+            let finish = || File::open(&path)?.sync_all();
+            finish().map_err(|error| self.failed(&error))?;
+            temporary.persist(&self.target).map_err(|error| self.failed(&error.error))?;
+        }
+        Ok(())
+    }
+
     /// The file as the user named it.
     pub(super) fn path(&self) -> &Path {
         &self.path

@@ -29,6 +29,12 @@ impl Renderer {
         let samples = u64::from(self.antialias.capacity);
         let edge_surfaces = self.antialias.edge_surfaces.bytes();
         let records = self.gather.records.bytes();
+        // Passes of one name share an account: of records gathered ahead of the others, and the others, the mean.
+        let gathers = passes.iter().filter(|pass| pass.name == Gather::STEM).count();
+        let scope = if self.skips { &self.read } else { &self.whole };
+        let ahead = if gathers > 1 { scope.source_count } else { 0 };
+        let gathered = u64::from(self.needs.gathered() + ahead) / gathers.max(1) as u64;
+        let in_all = u64::from(self.gather.point_count().max(1));
         let surface = self.primary.pixels.bytes();
         let clusters = self.pyramid.irradiance.bytes();
         let deposits = self.path_scan.deposits.bytes();
@@ -50,7 +56,7 @@ impl Renderer {
                 PathScan::STEM => 2 * steps + once + deposits,
                 Pyramid::STEM => deposits + 12 * paths + 3 * clusters,
                 ClusterViews::STEM => self.views.bytes(),
-                Gather::STEM => self.gather.rays.bytes() + clusters + records,
+                Gather::STEM => gathered * (self.gather.rays.bytes() + records) / in_all + clusters,
                 Blend::STEM => self.blend.list_bytes() + 2 * records + self.gather.cache_points.bytes(),
                 Splat::STEM => {
                     surface + self.gather.cache_points.bytes() + 4 * self.splat.pair_bytes() + weights

@@ -111,4 +111,10 @@ impl Stages {
             display: compose || changes.exposure,
         }
     }
+
+    /// Nothing is to be done.
+    pub(super) fn is_idle(&self) -> bool {
+        // A scan comes with energy; everything else ends in the displayed picture.
+        !self.display && !self.energy
+    }
 }

@@ -4,7 +4,7 @@ use super::Renderer;
 use super::changes::{Changes, Edited, Work};
 use crate::error::{Error, Result};
 use crate::passes::precompute::path_orders::editable_bits;
-use crate::scene::{Light, LightKind, Material};
+use crate::scene::{Camera, Light, LightKind, Material};
 use crate::types::View;
 use glam::Vec3;
 use std::ops::Range;
@@ -113,6 +113,9 @@ impl Renderer {
         }
         let has_lobe = |material: &Material| material.specular != Vec3::ZERO;
         let lobes = has_lobe(old) != has_lobe(&new) || (has_lobe(&new) && old.exponent != new.exponent);
+        if old.specular != new.specular || old.exponent != new.exponent {
+            self.lights.gloss_changed();
+        }
         self.scene.materials[material] = new;
         let bit = editable_bits(&self.scene.materials)[material];
         self.changes.edited = match self.changes.edited {
@@ -138,12 +141,18 @@ impl Renderer {
 
     /// Looks from elsewhere; the image keeps its size.
     pub fn move_camera(&mut self, position: Vec3, target: Vec3) {
-        let camera = &mut self.scene.cameras[0];
-        if (camera.position, camera.target) == (position, target) {
+        self.set_camera(&Camera { position, target, ..self.scene.cameras[0].clone() });
+    }
+
+    /// Looks as that camera does; the image keeps its size.
+    pub fn set_camera(&mut self, camera: &Camera) {
+        let old = &mut self.scene.cameras[0];
+        let camera = Camera { size: old.size, ..camera.clone() };
+        if *old == camera {
             return;
         }
-        (camera.position, camera.target) = (position, target);
-        self.view = View::from(&*camera);
+        self.view = View::from(&camera);
+        *old = camera;
         self.view_changed();
     }
 
@@ -167,12 +176,14 @@ impl Renderer {
             Work::Material => {
                 self.changes.materials = true;
                 self.changes.edited = Edited::All;
+                self.lights.gloss_changed();
             }
         }
     }
 
     /// Whether frames leave out what cannot change the picture, which they do unless told otherwise: stages that depend on
-    /// nothing that was edited, lights that are off, rays that cannot bring light.
+    /// nothing that was edited, lights that are off, rays that cannot bring light, records that no pixel uses, clusters that nothing
+    /// reads.
     pub fn set_skipping(&mut self, skips: bool) {
         self.skips = skips;
         self.lights.traces_all = !skips;

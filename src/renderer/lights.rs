@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
+use crate::passes::frame::antialias::Antialias;
 use crate::passes::frame::gloss::GlossLight;
 use crate::passes::{OneLight, light_sources};
 use crate::scene::Light;
@@ -15,14 +16,24 @@ struct Rows {
     factors: Buffer,
     /// Its light at each pixel and each edge sample.
     layer: Buffer,
+    /// Pixels at the edges of its shadows, counted.
+    shadow_groups: Buffer,
     /// Its beams at entry points that may shine, if any may.
     beams: Option<Buffer>,
+    /// What slots send of it by the first reflection, if any surface may shine.
+    slots: Option<Buffer>,
+    /// What samples of shining pixels see of it by the first reflection, if any may shine.
+    hits: Option<Buffer>,
     /// Its highlight at each sample of shining pixels, if any may shine.
     highlights: Option<Buffer>,
     /// `factors` and `beams` are those of the light as it is.
     has_factors: bool,
     /// `layer` is that of the light and the camera as they are.
     has_layer: bool,
+    /// `slots` are those of the light and the materials as they are.
+    has_slots: bool,
+    /// `hits` are those of the light, the camera and the materials as they are.
+    has_hits: bool,
     /// `highlights` are those of the light, the camera and the materials as they are.
     has_highlights: bool,
     is_on: bool,
@@ -50,6 +61,8 @@ pub(super) struct Lights {
 pub(super) struct GlossRoom {
     /// Bytes of its beams for each of its point samples.
     pub(super) beam_bytes: u64,
+    /// Slots that are no sums.
+    pub(super) slot_count: u32,
     /// Samples of shining pixels.
     pub(super) sample_count: u32,
 }
@@ -92,10 +105,15 @@ impl Lights {
         let rows = Rows {
             factors: row("form factors", self.factor_count)?,
             layer: row("light layer", self.point_count)?,
+            shadow_groups: Antialias::groups(&self.context)?,
             beams: None,
+            slots: self.gloss.map(|gloss| row("light slots", 3 * gloss.slot_count)).transpose()?,
+            hits: self.gloss.map(|gloss| row("light hits", 3 * gloss.sample_count)).transpose()?,
             highlights: self.gloss.map(|gloss| row("light highlights", gloss.sample_count)).transpose()?,
             has_factors: false,
             has_layer: false,
+            has_slots: false,
+            has_hits: false,
             has_highlights: false,
             is_on: true,
         };
@@ -119,7 +137,8 @@ impl Lights {
     /// Of this light nothing that was traced holds any more.
     pub(super) fn moved(&mut self, light: usize) {
         let rows = &mut self.rows[light];
-        (rows.has_factors, rows.has_layer, rows.has_highlights) = (false, false, false);
+        (rows.has_factors, rows.has_layer) = (false, false);
+        (rows.has_slots, rows.has_hits, rows.has_highlights) = (false, false, false);
     }
 
     /// The camera sees other points.
@@ -130,7 +149,12 @@ impl Lights {
 
     /// The camera sees other lobes.
     pub(super) fn lobes_changed(&mut self) {
-        self.rows.iter_mut().for_each(|rows| rows.has_highlights = false);
+        self.rows.iter_mut().for_each(|rows| (rows.has_hits, rows.has_highlights) = (false, false));
+    }
+
+    /// Clusters shine otherwise.
+    pub(super) fn gloss_changed(&mut self) {
+        self.rows.iter_mut().for_each(|rows| (rows.has_slots, rows.has_hits) = (false, false));
     }
 
     /// The camera sees so many other points.
@@ -147,7 +171,8 @@ impl Lights {
     pub(super) fn settle(&mut self) {
         for (rows, source) in self.rows.iter_mut().zip(&self.sources) {
             if self.traces_all || shines(rows, source) {
-                (rows.has_factors, rows.has_layer, rows.has_highlights) = (true, true, true);
+                (rows.has_factors, rows.has_layer) = (true, true);
+                (rows.has_slots, rows.has_hits, rows.has_highlights) = (true, true, true);
             }
         }
     }
@@ -172,7 +197,7 @@ impl Lights {
                 let bytes = u64::from(source.samples) * gloss.beam_bytes;
                 if rows.beams.as_ref().is_none_or(|beams| beams.bytes() < bytes) {
                     rows.beams = Some(Buffer::storage(&self.context, "gloss beams", bytes)?);
-                    rows.has_factors = false;
+                    (rows.has_factors, rows.has_slots, rows.has_hits) = (false, false, false);
                 }
             }
         }
@@ -199,6 +224,17 @@ impl Lights {
     /// Lights that shine and whose layer is to be traced, with where it goes.
     pub(super) fn without_layer(&self) -> Vec<(OneLight<'_>, &Buffer)> {
         self.shining().filter(|(_, rows)| !rows.has_layer).map(|(light, rows)| (light, &rows.layer)).collect()
+    }
+
+    /// Where the edges of a light's shadows are counted.
+    pub(super) fn shadow_groups(&self, light: OneLight<'_>) -> &Buffer {
+        &self.rows[light.index as usize].shadow_groups
+    }
+
+    /// Pixels at the edges of the shadows of each light that shines, added up.
+    pub(super) fn shadow_edge_count(&self) -> Result<u64> {
+        let counts = self.shining().map(|(_, rows)| Antialias::counted(&rows.shadow_groups).map(u64::from));
+        counts.sum()
     }
 
     /// Emission and form factors of each light that shines.
@@ -237,11 +273,25 @@ impl Lights {
 
     /// Emission and beams of each light that shines; none where nothing may shine.
     pub(super) fn beams(&self) -> Vec<GlossLight<'_>> {
-        let beams = self.shining().filter_map(|(light, rows)| {
-            let beams = rows.beams.as_ref()?;
-            Some(GlossLight { emission: self.emission(light), samples: light.samples, beams })
-        });
-        beams.collect()
+        self.shining().filter_map(|(light, rows)| self.gloss_light(light, rows)).collect()
+    }
+
+    /// The same of the lights whose slots are out of date.
+    pub(super) fn without_slots(&self) -> Vec<GlossLight<'_>> {
+        let due = self.shining().filter(|(_, rows)| !rows.has_slots);
+        due.filter_map(|(light, rows)| self.gloss_light(light, rows)).collect()
+    }
+
+    /// The same of the lights whose hits are out of date.
+    pub(super) fn without_hits(&self) -> Vec<GlossLight<'_>> {
+        let due = self.shining().filter(|(_, rows)| !rows.has_hits);
+        due.filter_map(|(light, rows)| self.gloss_light(light, rows)).collect()
+    }
+
+    fn gloss_light<'a>(&self, light: OneLight<'_>, rows: &'a Rows) -> Option<GlossLight<'a>> {
+        let (emission, samples) = (self.emission(light), light.samples);
+        let (beams, slots, hits) = (rows.beams.as_ref()?, rows.slots.as_ref()?, rows.hits.as_ref()?);
+        Some(GlossLight { emission, samples, beams, slots, hits })
     }
 
     /// Emission and highlights of each light that shines; none where nothing may shine.

@@ -3,10 +3,13 @@
 mod accounts;
 mod changes;
 mod edits;
+mod film;
 mod lights;
+mod needs;
 mod outputs;
 mod precompute;
 mod report;
+mod scope;
 mod shine;
 mod skips;
 mod twins;
@@ -29,7 +32,6 @@ use crate::passes::frame::{
     form_factors::FormFactors,
     gather::{Gather, GatherSources},
     hvds::Pyramid,
-    near_field::NearField,
     path_scan::PathScan,
     pixel_colours::PixelColours,
     primary::Primary,
@@ -39,9 +41,12 @@ use crate::passes::frame::{
 use crate::passes::precompute::path_orders::PathGroup;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::Scene;
+use crate::scene::directions::Directions;
 use crate::types::{Surface, View};
 use changes::{Changes, Stages};
 use lights::Lights;
+use needs::{Gathering, Needs};
+use scope::Scope;
 use shine::Shine;
 use std::sync::Arc;
 use std::time::Instant;
@@ -64,10 +69,12 @@ pub struct Renderer {
     path_groups: Vec<PathGroup>,
     pyramid: Pyramid,
     views: Views,
-    near_field: NearField,
-    /// Cache points that see the near field: the first so many.
-    near_count: u32,
+    /// All of the hierarchy.
+    whole: Scope,
+    /// What something reads of it.
+    read: Scope,
     gather: Gather,
+    needs: Needs,
     /// None where no material may shine.
     shine: Option<Shine>,
     blend: Blend,
@@ -89,7 +96,7 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn new(context: &Arc<Context>, mut scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
-        let made = precompute::precompute(context, &mut scene, progress)?;
+        let mut made = precompute::precompute(context, &mut scene, progress)?;
         let size = scene.cameras[0].size;
         let pixels = size[0] * size[1];
         let antialias = Antialias::new(context, size, scene.quality.edge_samples)?;
@@ -98,11 +105,21 @@ impl Renderer {
         let (factor_count, point_count) = (form_factors.point_count(), direct.point_count());
         let shines = made.gloss.is_some();
         let (paths, bits) = ((factor_count, made.area_m2), made.code.cluster_bits);
-        let shine = |tables| Shine::new(context, &scene, &made.buffers, &tables, paths, bits);
-        let shine = made.gloss.map(shine).transpose()?;
+        let shine = |tables| Shine::new(context, &scene, &made.buffers, tables, paths, bits);
+        let shine = made.gloss.as_ref().map(shine).transpose()?;
         let mut pyramid = Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2)?;
-        let views = Views::new(context, made.views, &made.hvds, &mut pyramid)?;
+        let views = Views::new(context, made.views.take(), &made.hvds, &mut pyramid)?;
+        let reads = scope::reads(&made, &views, &pyramid)?;
+        made.statistics.skipped.extend(scope::unread(
+            &made,
+            &reads,
+            Directions::new(scene.quality.directions),
+        ));
+        let [whole, read] = Scope::both(context, &made, &reads)?;
         let gloss_room = shine.as_ref().map(Shine::room);
+        let (points, hemisphere) = (made.point_count, made.hemisphere);
+        let gather =
+            Gather::new(context, made.cache_points, points, made.rays, hemisphere, made.code, shines)?;
         Ok(Self {
             context: context.clone(),
             view: View::from(&scene.cameras[0]),
@@ -122,17 +139,10 @@ impl Renderer {
             path_groups: made.paths.groups,
             pyramid,
             views,
-            near_count: made.near_count,
-            near_field: NearField::new(context, &made.near_clusters)?,
-            gather: Gather::new(
-                context,
-                made.cache_points,
-                made.point_count,
-                made.rays,
-                made.hemisphere,
-                made.code,
-                shines,
-            )?,
+            whole,
+            read,
+            needs: Needs::new(context, &gather)?,
+            gather,
             blend: Blend::new(context, &made.neighbourhoods)?,
             splat: Splat::new(context, made.point_count, size)?,
             shine,
@@ -149,7 +159,9 @@ impl Renderer {
         })
     }
 
-    /// Renders one frame: redoes what has changed since the last, and what depends on it. Does nothing where nothing has.
+    /// Renders one frame: redoes what has changed since the last, and what depends on it. Where nothing has, the first such frame
+    /// after an edit of the light gathers the records that the view did not need, so that the camera finds them when it moves; the
+    /// others do nothing.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -158,24 +170,26 @@ impl Renderer {
             self.force(Work::Everything);
         }
         let stages = Stages::new(self.changes, &self.lights);
+        let gathering = self.needs.of(stages, self.skips);
         let start = Instant::now();
         let passes = loop {
-            let ((), passes) = self.context.run(|rec| self.record(rec, stages))?;
+            let ((), passes) = self.context.run(|rec| self.record(rec, stages, gathering))?;
             if !stages.view || !self.splat.grow()? {
                 break passes;
             }
         };
         let frame_ms = start.elapsed().as_secs_f64() * 1e3;
+        let gathered = self.needs.settle(stages, gathering)?;
         let columns = Columns::of(&passes);
         let (bytes, rays) = self.accounts(&passes);
         let lights_unchanged = self.lights.unchanged();
         self.lights.settle();
         self.changes = Changes::default();
-        Ok(FrameReport { passes, frame_ms, columns, bytes, rays, lights_unchanged })
+        Ok(FrameReport { passes, frame_ms, columns, bytes, rays, gathered, lights_unchanged })
     }
 
     /// The frame. [Yue §3] Every pass waits for the one before, so that the timings tell them apart.
-    fn record(&self, rec: &mut Recorder, stages: Stages) {
+    fn record(&self, rec: &mut Recorder, stages: Stages, gathering: Gathering) {
         let pixels = &self.primary.pixels;
         if stages.view {
             self.primary.record(rec, &self.buffers, &self.view);
@@ -223,32 +237,29 @@ impl Renderer {
         }
         if stages.energy {
             let materials = &self.buffers.materials;
-            let (flux, deposits) = (&self.form_factors.flux, &self.path_scan.deposits);
+            let deposits = &self.path_scan.deposits;
             if let Some(shine) = &self.shine {
                 shine.record_entries(rec, materials, &self.lights);
             }
-            let reflected_flux = self.shine.as_ref().map_or(flux, |shine| &shine.clusters.reflected_flux);
-            self.pyramid.record(rec, flux, reflected_flux, deposits);
-            rec.barrier(COMPUTE_TO_COMPUTE);
+            let scope = if self.skips { &self.read } else { &self.whole };
+            self.record_flux(rec, scope);
             if let Some(shine) = &self.shine {
                 shine.record_clusters(rec, stages, materials, &self.pyramid, deposits, &self.lights);
             }
-            self.views.record(rec, &self.pyramid);
-            let sources = self.gather_sources();
-            self.gather.record(rec, sources, self.gather.point_count());
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            self.near_field.record(rec, &self.pyramid, &self.gather.records);
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            self.views.record(rec, &self.pyramid);
-            self.gather.record(rec, sources, self.near_count);
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            self.blend.record(rec, &self.gather.cache_points, &self.gather.records);
-            rec.barrier(COMPUTE_TO_COMPUTE);
+            self.record_near_field(rec, scope);
         }
         if stages.view {
             let (surfaces, points) = (&self.buffers.surfaces, &self.gather.cache_points);
             self.splat.record(rec, surfaces, points, &self.primary.pixels, &self.view);
             rec.barrier(COMPUTE_TO_COMPUTE);
+        }
+        if let Some((list, seen)) = self.needs.record(rec, gathering, &self.splat, &self.blend) {
+            self.gather.record(rec, self.gather_sources(), list);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            self.blend.record(rec, &self.gather.cache_points, &self.gather.records, seen);
+            if stages.splat {
+                rec.barrier(COMPUTE_TO_COMPUTE);
+            }
         }
         if stages.splat {
             self.splat.record_apply(rec, &self.primary.pixels, &self.blend.records);
@@ -265,6 +276,24 @@ impl Renderer {
         if stages.display {
             self.tonemap.record(rec, &self.compose.radiance, self.exposure_stops);
         }
+    }
+
+    /// The hierarchy, as far as it is asked for.
+    fn record_flux(&self, rec: &mut Recorder, scope: &Scope) {
+        let (flux, deposits) = (&self.form_factors.flux, &self.path_scan.deposits);
+        let reflected_flux = self.shine.as_ref().map_or(flux, |shine| &shine.clusters.reflected_flux);
+        self.pyramid.record(rec, flux, reflected_flux, deposits, &scope.clusters);
+        rec.barrier(COMPUTE_TO_COMPUTE);
+    }
+
+    /// Views of clusters; then small clusters take the light of the records beside them, and views are seen again.
+    fn record_near_field(&self, rec: &mut Recorder, scope: &Scope) {
+        self.views.record(rec, &self.pyramid);
+        self.gather.record(rec, self.gather_sources(), &scope.sources);
+        rec.barrier(COMPUTE_TO_COMPUTE);
+        scope.near_field.record(rec, &self.pyramid, &self.gather.records);
+        rec.barrier(COMPUTE_TO_COMPUTE);
+        self.views.record(rec, &self.pyramid);
     }
 
     fn gather_sources(&self) -> GatherSources<'_> {
@@ -289,6 +318,7 @@ impl Renderer {
         for (light, layer) in lights {
             self.direct.record_samples(&mut pass, &self.buffers, light, &self.antialias.edge_surfaces, layer);
             pass.barrier(COMPUTE_TO_COMPUTE);
+            let layer = (layer, self.lights.shadow_groups(light));
             self.antialias.record_shadows(&mut pass, &self.buffers, &self.view, light, pixels, layer);
             pass.barrier(COMPUTE_TO_COMPUTE);
         }

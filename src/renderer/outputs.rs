@@ -59,16 +59,24 @@ impl Renderer {
         statistics.peak_memory_bytes = memory.peak_bytes;
         statistics.largest_binding_bytes = memory.largest_binding_bytes;
         let (pairs, weights) = self.splat.list_lengths()?;
-        let [edges, shadow_edges] = self.antialias.edge_counts()?;
         let counts = [
             ("pixels", self.size()[0] * self.size()[1]),
-            ("edge pixels", edges),
-            ("shadow edge pixels of the light traced last", shadow_edges),
+            ("edge pixels", self.antialias.edge_count()?),
             ("pixels without a covering record", self.splat.bare_pixel_count()?),
             ("splat tile pairs", pairs),
             ("splat weights", weights),
         ];
         statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), u64::from(value))));
+        let more = [
+            ("shadow edge pixels of all lights", self.lights.shadow_edge_count()?),
+            ("records gathered last", u64::from(self.needs.gathered())),
+            ("records gathered ahead, for small clusters beside them", u64::from(self.read.source_count)),
+        ];
+        statistics.counts.extend(more.map(|(name, value)| (name.to_owned(), value)));
+        if let Some(needed) = self.needs.of_view() {
+            let share = f64::from(needed) / f64::from(self.gather.point_count().max(1));
+            statistics.skipped.insert("records that no pixel of the view uses".into(), 1.0 - share);
+        }
         let (skipped, unreached) = self.skipped_light()?;
         statistics.skipped.extend(skipped);
         statistics.counts.insert("entry points that no light reaches".into(), unreached);

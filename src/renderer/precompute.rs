@@ -5,14 +5,14 @@ use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::near_field::NearCluster;
-use crate::passes::precompute::cache_points::{self, Geometry, Placed, Placement, Survey};
+use crate::passes::precompute::cache_points::{self, Geometry, Placement, Survey};
 use crate::passes::precompute::cluster_views::{self, ViewTables};
 use crate::passes::precompute::entry_points::{self, Strata};
 use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, RayTable};
 use crate::passes::precompute::gloss::{self, GlossTables};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
-use crate::passes::precompute::{Progress, light_paths, near_clusters, rays::Rays, sides};
+use crate::passes::precompute::{Progress, light_paths, narrow_gaps, near_clusters, rays::Rays, sides};
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::directions::{Directions, directions_for, resolved_exponent};
 use crate::scene::{Material, Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, surfaces};
@@ -27,8 +27,9 @@ const REFINED: u32 = 2;
 /// And in all: the table of cells is dense.
 const FINEST: u32 = 256;
 
-/// Cache points that have a surface within so many base cells see clusters of the near field.
-const SEES_NEAR: f32 = 2.0;
+/// Directions in which clusters that shine are read at most, unless more are asked for: enough for exponents up to 1 419. Each that a gather
+/// ray reads takes 28 bytes and 12 more a light, so that there are not many more of them than rays that read them.
+const MOST_DIRECTIONS: u32 = 1 << 12;
 
 /// All that the frames are made of.
 pub(super) struct Precomputed {
@@ -51,8 +52,6 @@ pub(super) struct Precomputed {
     pub(super) code: GatherCode,
     pub(super) clusters: ClusterBuffers,
     pub(super) near_clusters: Vec<NearCluster>,
-    /// The first so many cache points see them.
-    pub(super) near_count: u32,
     pub(super) statistics: Statistics,
 }
 
@@ -100,6 +99,9 @@ pub(super) fn precompute(
     let cells = build(quality.cells);
     let finest = (REFINED * quality.cells).min(FINEST);
     let hvds = build(finest);
+    let gaps = narrow_gaps::find(&Rays::new(context)?, &buffers, &scene.lights)?;
+    let warnings: Vec<String> = unresolved(scene, &gaps, hvds.grid.cell_size() as f32, finest).collect();
+    scene.warnings.extend(warnings);
     watch.lap("cells");
 
     let seed = quality.seed;
@@ -139,10 +141,6 @@ pub(super) fn precompute(
     let mut placement =
         cache_points::place(&survey, &buffers, &geometry, quality.cache_points, seed, progress)?;
     entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
-    // Points that see near clusters come first: only they are gathered twice.
-    let is_far = |placed: &Placed| placed.clearance >= SEES_NEAR * cell_size;
-    placement.points.sort_by_key(is_far);
-    let near_count = placement.points.partition_point(|placed| !is_far(placed)) as u32;
     let points: Vec<CachePoint> = placement.points.iter().map(|placed| placed.point).collect();
     let cache_points = Buffer::from_slice(context, "cache points", &points)?;
     let neighbourhoods = Neighbourhoods::new(&placement.points);
@@ -172,8 +170,9 @@ pub(super) fn precompute(
     )?;
     watch.lap("gather rays");
     let directions = Directions::new(quality.directions);
+    let outgoing = outgoing_directions(&scene.materials, directions);
     if point_count > 0 {
-        scene.warnings.extend(blurred(&scene.materials, directions));
+        scene.warnings.extend(blurred(&scene.materials, outgoing));
     }
     let mut views = None;
     let mut code = code;
@@ -205,7 +204,7 @@ pub(super) fn precompute(
             cache_points: &points,
             hemisphere,
             seed,
-            directions,
+            directions: outgoing,
         },
         &rays,
         code,
@@ -224,6 +223,10 @@ pub(super) fn precompute(
     if let Some(views) = &views {
         statistics.counts.extend(views.counts());
     }
+    if let Some(gloss) = &gloss {
+        statistics.counts.insert("directions of the sphere".into(), u64::from(outgoing.count()));
+        statistics.counts.extend(gloss.counts());
+    }
     Ok(Precomputed {
         buffers,
         surfaces,
@@ -241,9 +244,16 @@ pub(super) fn precompute(
         code,
         clusters,
         near_clusters,
-        near_count,
         statistics,
     })
+}
+
+/// Directions in which clusters that shine are read: more than asked for where that resolves a lobe that stays as it is. An editable one
+/// does not count, because its picture must not depend on what it was at load.
+fn outgoing_directions(materials: &[Material], directions: Directions) -> Directions {
+    let stays = |material: &&Material| material.specular != Vec3::ZERO && !material.editable;
+    let sharpest = materials.iter().filter(stays).map(|material| material.exponent).fold(0.0, f32::max);
+    Directions::new(directions.count().max(directions_for(sharpest).min(MOST_DIRECTIONS)))
 }
 
 /// What to say of lobes that are sharper than the directions that clusters are read in.
@@ -258,6 +268,25 @@ fn blurred(materials: &[Material], directions: Directions) -> impl Iterator<Item
             directions.count(),
             material.exponent,
             directions_for(material.exponent)
+        )
+    })
+}
+
+/// What to say of lights in gaps that cells of that size, so many along the longest axis, do not resolve.
+fn unresolved(scene: &Scene, gaps: &[f32], cell_size: f32, finest: u32) -> impl Iterator<Item = String> {
+    let needed = move |gap: f32| narrow_gaps::RESOLVED * cell_size / gap;
+    let narrow = scene.lights.iter().zip(gaps).filter(move |(_, gap)| needed(**gap) > 1.0);
+    narrow.map(move |(light, gap)| {
+        let factor = (needed(*gap).ceil() as u32).next_power_of_two();
+        let cells = scene.quality.cells.saturating_mul(factor);
+        let advice = match finest.saturating_mul(factor) <= FINEST {
+            true => format!("raise quality.cells to {cells}, and quality.gather_rays where the light still leaks"),
+            false => "no number of cells does; move it or what hides it".to_owned(),
+        };
+        format!(
+            "light `{}` stands in a gap of {gap:.3} m, and cells of {cell_size:.3} m tell its two sides apart from {:.3} m on: light may leak past what hides it; {advice}",
+            light.name,
+            narrow_gaps::RESOLVED * cell_size
         )
     })
 }

@@ -4,8 +4,8 @@ use crate::gpu::PassTiming;
 use crate::passes::frame::{
     antialias::Antialias, blend::Blend, cluster_views::ClusterViews, compose::Compose, direct::Direct,
     form_factors::FormFactors, gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid,
-    near_field::NearField, path_scan::PathScan, pixel_colours::PixelColours, primary::Primary, splat::Splat,
-    tonemap::Tonemap,
+    near_field::NearField, needed_records::NeededRecords, path_scan::PathScan, pixel_colours::PixelColours,
+    primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 
@@ -62,7 +62,9 @@ impl Columns {
                 | Gloss::BEAMS_STEM
                 | Gloss::ENTRIES_STEM => &mut columns.Tlpe,
                 Pyramid::STEM | Gloss::STEM | ClusterViews::STEM => &mut columns.Thvds,
-                Gather::STEM | NearField::STEM | Blend::STEM | GlossPixels::STEM => &mut columns.Tfg,
+                Gather::STEM | NearField::STEM | NeededRecords::STEM | Blend::STEM | GlossPixels::STEM => {
+                    &mut columns.Tfg
+                }
                 Splat::STEM | Splat::APPLY_STEM | Compose::STEM | Tonemap::STEM => &mut columns.Tsplat,
                 other => unreachable!("pass `{other}` has no column"),
             } += pass.ms;
@@ -84,6 +86,8 @@ pub struct FrameReport {
     pub bytes: BTreeMap<&'static str, u64>,
     /// Rays of each pass that traces.
     pub rays: BTreeMap<&'static str, u64>,
+    /// Records that were gathered for the picture; those that were gathered ahead of them do not count.
+    pub gathered: u32,
     /// Share of the shining lights whose form factors stood, and of those whose layer of the picture did, 0..=1.
     pub lights_unchanged: [f64; 2],
 }

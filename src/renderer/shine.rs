@@ -10,7 +10,6 @@ use crate::passes::frame::gloss_pixels::{GlossPixels, Surroundings};
 use crate::passes::frame::hvds::Pyramid;
 use crate::passes::precompute::gloss::GlossTables;
 use crate::passes::{ClusterBuffers, SceneBuffers};
-use crate::scene::directions::Directions;
 use crate::scene::{Material, Scene};
 use crate::types::View;
 use glam::Vec3;
@@ -40,9 +39,8 @@ impl Shine {
     ) -> Result<Self> {
         let quality = &scene.quality;
         let [width, height] = scene.cameras[0].size;
-        let directions = Directions::new(quality.directions);
         Ok(Self {
-            clusters: Gloss::new(context, buffers, tables, directions, path_count, area_m2)?,
+            clusters: Gloss::new(context, buffers, tables, path_count, area_m2)?,
             pixels: GlossPixels::new(context, buffers, width * height, quality.gloss_rays, cluster_bits)?,
             may_shine: scene.materials.iter().map(Material::may_shine).collect(),
             shines: has_lobes(&scene.materials),
@@ -52,7 +50,11 @@ impl Shine {
 
     /// What lights need for it.
     pub(super) fn room(&self) -> GlossRoom {
-        GlossRoom { beam_bytes: self.clusters.beam_bytes(1), sample_count: self.pixels.capacity }
+        GlossRoom {
+            beam_bytes: self.clusters.beam_bytes(1),
+            slot_count: self.clusters.leaf_count,
+            sample_count: self.pixels.capacity,
+        }
     }
 
     /// Whether a material was known to shine, or to be editable, when the paths were traced.
@@ -123,7 +125,8 @@ impl Shine {
         lights: &Lights,
     ) {
         if self.shines || stages.lobes {
-            self.clusters.record(rec, materials, &pyramid.first_deposits, deposits, &lights.beams());
+            let paths = (&pyramid.first_deposits, deposits);
+            self.clusters.record(rec, materials, paths, &lights.without_slots(), &lights.beams());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
     }
@@ -150,7 +153,8 @@ impl Shine {
             first_deposits: &pyramid.first_deposits,
             deposits,
         };
-        self.pixels.record(rec, around, &lights.beams(), &lights.highlights());
+        let of_lights = [&*lights.without_hits(), &*lights.beams()];
+        self.pixels.record(rec, around, of_lights, &lights.highlights());
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 }

@@ -7,7 +7,8 @@ use crate::gpu::Buffer;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::passes::LitScene;
 use crate::passes::frame::{
-    antialias::Antialias, direct::Direct, gather::Gather, pixel_colours::PixelColours,
+    antialias::Antialias, direct::Direct, gather::Gather, needed_records::RecordList,
+    pixel_colours::PixelColours,
 };
 use crate::passes::precompute::Silent;
 use crate::passes::precompute::gather_rays::{self, Hemisphere};
@@ -53,6 +54,7 @@ impl Renderer {
         if exact.stage == Stage::Splat {
             return self.layer_gathered_at_pixels(layer);
         }
+        self.complete()?;
         let gathered: Vec<Record> = self.gather.records.read()?;
         let irradiance = self.exact_irradiance(exact)?;
         let exact =
@@ -107,10 +109,22 @@ impl Renderer {
         Ok(())
     }
 
+    /// Works out what the last frame left out because nothing reads it, of the hierarchy and of records. The rest keeps its bits.
+    fn complete(&self) -> Result<()> {
+        self.context.run(|rec| {
+            self.record_flux(rec, &self.whole);
+            self.record_near_field(rec, &self.whole);
+            self.gather.record(rec, self.gather_sources(), self.needs.all());
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            self.blend.record(rec, &self.gather.cache_points, &self.gather.records, None);
+        })?;
+        Ok(())
+    }
+
     /// What a frame does with records, up to the picture.
     fn blend_and_splat(&self) -> Result<()> {
         self.context.run(|rec| {
-            self.blend.record(rec, &self.gather.cache_points, &self.gather.records);
+            self.blend.record(rec, &self.gather.cache_points, &self.gather.records, None);
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.splat.record_apply(rec, &self.primary.pixels, &self.blend.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
@@ -125,6 +139,7 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn layer_gathered_at_pixels(&self, layer: Layer) -> Result<Vec<[f32; 3]>> {
+        self.complete()?;
         let pixels: Vec<PixelSurface> = self.primary.pixels.read()?;
         let splatted: Vec<Vec3> = self.splat.irradiance.read()?;
         let mut irradiance = vec![Vec3::ZERO; pixels.len()];
@@ -170,7 +185,8 @@ impl Renderer {
         self.views.redirect(&rays, points, self)?;
         // These rays read clusters, not slots: what surfaces shine is not in it.
         let gather = Gather::new(&self.context, buffer, count, rays, hemisphere, code, false)?;
-        self.context.run(|rec| gather.record(rec, self.gather_sources(), count))?;
+        let list = RecordList::all(&self.context, count, gather.rays.rows_per_buffer)?;
+        self.context.run(|rec| gather.record(rec, self.gather_sources(), &list))?;
         gather.records.read()
     }
 }

@@ -31,6 +31,11 @@ impl Views {
         Ok(Self(Some((tables, pass)), clusters))
     }
 
+    /// The lists, where there are any.
+    pub(super) fn tables(&self) -> Option<&ViewTables> {
+        self.0.as_ref().map(|(tables, _)| tables)
+    }
+
     /// Bytes that the pass moves.
     pub(super) fn bytes(&self) -> u64 {
         self.0.as_ref().map_or(0, |(_, pass)| pass.bytes())

@@ -5,12 +5,14 @@ use std::path::Path;
 use crate::{Error, Result};
 
 /// Names of the built-in scenes.
-pub const NAMES: [&str; 1] = ["box"];
+pub const NAMES: [&str; 3] = ["box", "atrium", "room"];
 
-const EMBEDDED: [(&str, &str); 3] = [
+const EMBEDDED: [(&str, &str); 5] = [
     ("box.toml", include_str!("../../assets/box.toml")),
     ("box.obj", include_str!("../../assets/box.obj")),
     ("box.mtl", include_str!("../../assets/box.mtl")),
+    ("atrium.toml", include_str!("../../assets/atrium.toml")),
+    ("room.toml", include_str!("../../assets/room.toml")),
 ];
 
 /// A place to read files from.

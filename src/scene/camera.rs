@@ -9,6 +9,8 @@ use crate::Result;
 pub(super) const KEYS: [&str; 6] = ["name", "position", "target", "up", "fov_y", "size"];
 /// Pixels along either axis of an image.
 pub(super) const SIZE: std::ops::RangeInclusive<u32> = 1..=16384;
+/// Vertical fields of view, degrees.
+pub(super) const FOV_Y: std::ops::RangeInclusive<f64> = 0.01..=179.0;
 
 /// Looks from `position` at `target`; recentred world space, metres.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,7 +49,7 @@ impl Camera {
             position: point("position")?,
             target: point("target")?,
             up: section.direction("up")?.unwrap_or(DVec3::Y).as_vec3(),
-            fov_y_degrees: section.number("fov_y", 0.01..=179.0)?.unwrap_or(40.0) as f32,
+            fov_y_degrees: section.number("fov_y", FOV_Y)?.unwrap_or(40.0) as f32,
             size: section.size("size", SIZE)?.unwrap_or([512, 512]),
         };
         let forward = (camera.target - camera.position).as_dvec3();

@@ -10,7 +10,7 @@ use super::geometry::{Assembled, Mesh, assemble};
 use super::material::Override;
 use super::settings::{SECTIONS, Setting};
 use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
-use super::{Camera, Light, Material, Quality, Scene, camera, fit, obj};
+use super::{Camera, Light, Material, Quality, Scene, camera, fit, models, obj};
 use crate::{Error, Result};
 
 /// What a user may change about a scene when loading it.
@@ -156,32 +156,47 @@ impl Source {
                 "the scene has no model: add [[model]] with file = \"….obj\"",
             ));
         }
-        let mut models = Models::default();
+        let mut all = Models::default();
         for section in &sections {
-            section.only(&["file", "translate", "rotate", "scale"])?;
+            section.only(&["file", "built_in", "triangles", "translate", "rotate", "scale"])?;
             let transform = read_transform(section)?;
-            let name = section.need(section.text("file")?, "file", "path of an OBJ file")?;
-            let path = self.file.with_file_name(name);
-            let bytes = self.files.read(&path).map_err(|message| match self.is_bare {
-                true => Error::input(&path, message),
-                false => section.fault_at("file", format!("{:?} {message}", path.display())),
-            })?;
-            let model = obj::load(self.files, &path, &utf8(&path, bytes)?, warnings)?;
-            let first = models.materials.len();
-            let index = |name: &str| model.materials.iter().position(|material| material.name == name);
-            models.undefined.extend(model.undefined.into_iter().filter_map(|(line, name)| {
-                let warning =
-                    format!("{}:{line}: material {name:?} is defined nowhere: taken as grey", path.display());
-                index(&name).map(|index| (first + index, warning))
-            }));
-            models.materials.extend(model.materials);
-            models.meshes.extend(model.meshes.into_iter().map(|mut mesh| {
+            let Models { meshes, materials, undefined } = match section.text("built_in")? {
+                Some(name) => generate(section, name)?,
+                None => self.load_model(section, warnings)?,
+            };
+            let first = all.materials.len();
+            all.undefined.extend(undefined.into_iter().map(|(index, warning)| (first + index, warning)));
+            all.materials.extend(materials);
+            all.meshes.extend(meshes.into_iter().map(|mut mesh| {
                 mesh.transform(&transform);
                 mesh.material += first as u32;
                 mesh
             }));
         }
-        Ok(models)
+        Ok(all)
+    }
+
+    fn load_model(&self, section: &Section, warnings: &mut Vec<String>) -> Result<Models> {
+        if section.get("triangles").is_some() {
+            return Err(
+                section.fault_at("triangles", "only a model that is built in can be had as fine as asked")
+            );
+        }
+        let name = section.need(section.text("file")?, "file", "path of an OBJ file")?;
+        let path = self.file.with_file_name(name);
+        let bytes = self.files.read(&path).map_err(|message| match self.is_bare {
+            true => Error::input(&path, message),
+            false => section.fault_at("file", format!("{:?} {message}", path.display())),
+        })?;
+        let obj::Model { meshes, materials, undefined } =
+            obj::load(self.files, &path, &utf8(&path, bytes)?, warnings)?;
+        let undefined = undefined.into_iter().filter_map(|(line, name)| {
+            let warning =
+                format!("{}:{line}: material {name:?} is defined nowhere: taken as grey", path.display());
+            let index = materials.iter().position(|material: &Material| material.name == name)?;
+            Some((index, warning))
+        });
+        Ok(Models { undefined: undefined.collect(), meshes, materials })
     }
 
     /// Adds a camera that fits where there is none, and a light where there can be none: beside a bare model.
@@ -217,6 +232,17 @@ impl Source {
         }
         Ok(())
     }
+}
+
+/// A model that is made rather than read.
+fn generate(section: &Section, name: &str) -> Result<Models> {
+    if section.get("file").is_some() {
+        return Err(section.fault_at("built_in", "a model has either a file or a built-in name, not both"));
+    }
+    let triangles = section.integer("triangles", models::TRIANGLES)?;
+    let (meshes, materials) = models::generate(name, triangles)
+        .ok_or_else(|| section.fault_at("built_in", unknown("built-in model", &models::NAMES, name)))?;
+    Ok(Models { meshes, materials, undefined: Vec::new() })
 }
 
 /// Scale first, then rotate about x, then y, then z, then translate.

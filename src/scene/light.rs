@@ -124,7 +124,18 @@ impl Light {
 }
 
 impl LightKind {
-    fn read(section: &Section, origin: DVec3) -> Result<Self> {
+    /// Keys of a scene file by which its place and its light can be changed.
+    pub(super) fn keys(&self) -> &'static [&'static str] {
+        match self {
+            Self::Point { .. } => &["position", "intensity"],
+            Self::Spot { .. } => &["position", "intensity", "direction", "angle", "penumbra"],
+            Self::Area { .. } => &["corner", "edge_u", "edge_v", "radiance"],
+            Self::Directional { .. } => &["direction", "irradiance"],
+        }
+    }
+
+    /// Reads a light without its name, as [`Light::read`] does.
+    pub(super) fn read(section: &Section, origin: DVec3) -> Result<Self> {
         const KINDS: [&str; 4] = ["point", "spot", "area", "directional"];
         let vector = |key, range, expected| section.need(section.vector(key, range)?, key, expected);
         let place = |key| Ok((vector(key, COORDINATE, "three numbers, metres")? - origin).as_vec3());

@@ -235,6 +235,20 @@ impl<'a> Section<'a> {
         self.node.get(key)
     }
 
+    /// The file that it is in.
+    pub(super) fn file(&self) -> &'a Path {
+        self.file
+    }
+
+    /// A copy of the table without some keys, for a reader who does not know these.
+    pub(super) fn without(&self, keys: &[&str]) -> Node {
+        let mut node = self.node.clone();
+        if let Kind::Table(entries) = &mut node.kind {
+            entries.retain(|(name, _)| !keys.contains(&name.as_str()));
+        }
+        node
+    }
+
     /// Turns an absent value into an error that says what was expected.
     pub(super) fn need<T>(&self, value: Option<T>, key: &str, expected: &str) -> Result<T> {
         value.ok_or_else(|| self.fault(format!("the key `{key}` is missing ({expected})")))

@@ -5,9 +5,11 @@
 mod common;
 mod compare;
 mod exact;
+mod film;
 mod lights;
 mod sweep;
 mod textures;
+mod time;
 
 use std::fs;
 use std::io::BufReader;
@@ -103,6 +105,7 @@ fn help_and_version_succeed_and_no_command_fails() {
         (&["--help"][..], &["render", "time", "sweep", "compare", "info"][..]),
         (&["render", "--help"], &["--aov", "--exposure", "--set"]),
         (&["compare", "--help"], &["--heatmap", "--max-relmse", "--z-test"]),
+        (&["film", "--help"], &["--frames", "--format", "--video"]),
         (&["sweep", "--help"], &["--output", "--cache", "--seconds"]),
         (&["time", "--help"], &["--frames", "--json"]),
         (&["--version"], &[env!("CARGO_PKG_VERSION")]),
@@ -386,15 +389,4 @@ fn a_reader_that_goes_away_is_no_panic() {
 
 fn json(folder: &TempDir, name: &str) -> serde_json::Value {
     serde_json::from_slice(&fs::read(folder.path().join(name)).unwrap()).unwrap()
-}
-
-#[test]
-fn lobes_too_sharp_for_the_directions_are_named() {
-    let material = "[[material]]\nname = \"default\"\ndiffuse = [0.2, 0.2, 0.2]\nspecular = [0.5, 0.5, 0.5]\nexponent = 500.0\n";
-    let scene = format!("{CUBE_SCENE}{material}");
-    let cube = folder_with(&[("cube.obj", CUBE), ("cube.toml", &scene)]);
-    let folder = TempDir::new().unwrap();
-    let output = render_cube(&folder, &cube, &["-o", "a.png"]).output().unwrap();
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert!(stderr(&output).contains("raise quality.directions to 1444"), "{}", stderr(&output));
 }

@@ -1,6 +1,6 @@
-//! Materials with images.
+//! Materials with images, and with lobes.
 
-use super::{CUBE_SCENE, SMALL, assert_refused, lightpaths, listing, stderr};
+use super::{CUBE, CUBE_SCENE, SMALL, assert_refused, folder_with, lightpaths, listing, render_cube, stderr};
 use crate::common::channels;
 use image::{Rgb, RgbImage};
 use std::fs;
@@ -76,4 +76,15 @@ fn a_missing_image_is_refused_and_named() {
     let folder = room();
     let output = lightpaths(&folder, &["info", "room.toml"]).output().unwrap();
     assert!(super::stdout(&output).contains("image (2×2)"), "{}", super::stdout(&output));
+}
+
+#[test]
+fn lobes_too_sharp_for_the_directions_are_named() {
+    let material = "[[material]]\nname = \"default\"\ndiffuse = [0.2, 0.2, 0.2]\nspecular = [0.5, 0.5, 0.5]\nexponent = 500.0\n";
+    let scene = format!("{CUBE_SCENE}{material}");
+    let cube = folder_with(&[("cube.obj", CUBE), ("cube.toml", &scene)]);
+    let folder = TempDir::new().unwrap();
+    let output = render_cube(&folder, &cube, &["-o", "a.png"]).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stderr(&output).contains("raise quality.directions to 1444"), "{}", stderr(&output));
 }

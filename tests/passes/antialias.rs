@@ -75,14 +75,16 @@ impl Frame {
                 })
                 .unwrap();
             let before = layer.read().unwrap();
+            let groups = Antialias::groups(context).unwrap();
             context
                 .run(|rec| {
                     let mut pass = rec.pass("shadow_edges");
-                    antialias.record_shadows(&mut pass, &world.buffers, &view, light, &primary.pixels, layer);
+                    let (pixels, layer) = (&primary.pixels, (layer, &groups));
+                    antialias.record_shadows(&mut pass, &world.buffers, &view, light, pixels, layer);
                 })
                 .unwrap();
             layers.push([before, layer.read().unwrap()]);
-            shadow_counts.push(antialias.edge_counts().unwrap()[1]);
+            shadow_counts.push(Antialias::counted(&groups).unwrap());
         }
         let rows: Vec<_> = lights.iter().map(|light| light.emission).zip(&buffers).collect();
         context.run(|rec| direct.record_sum(rec, &rows)).unwrap();

@@ -43,7 +43,7 @@ fn blended_records_equal_the_twin() {
         let cache_points = Buffer::from_slice(&context, "cache points", &points).unwrap();
         let given = Buffer::from_slice(&context, "records", &records).unwrap();
         let pass = Blend::new(&context, &lists).unwrap();
-        context.run(|rec| pass.record(rec, &cache_points, &given)).unwrap();
+        context.run(|rec| pass.record(rec, &cache_points, &given, None)).unwrap();
         let blended: Vec<Record> = pass.records.read().unwrap();
         for (i, (point, device)) in points.iter().zip(&blended).enumerate() {
             let own = &lists.list[lists.first[i] as usize..lists.first[i + 1] as usize];
@@ -133,7 +133,7 @@ fn a_quadratic_field_is_blended_without_flattening_it() {
         let cache_points = Buffer::from_slice(&context, "cache points", &[middle; 4]).unwrap();
         let given = Buffer::from_slice(&context, "records", &records).unwrap();
         let pass = Blend::new(&context, &lists).unwrap();
-        context.run(|rec| pass.record(rec, &cache_points, &given)).unwrap();
+        context.run(|rec| pass.record(rec, &cache_points, &given, None)).unwrap();
         let blended: Vec<Record> = pass.records.read().unwrap();
         // Half the bend, which is 3.1 at most, times the square of the mean offset.
         let bound = 0.5 * 3.1 * mean_offset * mean_offset + 1e-5;

@@ -56,7 +56,10 @@ fn cluster_energies_equal_the_twin_and_parents_their_children() {
         let deposit_buffer = Buffer::from_slice(&context, "deposits", &deposits).unwrap();
         context.take_redundant_barriers();
         context
-            .run(|rec| pyramid.record(rec, &path_flux_buffer, &reflected_flux_buffer, &deposit_buffer))
+            .run(|rec| {
+                let (flux, reflected) = (&path_flux_buffer, &reflected_flux_buffer);
+                pyramid.record(rec, flux, reflected, &deposit_buffer, &pyramid.all);
+            })
             .unwrap();
         assert_eq!(context.take_redundant_barriers(), [""; 0]);
 

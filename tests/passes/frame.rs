@@ -10,8 +10,12 @@ use lightpaths::scene::{Light, LightKind, Quality, Scene, shapes};
 const VIEW: &[&str] = &["primary", "edge_samples"];
 /// Passes that trace a light's layer of the picture.
 const LAYER: &[&str] = &["direct", "shadow_edges"];
-/// Passes that carry energy from the light paths to the records.
-const ENERGY: &[&str] = &["hvds", "gather", "near_field", "gather", "blend"];
+/// Passes that carry energy from the light paths to the clusters.
+const ENERGY: &[&str] = &["hvds", "gather", "near_field"];
+/// Passes that carry it to the records of the last view.
+const SAME_RECORDS: &[&str] = &["gather", "blend"];
+/// And to records that must be found first.
+const RECORDS: &[&str] = &["needed_records", "gather", "blend"];
 /// Passes that make the picture of records and layers.
 const PICTURE: &[&str] = &["splat_apply", "compose", "tonemap"];
 
@@ -39,6 +43,11 @@ fn expect(renderer: &mut Renderer, what: &str, passes: &[&[&str]]) {
     assert_eq!(names, passes.concat(), "{what}");
     assert_eq!(context().take_redundant_barriers(), [""; 0], "{what}");
     assert!(report.passes.iter().all(|pass| !pass.overlapped), "{what}");
+    // An idle frame gathers what the view did not need; only then is there nothing to do.
+    let idle = if names.contains(&"hvds") { RECORDS } else { &[] };
+    let passes = renderer.frame().unwrap().passes;
+    assert!(passes.iter().map(|pass| pass.name).eq(idle.iter().copied()), "{what}, and then {passes:?}");
+    assert_eq!(context().take_redundant_barriers(), [""; 0], "{what}, and then");
     assert!(renderer.frame().unwrap().passes.is_empty(), "{what}, and then nothing");
 }
 
@@ -56,9 +65,9 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
     let renderer = &mut renderer;
     let (sum, factors, flux, scan): (&[&str], &[&str], &[&str], &[&str]) =
         (&["direct_sum"], &["form_factors"], &["path_flux"], &["path_scan"]);
-    let all = &[view, LAYER, sum, factors, flux, scan, ENERGY, &["splat"], PICTURE];
-    let moved = &[LAYER, sum, factors, flux, ENERGY, PICTURE];
-    let recoloured = &[sum, flux, ENERGY, PICTURE];
+    let all = &[view, LAYER, sum, factors, flux, scan, ENERGY, &["splat"], RECORDS, PICTURE];
+    let moved = &[LAYER, sum, factors, flux, ENERGY, RECORDS, PICTURE];
+    let recoloured = &[sum, flux, ENERGY, RECORDS, PICTURE];
     // A single light's colour is the last factor of the picture.
     let tinted: &[&[&str]] = &[&["compose", "tonemap"]];
     expect(renderer, "the first frame", all);
@@ -104,7 +113,7 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
     renderer.move_camera(Vec3::new(0.2, 0.0, 0.4), Vec3::ZERO);
     expect(renderer, "the camera stays", &[]);
     renderer.set_diffuse(0, Vec3::new(0.5, 0.4, 0.3)).unwrap();
-    expect(renderer, "an albedo changes", &[scan, ENERGY, PICTURE]);
+    expect(renderer, "an albedo changes", &[scan, ENERGY, RECORDS, PICTURE]);
     renderer.set_diffuse(0, Vec3::new(0.5, 0.4, 0.3)).unwrap();
     expect(renderer, "an albedo stays", &[]);
     renderer.set_exposure(1.0);
@@ -115,14 +124,31 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
         (Work::Light(0), moved),
         (Work::Colour, tinted),
         (Work::View, &[view, LAYER, sum, &["splat"], PICTURE]),
-        (Work::Material, &[scan, ENERGY, PICTURE]),
+        (Work::Material, &[scan, ENERGY, RECORDS, PICTURE]),
     ] {
         renderer.force(work);
         expect(renderer, &format!("{work:?}"), passes);
     }
+    let passes_of = |renderer: &mut Renderer, what: &str, passes: &[&[&str]]| {
+        let found = renderer.frame().unwrap().passes;
+        assert!(found.iter().map(|pass| pass.name).eq(passes.concat()), "{what}: {found:?}");
+        assert_eq!(context.take_redundant_barriers(), [""; 0], "{what}");
+    };
+    renderer.move_light(0, Vec3::new(0.2, 0.2, 0.0)).unwrap();
+    passes_of(renderer, "a light moves", moved);
+    renderer.move_light(0, Vec3::new(0.2, 0.3, 0.0)).unwrap();
+    let same = &[LAYER, sum, factors, flux, ENERGY, SAME_RECORDS, PICTURE];
+    passes_of(renderer, "it moves on under the same view", same);
+    renderer.move_camera(Vec3::new(-0.2, 0.0, 0.4), Vec3::ZERO);
+    passes_of(renderer, "then the camera", &[view, LAYER, sum, &["splat"], RECORDS, PICTURE]);
+    renderer.set_exposure(2.0);
+    passes_of(renderer, "then the exposure", &[&["tonemap"]]);
+    passes_of(renderer, "an idle frame", &[RECORDS]);
+    renderer.move_camera(Vec3::new(0.2, 0.0, 0.4), Vec3::ZERO);
+    passes_of(renderer, "the camera again", &[view, LAYER, sum, &["splat"], PICTURE]);
     renderer.set_skipping(false);
-    let passes = renderer.frame().unwrap().passes;
-    assert!(passes.iter().map(|pass| pass.name).eq(all.concat()), "nothing is left out");
+    let all = &[view, LAYER, sum, factors, flux, scan, ENERGY, &["splat"], SAME_RECORDS, PICTURE];
+    passes_of(renderer, "nothing is left out", all);
     assert_silent(&context);
 }
 

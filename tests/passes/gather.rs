@@ -7,6 +7,7 @@ use lightpaths::cpu::gather::{Sources, gather, unpack};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::gather::{Gather, GatherSources};
+use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
 use lightpaths::types::{CachePoint, GatherRay, NO_TARGET, Record, Reflectance};
 
@@ -96,8 +97,10 @@ fn irradiance_and_gradients_equal_the_twin() {
             inverse_areas: &inverse_areas,
             gloss: None,
         };
-        context.run(|rec| pass.record(rec, buffers, point_count)).unwrap();
+        let list = RecordList::all(&context, point_count, rows).unwrap();
+        context.run(|rec| pass.record(rec, buffers, &list)).unwrap();
         let records: Vec<Record> = pass.records.read().unwrap();
+        assert_listed_alone(&pass, buffers, &records, rows);
         assert_eq!(records.len(), points.len());
         let colour_rows = colours.chunks_exact(strata.rays() as usize);
         for ((record, point), (row, colours)) in
@@ -121,6 +124,27 @@ fn irradiance_and_gradients_equal_the_twin() {
         }
     }
     assert_silent(&context);
+}
+
+/// Gathers at some points only: these get what they had, the others keep what they have.
+#[track_caller]
+fn assert_listed_alone(pass: &Gather, sources: GatherSources<'_>, gathered: &[Record], rows: u32) {
+    let kept = Record {
+        position: Vec3::ONE,
+        irradiance: Vec3::NEG_ONE,
+        translation: Mat3::IDENTITY,
+        rotation: Mat3::IDENTITY,
+    };
+    let count = gathered.len() as u32;
+    let listed: Vec<u32> = (0..count).filter(|index| index % 7 < 3).collect();
+    let list = RecordList::fixed(&context(), count, rows, &listed).unwrap();
+    pass.records.write(&vec![kept; gathered.len()]).unwrap();
+    context().run(|rec| pass.record(rec, sources, &list)).unwrap();
+    let records: Vec<Record> = pass.records.read().unwrap();
+    for (index, (record, gathered)) in (0..).zip(records.iter().zip(gathered)) {
+        let expected = if index % 7 < 3 { gathered } else { &kept };
+        assert_eq!(bytemuck::bytes_of(record), bytemuck::bytes_of(expected), "record {index}");
+    }
 }
 
 #[track_caller]

@@ -1,8 +1,9 @@
 //! Surfaces that shine: the tables, and the light that clusters send towards directions.
 
 use crate::common::assert_silent;
+use crate::gloss_readers::{gathered_slots_equal_the_twin, pixels_of_what_shines_equal_the_twin};
 use crate::world::{Random, SUM, World, assert_near};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use lightpaths::cpu::direct::lit_samples;
 use lightpaths::cpu::gloss::{Beam, reflected_flux, shine};
 use lightpaths::cpu::hemisphere::{Strata, frame};
@@ -19,6 +20,7 @@ use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::directions::Directions;
 use lightpaths::scene::{Light, LightKind, Material};
 use lightpaths::types::{CachePoint, Deposit, GatherRay, LightSource, NO_CLUSTER, NO_TARGET, PathVertex};
+use std::collections::HashMap;
 
 pub(crate) const SEED: u32 = 3;
 pub(crate) const DIRECTIONS: Directions = Directions { side: 12 };
@@ -121,7 +123,8 @@ fn rays_that_meet_what_shines_read_the_direction_that_they_come_from() {
     let shining = Shining::new(World::shining_room());
     let strata = Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors };
     let clusters = shining.world.hvds.cluster_count();
-    let (mut shiny, mut matt) = (0, 0);
+    let (mut shiny, mut matt, mut inside) = (0, 0, 0);
+    let mut bins = HashMap::new();
     for (index, (before, after)) in shining.traced.iter().zip(&shining.packed).enumerate() {
         assert_eq!(before.gradient, after.gradient);
         if before.target == NO_TARGET {
@@ -143,9 +146,17 @@ fn rays_that_meet_what_shines_read_the_direction_that_they_come_from() {
         let slot = &shining.tables.slots[(read - clusters) as usize];
         let (point, ray) = (index as u32 / strata.rays(), index as u32 % strata.rays());
         let direction = frame(shining.points[point as usize].normal) * strata.direction(ray, point, SEED);
-        assert_eq!((slot.cluster, slot.direction), (cluster, DIRECTIONS.bin(-direction)));
+        let bin = DIRECTIONS.bin(-direction);
+        assert_eq!(slot.cluster, cluster);
+        // The mean of directions in a bin is next to it at the farthest.
+        assert!(slot.direction.as_dvec3().dot(-direction) > 0.8, "{} {direction}", slot.direction);
+        assert_eq!(*bins.entry(read - clusters).or_insert(bin), bin);
+        if DIRECTIONS.bin(slot.direction.as_dvec3()) == bin {
+            inside += 1;
+        }
     }
     assert!(shiny > 3_000 && matt > 1_000, "{shiny} of {matt}");
+    assert!(100 * inside > 97 * shiny, "{inside} of {shiny}");
     // A scene where nothing shines has no tables.
     let world = World::room();
     assert!(!world.materials.iter().any(Material::may_shine));
@@ -182,8 +193,7 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
     let path_count = shining.entry_points.len();
     let area_m2 = 0.017;
     let gloss =
-        Gloss::new(&world.context, &world.buffers, &shining.tables, DIRECTIONS, path_count as u32, area_m2)
-            .unwrap();
+        Gloss::new(&world.context, &world.buffers, &shining.tables, path_count as u32, area_m2).unwrap();
     let flux: Vec<Vec3> = (0..path_count).map(|_| 1.0 + random.cube()).collect();
     gloss.reflected_flux.write(&flux).unwrap();
     let mut deposits = shining.paths.deposits.clone();
@@ -197,10 +207,21 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
         .iter()
         .map(|light| Buffer::storage(&world.context, "beams", gloss.beam_bytes(light.samples)).unwrap())
         .collect();
+    let layers: Vec<Buffer> = lights
+        .iter()
+        .map(|_| Buffer::storage(&world.context, "light slots", 12 * u64::from(gloss.leaf_count)).unwrap())
+        .collect();
+    let hits = [(); 2].map(|()| Buffer::storage(&world.context, "light hits", 12 * (1 << 16)).unwrap());
     let gloss_lights: Vec<_> = lights
         .iter()
-        .zip(&beams)
-        .map(|(light, beams)| GlossLight { emission: light.emission, samples: light.samples, beams })
+        .zip(beams.iter().zip(layers.iter().zip(&hits)))
+        .map(|(light, (beams, (slots, hits)))| GlossLight {
+            emission: light.emission,
+            samples: light.samples,
+            beams,
+            slots,
+            hits,
+        })
         .collect();
     world
         .context
@@ -215,7 +236,7 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
             gloss.record_entries(rec, &world.buffers.materials, &gloss_lights);
             rec.barrier(COMPUTE_TO_COMPUTE);
             let materials = &world.buffers.materials;
-            gloss.record(rec, materials, &first_buffer, &deposits_buffer, &gloss_lights);
+            gloss.record(rec, materials, (&first_buffer, &deposits_buffer), &gloss_lights, &gloss_lights);
         })
         .unwrap();
 
@@ -268,36 +289,64 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
     assert!(fluxes.len() > 5_000 && brightest > 0.0);
     let arrivals = &shining.paths.arrivals;
     let (mut coarse, mut lit) = (0, 0);
-    for (slot, device) in shining.tables.slots.iter().zip(&fluxes).step_by(7) {
-        coarse += usize::from(slot.cluster >= world.hvds.levels[0].end);
-        let mut vertices = Vec::new();
-        for cluster in shining.base_below(slot.cluster) {
-            let lists = &first[2 * cluster as usize..2 * cluster as usize + 3];
-            for deposit in lists[0]..lists[2] {
-                let side = arrivals.sides[deposit as usize];
-                let material = &materials[shining.material_of(side)];
-                let Deposit { throughput, path } = deposits[deposit as usize];
-                if deposit < lists[1] {
-                    let beams = of_paths[path as usize].iter();
-                    vertices.extend(
-                        beams.map(|beam| {
+    let sent =
+        |cluster: u32, toward: DVec3| {
+            let mut vertices = Vec::new();
+            for cluster in shining.base_below(cluster) {
+                let lists = &first[2 * cluster as usize..2 * cluster as usize + 3];
+                for deposit in lists[0]..lists[2] {
+                    let side = arrivals.sides[deposit as usize];
+                    let material = &materials[shining.material_of(side)];
+                    let Deposit { throughput, path } = deposits[deposit as usize];
+                    if deposit < lists[1] {
+                        let beams = of_paths[path as usize].iter();
+                        vertices.extend(beams.map(|beam| {
                             (material, Beam { flux: beam.flux * throughput.as_dvec3(), ..*beam })
-                        }),
-                    );
-                } else {
-                    let normal = world.geometry().normal(side).as_dvec3();
-                    let mirror = arrivals.incoming[deposit as usize].as_dvec3().reflect(normal);
-                    let flux = throughput.as_dvec3() * reflected[path as usize].as_dvec3();
-                    vertices.push((material, Beam { mirror, flux }));
+                        }));
+                    } else {
+                        let normal = world.geometry().normal(side).as_dvec3();
+                        let mirror = arrivals.incoming[deposit as usize].as_dvec3().reflect(normal);
+                        let flux = throughput.as_dvec3() * reflected[path as usize].as_dvec3();
+                        vertices.push((material, Beam { mirror, flux }));
+                    }
                 }
             }
-        }
-        let twin = shine(vertices, DIRECTIONS.middle(slot.direction));
+            shine(vertices, toward)
+        };
+    for (index, (slot, device)) in shining.tables.slots.iter().zip(&fluxes).enumerate().step_by(7) {
+        coarse += usize::from(slot.cluster >= world.hvds.levels[0].end);
+        let twin = match index.checked_sub(shining.tables.leaf_count as usize) {
+            None => sent(slot.cluster, slot.direction.as_dvec3()),
+            // Its children, each in the direction in which it is read.
+            Some(sum) => {
+                let run = &shining.tables.first_children[sum..sum + 2];
+                let children = &shining.tables.children[run[0] as usize..run[1] as usize];
+                let part = |&child: &u32| {
+                    let child = &shining.tables.slots[child as usize];
+                    assert_eq!(world.hvds.parents[child.cluster as usize], slot.cluster);
+                    assert!(child.direction.dot(slot.direction) > 0.8);
+                    sent(child.cluster, child.direction.as_dvec3())
+                };
+                match children.iter().all(|&child| child < shining.tables.leaf_count) {
+                    true => children.iter().map(part).sum(),
+                    false => children.iter().map(|&child| fluxes[child as usize].as_dvec3()).sum(),
+                }
+            }
+        };
         lit += usize::from(twin.x > 0.0);
         assert_near(*device, twin, SUM, 1e-3 * f64::from(brightest), "slot");
     }
     assert!(coarse > 100 && lit > 500, "{coarse} coarse slots, {lit} with light");
     let sums: usize = shining.tables.sums.iter().map(ExactSizeIterator::len).sum();
     assert!(sums > 50, "{sums} slots are sums");
+
+    // A light whose part is kept costs a sum, and changes no bit.
+    let materials = &world.buffers.materials;
+    let paths = (&first_buffer, &deposits_buffer);
+    world.context.run(|rec| gloss.record(rec, materials, paths, &[], &gloss_lights)).unwrap();
+    assert!(gloss.fluxes.read::<Vec3>().unwrap() == fluxes);
+    gathered_slots_equal_the_twin(&shining, &gloss, &fluxes);
+    let around = (&first_buffer, &deposits_buffer, &gloss_lights[..]);
+    pixels_of_what_shines_equal_the_twin(&shining, &gloss, around, sent);
     assert_silent(&world.context);
 }

@@ -1,7 +1,7 @@
 //! Pixels that shine: their samples, their rays, and the light that comes back along them.
 
 use crate::common::assert_silent;
-use crate::gloss::{DIRECTIONS, HEMISPHERE, SEED, Shining, lights};
+use crate::gloss::{HEMISPHERE, SEED, Shining, lights};
 use crate::world::{FLOAT, Random, World, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu::gather_rays::Tracing;
@@ -10,12 +10,12 @@ use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
-use lightpaths::passes::OneLight;
 use lightpaths::passes::frame::gloss::Gloss;
 use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, GlossShine, LOBE_RAYS, Surroundings};
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::precompute::gather_rays;
-use lightpaths::scene::Camera;
+use lightpaths::passes::{OneLight, light_sources};
+use lightpaths::scene::{Camera, Light, LightKind};
 use lightpaths::types::{NO_SIDE, NO_TARGET, PixelSurface, View};
 use std::f64::consts::PI;
 
@@ -31,13 +31,21 @@ fn shining_pixels_equal_the_twin_in(world: World) {
     let world = &shining.world;
     let mut random = Random::new(63);
     let path_count = shining.entry_points.len();
-    let gloss =
-        Gloss::new(&world.context, &world.buffers, &shining.tables, DIRECTIONS, path_count as u32, 1.0)
-            .unwrap();
+    let gloss = Gloss::new(&world.context, &world.buffers, &shining.tables, path_count as u32, 1.0).unwrap();
     let has_images = world.buffers.textures.are_used;
-    // Nothing shines back: what does is the test above, and the physics.
+    // Nothing shines back: the tests of gloss have that.
     gloss.reflected_flux.write(&vec![Vec3::ZERO; path_count]).unwrap();
-    let lights = lights();
+    let mut lights = lights();
+    // Through the middle of the room, so that pixels see the fronts and the backs of both, and blocks before them.
+    let panel = |edges: [Vec3; 2]| LightKind::Area {
+        corner: Vec3::new(-0.8, -0.15, -0.8),
+        edge_u: 1.6 * edges[0],
+        edge_v: 1.6 * edges[1],
+        radiance: Vec3::ONE,
+        samples: 4,
+    };
+    let panels = [[Vec3::X, Vec3::Z], [Vec3::Z, Vec3::X]].map(panel);
+    lights.extend(light_sources(&panels.map(|kind| Light { name: String::new(), kind })));
     let table = Buffer::from_slice(&world.context, "lights", &lights).unwrap();
     let clusters = world.hvds.cluster_count() as usize;
     let irradiance: Vec<Vec3> = (0..clusters).map(|_| 1.0 + random.cube()).collect();
@@ -98,7 +106,7 @@ fn shining_pixels_equal_the_twin_in(world: World) {
                 }
                 drop(open);
                 rec.barrier(COMPUTE_TO_COMPUTE);
-                pass.record(rec, around, &[], &highlights);
+                pass.record(rec, around, [&[], &[]], &highlights);
             })
             .unwrap();
         let found: Vec<GlossShine> = pass.radiance.read().unwrap();
@@ -111,7 +119,7 @@ fn shining_pixels_equal_the_twin_in(world: World) {
         assert_eq!(pass.count().unwrap() as usize, listed.len());
         assert!(count < 1_000 || listed.len() > 200);
         let reflectances = world.reflectances();
-        let (mut differ, mut bright) = (0, 0);
+        let (mut differ, mut bright, mut off_direct) = (0, 0, 0);
         for (place, &index) in listed.iter().enumerate() {
             let material = &reflectances[shining.material_of(pixels[index].side)];
             let [mut indirect, mut direct] = [DVec3::ZERO; 2];
@@ -150,12 +158,14 @@ fn shining_pixels_equal_the_twin_in(world: World) {
             direct /= f64::from(samples);
             assert_near(found[index].indirect, indirect, 10.0 * FLOAT, 1e-9, "indirect");
             let off = (found[index].direct.as_dvec3() - direct).abs().max_element();
-            differ += usize::from(off > 1e-3 * direct.max_element() + 1e-5);
+            off_direct += usize::from(off > 1e-3 * direct.max_element() + 1e-5);
             bright += usize::from(found[index].direct.max_element() > 0.05);
         }
         assert!(count < 1_000 || bright > 50, "{bright} pixels show a highlight");
         // Rays by an edge, of the camera, a lobe or a light.
         assert!(differ * 100 <= listed.len() * most as usize, "{differ} differ of {}", listed.len());
+        // Directions from a lobe by the border of a light.
+        assert!(off_direct * 20 <= bright, "{off_direct} highlights of {bright} differ");
         for index in (0..count).filter(|&index| !shines(pixels[index].side)) {
             assert_eq!((found[index].direct, found[index].indirect), (Vec3::ZERO, Vec3::ZERO));
         }

@@ -47,7 +47,7 @@ fn irradiance_of_near_clusters_equals_the_twin() {
         world
             .context
             .run(|rec| {
-                pyramid.record(rec, &path_flux, &path_flux, &deposits);
+                pyramid.record(rec, &path_flux, &path_flux, &deposits, &pyramid.all);
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 pass.record(rec, &pyramid, &buffer);
             })

@@ -66,7 +66,7 @@ fn pixels_without_an_edge_keep_their_bits_and_layers_add_up() {
     let [plain, smooth] = [0, 16].map(|samples| picture(48, samples));
     let [before, after] = [&plain, &smooth].map(|renderer| renderer.layer(Layer::Beauty).unwrap());
     let counts = smooth.statistics().unwrap().counts;
-    let edges = counts["edge pixels"] + counts["shadow edge pixels of the light traced last"];
+    let edges = counts["edge pixels"] + counts["shadow edge pixels of all lights"];
     assert_eq!(plain.statistics().unwrap().counts["edge pixels"], 0);
     let changed = before.iter().zip(&after).filter(|(before, after)| before != after).count() as u64;
     assert!(

@@ -74,6 +74,43 @@ fn lobes_broad_and_sharp_hold_against_the_path_tracer() {
     assert_silent(&context());
 }
 
+/// What shines sends on to what does not, in as many directions as its lobe asks for; an editable lobe has to do with those of the
+/// settings, and that is told.
+#[test]
+fn light_sent_on_is_as_sharp_as_its_lobe() {
+    for (exponent, editable, directions, bound) in [
+        (40.0, false, 144, 5e-4),
+        (200.0, false, 625, 8e-4),
+        (1000.0, false, 2916, 2.5e-3),
+        (200.0, true, 144, f64::INFINITY),
+    ] {
+        let scene = shining(exponent, editable);
+        let renderer = render(scene.clone(), QUALITY);
+        let statistics = renderer.statistics().unwrap();
+        assert_eq!(statistics.counts["directions of the sphere"], directions);
+        let is_blurred = renderer.scene().warnings.iter().any(|warning| warning.contains("blurred"));
+        assert_eq!(is_blurred, editable);
+        if editable {
+            continue;
+        }
+        let tracer = trace(scene.clone(), [40, 30], 256);
+        let albedo = tracer.traced_scene().first_hits().unwrap().albedo;
+        let only = |layer: &[[f32; 3]]| -> Vec<[f32; 3]> {
+            let pixels = layer.iter().zip(&albedo).filter(|(_, albedo)| albedo[0] > 0.5);
+            pixels.map(|(pixel, _)| *pixel).collect()
+        };
+        let halves = tracer.halves().unwrap().map(|half| only(&half));
+        assert!(halves[0].len() > 100);
+        let [beauty, indirect] =
+            [Layer::Beauty, Layer::Indirect].map(|layer| only(&renderer.layer(layer).unwrap()));
+        let relmse = debiased_relmse(&beauty, [&halves[0], &halves[1]]);
+        let energy = energy_ratio(&indirect, &only(&tracer.picture().unwrap().indirect));
+        println!("exponent {exponent}, sent on: relMSE {relmse:.2e}, indirect {energy:.4}");
+        assert!(relmse < bound && (energy - 1.0).abs() < 0.01, "{exponent}: {relmse:.2e}, {energy}");
+    }
+    assert_silent(&context());
+}
+
 /// Paths that are cosine sampled, so that materials may be edited, carry the same light; also after an edit from matt to shining.
 #[test]
 fn editable_surfaces_shine_alike() {

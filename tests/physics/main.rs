@@ -14,6 +14,7 @@ mod lights;
 mod path_noise;
 mod path_tracer;
 mod photons;
+mod places;
 mod plates;
 mod sphere;
 mod stages;
@@ -35,10 +36,11 @@ const SMALL: Quality = Quality {
     ..Quality::DRAFT
 };
 
-/// A renderer after its first frame.
+/// A renderer after its first frame. It leaves nothing out, so that all that is between the stages can be asked about.
 fn render(mut scene: Scene, quality: Quality) -> Renderer {
     scene.quality = quality;
     let mut renderer = Renderer::new(&context(), scene, &mut Silent).unwrap();
+    renderer.set_skipping(false);
     renderer.frame().unwrap();
     renderer
 }

@@ -12,6 +12,8 @@ use refused::message;
 #[path = "../../examples/box_model.rs"]
 #[allow(dead_code, reason = "the example's main")]
 mod box_model;
+mod film;
+mod places;
 mod refused;
 mod textures;
 

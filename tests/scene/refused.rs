@@ -128,8 +128,9 @@ fn bad_files_are_refused() {
     assert!(message(Scene::load(folder.path().to_str().unwrap(), &none)).contains("is a directory"));
     let latin1 = message(load_files(&[("m.obj", b"v 0 0 0\n# caf\xe9\n")], "m.obj", &none));
     assert_eq!(latin1, "m.obj:2: is not UTF-8 text: save it as UTF-8 (is it the right file?)");
-    let atrium = message(Scene::load("atrium", &none));
-    assert!(atrium.contains("unknown built-in scene `atrium`: possible: box; or give the path"), "{atrium}");
+    let sponza = message(Scene::load("sponza", &none));
+    let known = "unknown built-in scene `sponza`: possible: box, atrium, room; or give the path";
+    assert!(sponza.contains(known), "{sponza}");
     assert!(message(Scene::load("bos", &none)).contains("did you mean `box`?"));
 }
 

@@ -6,6 +6,7 @@ mod common;
 mod determinism;
 mod edits;
 mod extremes;
+mod film;
 mod geometry;
 mod views;
 

@@ -84,7 +84,8 @@ fn header(results: &Results) -> String {
     )
 }
 
-fn pictures(shown: &[Shown]) -> String {
+/// Pictures with their captions, and where they differ from the reference.
+pub(super) fn pictures(shown: &[Shown]) -> String {
     let image = |png: &[u8], alt: &str| {
         format!("<img alt=\"{}\" src=\"data:image/png;base64,{}\">", escape(alt), STANDARD.encode(png))
     };

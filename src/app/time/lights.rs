@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{DVec3, Vec3};
 
-use super::measure::{self, Summary};
+use super::measure::Summary;
 use crate::cpu::rays::intersect;
 use crate::error::Result;
 use crate::renderer::{FrameReport, Renderer, Work};
@@ -20,42 +20,99 @@ pub(super) struct Relit {
     pub(super) device_ms: Summary,
     /// The same of a frame in which a light changes its colour.
     pub(super) colour_ms: Summary,
+    /// Cost against that with the first number of lights in the same round.
+    pub(super) ratio: Summary,
+    /// Cost of a change of colour against that of a move in the same round.
+    pub(super) colour_ratio: Summary,
     /// Frames per second on the clock, the median.
     pub(super) fps: f64,
     /// Lights whose form factors and layers stood, as a share.
     pub(super) unchanged: f64,
 }
 
-/// Times frames for each number of lights, and leaves the scene's own lights behind.
+/// Frames of one number of lights, one of each round.
+#[derive(Default)]
+struct Frames {
+    moved: Vec<FrameReport>,
+    recoloured: Vec<FrameReport>,
+    /// What they cost, in any one unit: see [`costed`].
+    costs: Vec<[f64; 2]>,
+}
+
+/// Times frames for each number of lights, and leaves the scene's own lights behind. Rounds over all numbers alternate, so that a
+/// drift of the clock touches all alike; ratios are those within a round.
 pub(super) fn measure(
     renderer: &mut Renderer,
     counts: &[u32],
     frames: usize,
+    is_cpu: bool,
 ) -> Result<BTreeMap<u32, Relit>> {
     let own = renderer.scene().lights.clone();
-    let mut timed = BTreeMap::new();
-    for &count in counts {
-        let lights = fitting(renderer.scene(), &own, count as usize);
-        set(renderer, lights)?;
-        renderer.frame()?;
-        let (mut reports, mut recoloured) = (Vec::new(), Vec::new());
-        for _ in 0..frames {
-            reports.push(measure::frame(renderer, Work::Light(0))?);
-            recoloured.push(measure::frame(renderer, Work::Colour)?);
+    let most = counts.iter().copied().max().unwrap_or(0);
+    set(renderer, fitting(renderer.scene(), &own, most as usize))?;
+    let mut found: Vec<Frames> = counts.iter().map(|_| Frames::default()).collect();
+    // Once more than asked for: the first round traces all lights.
+    for round in 0..=frames {
+        for (&count, found) in counts.iter().zip(&mut found) {
+            for light in 0..renderer.scene().lights.len() {
+                renderer.switch_light(light, light < count as usize)?;
+            }
+            renderer.frame()?;
+            let [(moved, cost), (recoloured, colour_cost)] =
+                [costed(renderer, Work::Light(0), is_cpu)?, costed(renderer, Work::Colour, is_cpu)?];
+            if round > 0 {
+                found.moved.push(moved);
+                found.recoloured.push(recoloured);
+                found.costs.push([cost, colour_cost]);
+            }
         }
-        let device = |report: &FrameReport| report.passes.iter().map(|pass| pass.ms).sum();
-        let wall = Summary::of(reports.iter().map(|report| report.frame_ms)).median;
+    }
+    let mut timed = BTreeMap::new();
+    for (&count, frames) in counts.iter().zip(&found) {
+        let wall = Summary::of(frames.moved.iter().map(|report| report.frame_ms)).median;
+        let first = found[0].costs.iter().map(|costs| costs[0]);
         let relit = Relit {
-            device_ms: Summary::of(reports.iter().map(device)),
-            colour_ms: Summary::of(recoloured.iter().map(device)),
+            device_ms: Summary::of(frames.moved.iter().map(device_ms)),
+            colour_ms: Summary::of(frames.recoloured.iter().map(device_ms)),
+            ratio: Summary::of(frames.costs.iter().zip(first).map(|(costs, first)| costs[0] / first)),
+            colour_ratio: Summary::of(frames.costs.iter().map(|costs| costs[1] / costs[0])),
             fps: 1000.0 / wall,
-            unchanged: reports[0].lights_unchanged[0],
+            unchanged: frames.moved[0].lights_unchanged[0],
         };
         timed.insert(count, relit);
+    }
+    for light in 0..renderer.scene().lights.len() {
+        renderer.switch_light(light, true)?;
     }
     set(renderer, own)?;
     renderer.frame()?;
     Ok(timed)
+}
+
+fn device_ms(report: &FrameReport) -> f64 {
+    report.passes.iter().map(|pass| pass.ms).sum()
+}
+
+/// A frame that does that work, and what it cost: the processor's time where that is the device, because it tells nothing of what else
+/// runs there; else the device's time.
+fn costed(renderer: &mut Renderer, work: Work, is_cpu: bool) -> Result<(FrameReport, f64)> {
+    renderer.force(work);
+    let before = processor_ms();
+    let report = renderer.frame()?;
+    let taken = before.zip(processor_ms()).map(|(before, after)| after - before);
+    let device = device_ms(&report);
+    Ok((report, taken.filter(|&ms| is_cpu && ms > 0.0).unwrap_or(device)))
+}
+
+/// Time that all threads of this process have run, milliseconds, where the system tells.
+fn processor_ms() -> Option<f64> {
+    let mut nanoseconds = 0;
+    for task in std::fs::read_dir("/proc/self/task").ok()? {
+        // A thread that has ended meanwhile does not matter.
+        let Ok(text) = std::fs::read_to_string(task.ok()?.path().join("schedstat")) else { continue };
+        nanoseconds += text.split(' ').next()?.parse::<u64>().ok()?;
+    }
+    Some(nanoseconds as f64 / 1e6)
 }
 
 /// So many lights: the scene's own, and then copies of them at other places that the camera sees, in open space. Their power

@@ -4,6 +4,7 @@ use super::paper::COLUMNS;
 use crate::error::Result;
 use crate::gpu::PassTiming;
 use crate::renderer::{FrameReport, Renderer, Work};
+use glam::Vec3;
 
 /// Frames compared with as many before them to tell whether times have settled.
 const WINDOW: usize = 3;
@@ -16,6 +17,8 @@ pub(super) const STAGES: usize = 5;
 
 /// The work that is timed, in the order of the columns that hold its whole frames.
 const WORK: [Work; COLUMNS.len() - STAGES] = [Work::Everything, Work::Light(0), Work::View, Work::Material];
+/// Of these, the place of the camera's.
+const STEP_FRAME: usize = 2;
 
 /// Order statistics of a set of times, milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -74,36 +77,75 @@ pub(super) struct Measurement {
     pub(super) wall: [Summary; WORK.len()],
     /// In the order in which they run.
     pub(super) passes: Vec<PassSummary>,
+    /// Records that a step of the camera needed besides those that the last move of the light had gathered, the median.
+    pub(super) step_records: f64,
     /// Whether warm-up ended because times had settled.
     pub(super) settled: bool,
+}
+
+/// Step of the camera to the side, as a share of its distance to the target.
+const STEP: f32 = 0.01;
+
+/// A camera that steps aside and back again.
+struct Walk {
+    position: Vec3,
+    target: Vec3,
+    step: Vec3,
+    is_aside: bool,
+}
+
+impl Walk {
+    fn new(renderer: &Renderer) -> Self {
+        let camera = &renderer.scene().cameras[0];
+        let (position, target) = (camera.position, camera.target);
+        let step = STEP * (target - position).cross(camera.up.normalize());
+        Self { position, target, step, is_aside: false }
+    }
+
+    fn step(&mut self, renderer: &mut Renderer) {
+        self.is_aside ^= true;
+        let step = if self.is_aside { self.step } else { Vec3::ZERO };
+        renderer.move_camera(self.position + step, self.target + step);
+        // Also where the step is nothing.
+        renderer.force(Work::View);
+    }
 }
 
 /// Warms up until the medians of the whole frame settle, then runs `frames` rounds of all kinds of work in turn, so that
 /// a drift of the clock touches all columns alike.
 pub(super) fn measure(renderer: &mut Renderer, frames: usize) -> Result<Measurement> {
+    let mut walk = Walk::new(renderer);
     let mut warm_up = Vec::new();
     while !settled(&warm_up) && warm_up.len() < frames.max(2 * WINDOW) {
-        warm_up.push(round(renderer)?[0].frame_ms);
+        warm_up.push(round(renderer, &mut walk)?[0].frame_ms);
     }
-    let rounds = (0..frames).map(|_| round(renderer)).collect::<Result<Vec<_>>>()?;
+    let rounds = (0..frames).map(|_| round(renderer, &mut walk)).collect::<Result<Vec<_>>>()?;
+    if walk.is_aside {
+        walk.step(renderer);
+        renderer.frame()?;
+    }
     let whole: Vec<&FrameReport> = rounds.iter().map(|round| &round[0]).collect();
     let columns = std::array::from_fn(|column| match column {
         0..STAGES => Summary::of(whole.iter().map(|frame| stages_ms(frame)[column])),
         _ => Summary::of(rounds.iter().map(|round| stages_ms(&round[column - STAGES]).iter().sum())),
     });
     let wall = std::array::from_fn(|edit| Summary::of(rounds.iter().map(|round| round[edit].frame_ms)));
-    Ok(Measurement { columns, wall, passes: passes(&whole), settled: settled(&warm_up) })
+    let steps = rounds.iter().map(|round| f64::from(round[STEP_FRAME].gathered));
+    let step_records = Summary::of(steps).median;
+    Ok(Measurement { columns, wall, passes: passes(&whole), step_records, settled: settled(&warm_up) })
 }
 
-/// One frame of each kind of work, in the order of [`WORK`].
-fn round(renderer: &mut Renderer) -> Result<Vec<FrameReport>> {
-    WORK.into_iter().map(|work| frame(renderer, work)).collect()
-}
-
-/// A frame that does that work.
-pub(super) fn frame(renderer: &mut Renderer, work: Work) -> Result<FrameReport> {
-    renderer.force(work);
-    renderer.frame()
+/// One frame of each kind of work, in the order of [`WORK`]. The camera moves indeed, so that its frame gathers what it newly needs.
+fn round(renderer: &mut Renderer, walk: &mut Walk) -> Result<Vec<FrameReport>> {
+    let mut frames = Vec::with_capacity(WORK.len());
+    for work in WORK {
+        match work {
+            Work::View => walk.step(renderer),
+            _ => renderer.force(work),
+        }
+        frames.push(renderer.frame()?);
+    }
+    Ok(frames)
 }
 
 fn settled(times: &[f64]) -> bool {

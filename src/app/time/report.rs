@@ -7,11 +7,8 @@ use serde_json::{Map, Value, json};
 
 use super::Timed;
 use super::measure::{PassSummary, STAGES, Summary};
-use super::paper::{self, COLUMNS};
+use super::paper::{self, COLUMNS, LIGHT_COUNTS};
 use crate::gpu::Context;
-
-/// Numbers of lights in the paper's table 3.
-const LIGHT_COUNTS: [usize; 4] = [1, 2, 4, 8];
 
 /// The lines above all tables.
 pub(super) fn header(device: &str, driver: &str, copy_gbps: Option<f64>) -> String {
@@ -22,7 +19,8 @@ pub(super) fn header(device: &str, driver: &str, copy_gbps: Option<f64>) -> Stri
 /// One scene's tables.
 pub(super) fn table(timed: &Timed, copy_gbps: Option<f64>) -> String {
     let Timed { name, triangles, size: [width, height], .. } = timed;
-    let mut text = format!("\n{name}: {triangles} triangles, {width}x{height}\n\n");
+    let energy = timed.energy.say();
+    let mut text = format!("\n{name}: {triangles} triangles, {width}x{height}, energy {energy}\n\n");
     columns(&mut text, timed);
     precompute(&mut text, timed);
     passes(&mut text, timed, copy_gbps);
@@ -71,6 +69,14 @@ fn precompute(text: &mut String, timed: &Timed) {
     row("fps", &mut timed.relit.values().map(|relit| format!("{:.1}", relit.fps)));
     row("device ms", &mut timed.relit.values().map(|relit| milliseconds(relit.device_ms.median)));
     row("its colour, ms", &mut timed.relit.values().map(|relit| milliseconds(relit.colour_ms.median)));
+    let percent = |summary: &Summary, of: fn(&Summary) -> f64| format!("{:.1} %", 100.0 * of(summary));
+    row("against first", &mut timed.relit.values().map(|relit| percent(&relit.ratio, |ratio| ratio.median)));
+    row("p10", &mut timed.relit.values().map(|relit| percent(&relit.ratio, |ratio| ratio.p10)));
+    row("p90", &mut timed.relit.values().map(|relit| percent(&relit.ratio, |ratio| ratio.p90)));
+    row(
+        "colour/move",
+        &mut timed.relit.values().map(|relit| percent(&relit.colour_ratio, |ratio| ratio.median)),
+    );
     row("unchanged", &mut timed.relit.values().map(|relit| format!("{:.1} %", 100.0 * relit.unchanged)));
     line(text, format_args!(""));
     line(text, format_args!("precompute {:.2} s ({stages})", statistics.precompute_s));
@@ -118,6 +124,8 @@ fn counts(text: &mut String, timed: &Timed) {
     for (what, share) in &timed.statistics.skipped {
         line(text, format_args!("skipped: {what} {:.1} %", 100.0 * share));
     }
+    let step = timed.measurement.step_records;
+    line(text, format_args!("counted: records that a step of the camera needs besides {step:.0}"));
     for (what, count) in &timed.statistics.counts {
         line(text, format_args!("counted: {what} {count}"));
     }
@@ -153,8 +161,8 @@ fn scene_json(timed: &Timed, copy_gbps: Option<f64>) -> Value {
         LIGHT_COUNTS.iter().map(|count| (count.to_string(), Value::Null)).collect();
     fps_by_lights.extend(timed.relit.iter().map(|(count, relit)| (count.to_string(), relit.fps.into())));
     let relit = timed.relit.iter().map(|(count, relit)| {
-        let relit =
-            json!({"ms": relit.device_ms, "colour_ms": relit.colour_ms, "unchanged": relit.unchanged});
+        let relit = json!({"ms": relit.device_ms, "colour_ms": relit.colour_ms, "unchanged": relit.unchanged,
+                "ratio": relit.ratio, "colour_ratio": relit.colour_ratio});
         (count.to_string(), relit)
     });
     let statistics = &timed.statistics;
@@ -170,9 +178,11 @@ fn scene_json(timed: &Timed, copy_gbps: Option<f64>) -> Value {
         "spread_ms": spread_ms,
         "wall_ms": wall_ms,
         "settled": timed.measurement.settled,
+        "step_records": timed.measurement.step_records,
         "fps_by_lights": fps_by_lights,
         "by_lights": relit.collect::<Map<String, Value>>(),
         "scene_lights": timed.lights,
+        "energy": timed.energy,
         "passes": passes.collect::<Vec<_>>(),
         "skipped": statistics.skipped,
         "counts": statistics.counts,

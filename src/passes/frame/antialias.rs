@@ -87,7 +87,7 @@ pub struct Antialias {
     prefix_sum: PrefixSum,
     /// Index of each edge pixel, of the edges that were listed last.
     pub edge_pixels: Buffer,
-    /// Workgroups along each axis that take four of them each.
+    /// Workgroups along each axis that take four of them each; their number.
     edge_groups: Buffer,
     /// Shadow edges of the light that was taken last before each pixel, and their number.
     shadow_offsets: Buffer,
@@ -133,7 +133,7 @@ impl Antialias {
             shadow_edges: Pipeline::new(context, Self::SHADOW_STEM, &[])?,
             prefix_sum: PrefixSum::new(context, pixel_count)?,
             edge_pixels: Buffer::storage(context, "edge pixels", 4 * u64::from(pixel_count))?,
-            edge_groups: Buffer::storage(context, "edge groups", 12)?,
+            edge_groups: Self::groups(context)?,
             shadow_offsets: Buffer::from_slice(context, "shadow offsets", &no_edges)?,
             size,
             most_samples,
@@ -161,7 +161,7 @@ impl Antialias {
             &EdgeMarkPush { width, height },
             &[("Surfaces", &scene.surfaces), ("Pixels", pixels), ("EdgeOffsets", &self.offsets)],
         );
-        self.record_list(&mut pass, &self.offsets);
+        self.record_list(&mut pass, &self.offsets, &self.edge_groups);
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.samples,
@@ -180,8 +180,8 @@ impl Antialias {
         );
     }
 
-    /// Averages a light over the pixels that its shadows' edges cross, in its layer of the pixels. Records into an open
-    /// pass, with barriers between its own dispatches only. Does nothing where antialiasing is off.
+    /// Averages a light over the pixels that its shadows' edges cross, in its layer of the pixels; `groups`, of [`Self::groups`], keeps
+    /// their number. Records into an open pass, with barriers between its own dispatches only. Does nothing where antialiasing is off.
     pub fn record_shadows(
         &self,
         pass: &mut PassScope<'_>,
@@ -189,7 +189,7 @@ impl Antialias {
         view: &View,
         light: OneLight<'_>,
         pixels: &Buffer,
-        layer: &Buffer,
+        (layer, groups): (&Buffer, &Buffer),
     ) {
         if self.most_samples == 0 {
             return;
@@ -201,7 +201,7 @@ impl Antialias {
             &EdgeMarkPush { width, height },
             &[("LightLayer", layer), ("EdgeOffsets", &self.offsets), ("ShadowOffsets", &self.shadow_offsets)],
         );
-        self.record_list(pass, &self.shadow_offsets);
+        self.record_list(pass, &self.shadow_offsets, groups);
         pass.barrier(COMPUTE_TO_INDIRECT);
         for (first_sample, end_sample) in light.spans() {
             let push = ShadowEdgesPush {
@@ -218,7 +218,7 @@ impl Antialias {
             }
             pass.dispatch_indirect(
                 &self.shadow_edges,
-                (&self.edge_groups, 0),
+                (groups, 0),
                 &push,
                 &[
                     ("Nodes", &scene.nodes),
@@ -235,24 +235,36 @@ impl Antialias {
     }
 
     /// Turns marks into a list of the marked pixels.
-    fn record_list(&self, pass: &mut PassScope<'_>, offsets: &Buffer) {
+    fn record_list(&self, pass: &mut PassScope<'_>, offsets: &Buffer, groups: &Buffer) {
         let pixel_count = self.size[0] * self.size[1];
         pass.barrier(COMPUTE_TO_COMPUTE);
         self.prefix_sum.record(pass, offsets, pixel_count);
         pass.barrier(COMPUTE_TO_COMPUTE);
-        let edges =
-            [("EdgeOffsets", offsets), ("EdgePixels", &self.edge_pixels), ("EdgeGroups", &self.edge_groups)];
+        let edges = [("EdgeOffsets", offsets), ("EdgePixels", &self.edge_pixels), ("EdgeGroups", groups)];
         pass.dispatch(&self.list, [pixel_count, 1, 1], &EdgeListPush { pixel_count }, &edges);
     }
 
-    /// Pixels of this camera that show an edge of geometry or of a material, and pixels that show a shadow's edge of the light
-    /// that was taken last.
+    /// Room for the number of edge pixels in a list, and of workgroups that take them.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn groups(context: &Arc<Context>) -> Result<Buffer> {
+        Buffer::from_slice(context, "edge groups", &[0_u32; 4])
+    }
+
+    /// Edge pixels that were counted there.
     ///
     /// # Errors
     /// The device failed.
-    pub fn edge_counts(&self) -> Result<[u32; 2]> {
-        let pixel_count = self.size[0] as usize * self.size[1] as usize;
-        let count = |offsets: &Buffer| Ok(offsets.read_range::<u32>(pixel_count, 1)?[0]);
-        Ok([count(&self.offsets)?, count(&self.shadow_offsets)?])
+    pub fn counted(groups: &Buffer) -> Result<u32> {
+        Ok(groups.read_range::<u32>(3, 1)?[0])
+    }
+
+    /// Pixels of this camera that show an edge of geometry or of a material.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn edge_count(&self) -> Result<u32> {
+        Self::counted(&self.edge_groups)
     }
 }

@@ -6,6 +6,7 @@ use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::types::Record;
+use bytemuck::Zeroable;
 use std::sync::Arc;
 
 gpu_struct! {
@@ -13,6 +14,8 @@ gpu_struct! {
     pub struct BlendPush {
         /// Records.
         pub record_count: u32,
+        /// 0: only records that the view sees.
+        pub takes_all: u32,
     }
 }
 
@@ -39,13 +42,14 @@ impl Blend {
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, neighbourhoods: &Neighbourhoods) -> Result<Self> {
         let record_count = neighbourhoods.first.len() as u32 - 1;
-        let bytes = u64::from(record_count) * size_of::<Record>() as u64;
+        // Records that no view has needed yet are never written.
+        let none = vec![Record::zeroed(); record_count as usize];
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
             record_count,
             first_neighbours: Buffer::from_slice(context, "first neighbours", &neighbourhoods.first)?,
             neighbours: Buffer::from_slice(context, "neighbours", &neighbourhoods.list)?,
-            records: Buffer::storage(context, "blended records", bytes)?,
+            records: Buffer::from_slice(context, "blended records", &none)?,
         })
     }
 
@@ -54,18 +58,25 @@ impl Blend {
         self.neighbours.bytes()
     }
 
-    /// Blends all records.
-    pub fn record(&self, rec: &mut Recorder, cache_points: &Buffer, records: &Buffer) {
+    /// First neighbour of each record and the end, and the list of `Neighbour`s.
+    pub fn lists(&self) -> [&Buffer; 2] {
+        [&self.first_neighbours, &self.neighbours]
+    }
+
+    /// Blends all records, or those with a one in `seen`.
+    pub fn record(&self, rec: &mut Recorder, cache_points: &Buffer, records: &Buffer, seen: Option<&Buffer>) {
         rec.pass(Self::STEM).dispatch(
             &self.pipeline,
             [self.record_count, 1, 1],
-            &BlendPush { record_count: self.record_count },
+            &BlendPush { record_count: self.record_count, takes_all: u32::from(seen.is_none()) },
             &[
                 ("CachePoints", cache_points),
                 ("FirstNeighbours", &self.first_neighbours),
                 ("Neighbours", &self.neighbours),
                 ("Records", records),
                 ("Blended", &self.records),
+                // Where all are taken nobody reads it.
+                ("IsSeen", seen.unwrap_or(&self.first_neighbours)),
             ],
         );
     }

@@ -6,9 +6,11 @@ use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::gloss::Gloss;
+use crate::passes::frame::needed_records::RecordList;
 use crate::passes::has_textures;
 use crate::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
 use crate::types::Record;
+use bytemuck::Zeroable;
 use glam::{DVec2, Vec2};
 use std::sync::Arc;
 
@@ -17,8 +19,8 @@ gpu_struct! {
     pub struct GatherPush {
         /// First cache point of the bound part of the table of rays.
         pub first_point: u32,
-        /// Cache points of that part.
-        pub point_count: u32,
+        /// Its end.
+        pub end_point: u32,
         /// Width of the cluster field in `GatherRay::target`.
         pub cluster_bits: u32,
         /// Unit of `GatherRay::gradient`, metres.
@@ -88,11 +90,8 @@ impl Gather {
             turns: Buffer::from_slice(context, "turns", &turns(hemisphere))?,
             cache_points,
             rays,
-            records: Buffer::storage(
-                context,
-                "records",
-                u64::from(point_count) * size_of::<Record>() as u64,
-            )?,
+            // Records that no view has needed yet are never written.
+            records: Buffer::from_slice(context, "records", &vec![Record::zeroed(); point_count as usize])?,
         })
     }
 
@@ -101,17 +100,17 @@ impl Gather {
         self.point_count
     }
 
-    /// Gathers at the first `point_count` cache points.
-    pub fn record(&self, rec: &mut Recorder, sources: GatherSources<'_>, point_count: u32) {
+    /// Gathers at the cache points of a list.
+    pub fn record(&self, rec: &mut Recorder, sources: GatherSources<'_>, list: &RecordList) {
         let GatherSources { materials, irradiance, inverse_areas, gloss } = sources;
         let cluster_count = (irradiance.bytes() / 12) as u32;
         // Where no ray reads a slot nobody looks at what is bound for it.
         let (slots, fluxes) = gloss.map_or((irradiance, irradiance), |gloss| (&gloss.slots, &gloss.fluxes));
         let mut pass = rec.pass(Self::STEM);
-        for (first_point, point_count, [rays, colours]) in self.rays.parts(point_count) {
+        for (part, (first_point, rows, [rays, colours])) in (0..).zip(self.rays.parts(self.point_count)) {
             let push = GatherPush {
                 first_point,
-                point_count,
+                end_point: first_point + rows,
                 cluster_bits: self.code.cluster_bits,
                 least_distance: self.code.least_distance,
                 cluster_count,
@@ -120,9 +119,9 @@ impl Gather {
                 // The parts write different records, but the hazard check counts in buffers.
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
-            pass.dispatch(
+            pass.dispatch_indirect(
                 &self.pipeline,
-                [point_count * self.pipeline.local_size()[0], 1, 1],
+                (&list.groups, 12 * part),
                 &push,
                 &[
                     ("CachePoints", &self.cache_points),
@@ -135,6 +134,8 @@ impl Gather {
                     ("GlossFluxes", fluxes),
                     ("Records", &self.records),
                     ("RayColours", colours),
+                    ("RecordOffsets", &list.offsets),
+                    ("ListedRecords", &list.records),
                 ],
             );
         }

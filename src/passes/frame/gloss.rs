@@ -6,9 +6,8 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::SceneBuffers;
 use crate::passes::precompute::gloss::GlossTables;
-use crate::passes::{OneLight, SceneBuffers};
-use crate::scene::directions::Directions;
 use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -60,8 +59,8 @@ gpu_struct! {
     pub struct GlossSlot {
         /// The cluster.
         pub cluster: u32,
-        /// Index of the direction.
-        pub direction: u32,
+        /// The direction, unit: the mean of those from which it is read.
+        pub direction: Vec3,
     }
 }
 
@@ -82,38 +81,22 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `gloss_beams`.
-    pub struct GlossBeamsPush {
-        /// Entry points that may shine.
-        pub entry_count: u32,
-        /// Which light.
-        pub light: u32,
-        /// That each entry point stands for, in the mean.
-        pub area_m2: f32,
-    }
-}
-
-gpu_struct! {
-    /// Push constants of `gloss_entries`.
-    pub struct GlossEntriesPush {
-        /// Emission of the light, times the area that each entry point stands for, in the mean.
-        pub emission: Vec3,
-        /// Entry points that may shine.
-        pub entry_count: u32,
-        /// Beams of an entry point.
-        pub beam_count: u32,
-        /// 1: adds to the flux so far.
-        pub adds: u32,
-    }
-}
-
-gpu_struct! {
     /// Push constants of `gloss_base`.
     pub struct GlossBasePush {
         /// What to take.
         pub part: GlossPart,
         /// Slots that are not sums of others: the first so many.
         pub slot_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of `gloss_sum`.
+    pub struct GlossSumPush {
+        /// Of the light.
+        pub emission: Vec3,
+        /// Slots that are not sums of others, or samples of pixels.
+        pub count: u32,
     }
 }
 
@@ -136,14 +119,13 @@ pub const LAYOUTS: &[Layout] = &[
     GlossVertex::LAYOUT,
     GlossSlot::LAYOUT,
     GlossPart::LAYOUT,
-    GlossBeamsPush::LAYOUT,
-    GlossEntriesPush::LAYOUT,
     GlossBasePush::LAYOUT,
+    GlossSumPush::LAYOUT,
     GlossLevelPush::LAYOUT,
 ];
 
-/// Turns of the loop over a cluster's vertices and their beams in one dispatch.
-const MOST_TURNS: u32 = 1 << 14;
+/// Turns of the loop over a cluster's vertices and their beams in one dispatch; a sample of a pixel asks four clusters.
+const MOST_TURNS: u32 = 1 << 13;
 
 /// Marks a vertex that is no entry point that may shine, and a base cluster without vertices that may.
 pub const NO_ENTRY: u32 = u32::MAX;
@@ -157,6 +139,10 @@ pub struct GlossLight<'a> {
     pub samples: u32,
     /// `GlossBeam`s, entry point by entry point.
     pub beams: &'a Buffer,
+    /// What each slot that is no sum sends of it by the first reflection, per unit of its emission; three floats.
+    pub slots: &'a Buffer,
+    /// The same of what rays of shining pixels meet, for each sample.
+    pub hits: &'a Buffer,
 }
 
 /// A dispatch over the vertices of clusters.
@@ -169,24 +155,25 @@ pub(super) struct Dispatch<'a> {
 
 /// The pipelines, the tables, and the light that they hold.
 pub struct Gloss {
-    trace: Pipeline,
-    reflect: Pipeline,
+    pub(super) trace: Pipeline,
+    pub(super) reflect: Pipeline,
     /// Over other vertices, and over entry points.
     base: [Pipeline; 2],
+    sum: Pipeline,
     level: Pipeline,
-    entries: Buffer,
-    entry_count: u32,
-    area_m2: f32,
+    pub(super) entries: Buffer,
+    pub(super) entry_count: u32,
+    pub(super) area_m2: f32,
     /// `GlossVertex`s.
     pub vertices: Buffer,
     /// Added to the index of a deposit of each base cluster it gives that of its vertex; [`NO_ENTRY`] where nothing shines.
     pub shifts: Buffer,
     /// First base cluster below each cluster, and the end.
     pub base_ranges: Buffer,
-    directions: Buffer,
     /// Vertices of a base cluster at most.
     most_vertices: u32,
-    leaf_count: u32,
+    /// Slots that are no sums: the first so many.
+    pub leaf_count: u32,
     /// Slots that are sums, by level.
     sums: Vec<Range<u32>>,
     first_children: Buffer,
@@ -200,10 +187,6 @@ pub struct Gloss {
 }
 
 impl Gloss {
-    /// What tracing the beams is called in timings.
-    pub const BEAMS_STEM: &str = "gloss_beams";
-    /// What the first reflection is called in timings.
-    pub const ENTRIES_STEM: &str = "gloss_entries";
     /// What the outgoing directions of clusters are called in timings.
     pub const STEM: &str = "gloss_base";
 
@@ -215,17 +198,15 @@ impl Gloss {
         context: &Arc<Context>,
         scene: &SceneBuffers,
         tables: &GlossTables,
-        directions: Directions,
         path_count: u32,
         area_m2: f32,
     ) -> Result<Self> {
-        let middles: Vec<Vec3> =
-            (0..directions.count()).map(|bin| directions.middle(bin).as_vec3()).collect();
         let base = |entry_points| Pipeline::new(context, Self::STEM, &[("ENTRY_POINTS", entry_points)]);
         Ok(Self {
             trace: Pipeline::new(context, Self::BEAMS_STEM, &[])?,
             reflect: Pipeline::new(context, Self::ENTRIES_STEM, &[scene.textures.constant()])?,
             base: [base(0)?, base(1)?],
+            sum: Pipeline::new(context, "gloss_sum", &[])?,
             level: Pipeline::new(context, "gloss_level", &[])?,
             entries: Buffer::from_slice(context, "gloss entries", &tables.entries)?,
             entry_count: tables.entries.len() as u32,
@@ -233,7 +214,6 @@ impl Gloss {
             vertices: Buffer::from_slice(context, "gloss vertices", &tables.vertices)?,
             shifts: Buffer::from_slice(context, "gloss shifts", &tables.shifts)?,
             base_ranges: Buffer::from_slice(context, "base ranges", &tables.base_ranges)?,
-            directions: Buffer::from_slice(context, "directions", &middles)?,
             most_vertices: tables.most_vertices,
             leaf_count: tables.leaf_count,
             sums: tables.sums.clone(),
@@ -250,90 +230,68 @@ impl Gloss {
         u64::from(self.entry_count) * u64::from(samples) * size_of::<GlossBeam>() as u64
     }
 
-    /// Traces a light's beams. Records into an open pass.
-    pub fn record_beams(
-        &self,
-        pass: &mut PassScope<'_>,
-        scene: &SceneBuffers,
-        light: OneLight<'_>,
-        beams: &Buffer,
-    ) {
-        pass.dispatch(
-            &self.trace,
-            [self.entry_count * light.samples, 1, 1],
-            &GlossBeamsPush { entry_count: self.entry_count, light: light.index, area_m2: self.area_m2 },
-            &[
-                ("Nodes", &scene.nodes),
-                ("Triangles", &scene.triangles),
-                ("Lights", light.table),
-                ("GlossEntries", &self.entries),
-                ("GlossBeams", beams),
-            ],
-        );
-    }
-
-    /// The first reflection at entry points that may shine. Other paths' reflected flux is their path flux.
-    pub fn record_entries(&self, rec: &mut Recorder, materials: &Buffer, lights: &[GlossLight<'_>]) {
-        let mut pass = rec.pass(Self::ENTRIES_STEM);
-        for (index, light) in lights.iter().enumerate() {
-            if index > 0 {
-                pass.barrier(COMPUTE_TO_COMPUTE);
-            }
-            pass.dispatch(
-                &self.reflect,
-                [self.entry_count, 1, 1],
-                &GlossEntriesPush {
-                    emission: self.area_m2 * light.emission,
-                    entry_count: self.entry_count,
-                    beam_count: light.samples,
-                    adds: u32::from(index > 0),
-                },
-                &[
-                    ("Materials", materials),
-                    ("GlossEntries", &self.entries),
-                    ("GlossBeams", light.beams),
-                    ("ReflectedFlux", &self.reflected_flux),
-                ],
-            );
-        }
-    }
-
-    /// Dispatches over all vertices of clusters and all lights, in order. Each is cut so that an invocation's work is bounded: lavapipe
-    /// ends all loops of a shader, silently, once they have turned 65 535 times in all.
-    pub(super) fn dispatches<'a>(&'a self, lights: &[GlossLight<'a>]) -> Vec<Dispatch<'a>> {
-        let windows = |beams: u32| {
-            let count = (MOST_TURNS / beams.max(1)).max(1);
-            (0..self.most_vertices.max(1)).step_by(count as usize).map(move |first| (first, count))
-        };
-        let mut dispatches = Vec::new();
-        for (first, count) in windows(1) {
+    /// Dispatches over all vertices of clusters that are no entry points, in order. Each is cut so that an invocation's work is bounded:
+    /// lavapipe ends all loops of a shader, silently, once they have turned 65 535 times in all.
+    pub(super) fn path_dispatches(&self) -> impl Iterator<Item = Dispatch<'_>> {
+        self.windows(1).map(|(first, count)| {
             // No beams are looked at.
             let part =
                 GlossPart { emission: Vec3::ZERO, beam_count: 0, first, count, adds: u32::from(first > 0) };
-            dispatches.push(Dispatch { entry_points: false, part, beams: &self.vertices });
-        }
-        for light in lights {
-            for (first, count) in windows(light.samples) {
-                let emission = self.area_m2 * light.emission;
-                let part = GlossPart { emission, beam_count: light.samples, first, count, adds: 1 };
-                dispatches.push(Dispatch { entry_points: true, part, beams: light.beams });
-            }
-        }
-        dispatches
+            Dispatch { entry_points: false, part, beams: &self.vertices }
+        })
+    }
+
+    /// The same over entry points, of one unit of a light's emission.
+    pub(super) fn light_dispatches<'a>(
+        &'a self,
+        light: &GlossLight<'a>,
+    ) -> impl Iterator<Item = Dispatch<'a>> {
+        let GlossLight { samples, beams, .. } = *light;
+        self.windows(samples).map(move |(first, count)| {
+            let (emission, adds) = (Vec3::splat(self.area_m2), u32::from(first > 0));
+            let part = GlossPart { emission, beam_count: samples, first, count, adds };
+            Dispatch { entry_points: true, part, beams }
+        })
+    }
+
+    /// First of the vertices that a dispatch takes of a cluster, and how many; each has so many beams.
+    fn windows(&self, beams: u32) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let count = (MOST_TURNS / beams.max(1)).max(1);
+        (0..self.most_vertices.max(1)).step_by(count as usize).map(move |first| (first, count))
+    }
+
+    /// Adds a light's part, so many values of it, to a total; ends with a barrier, for the next light.
+    pub(super) fn record_sum(
+        &self,
+        pass: &mut PassScope<'_>,
+        emission: Vec3,
+        count: u32,
+        part: &Buffer,
+        total: &Buffer,
+    ) {
+        let push = GlossSumPush { emission, count };
+        let buffers = [("LightPart", part), ("GlossTotal", total)];
+        pass.dispatch(&self.sum, [count, 1, 1], &push, &buffers);
+        pass.barrier(COMPUTE_TO_COMPUTE);
     }
 
     /// What clusters send towards the directions that are read: from their vertices, then the sums of large ones, level by level.
+    /// `due` are lights whose slots are out of date.
     pub fn record(
         &self,
         rec: &mut Recorder,
         materials: &Buffer,
-        first_deposits: &Buffer,
-        deposits: &Buffer,
+        (first_deposits, deposits): (&Buffer, &Buffer),
+        due: &[GlossLight<'_>],
         lights: &[GlossLight<'_>],
     ) {
         let mut pass = rec.pass(Self::STEM);
         let leaf_count = self.leaf_count;
-        for Dispatch { entry_points, part, beams } in self.dispatches(lights) {
+        let own = self.path_dispatches().map(|dispatch| (dispatch, &self.fluxes));
+        let of_lights = due
+            .iter()
+            .flat_map(|light| self.light_dispatches(light).map(move |dispatch| (dispatch, light.slots)));
+        for (Dispatch { entry_points, part, beams }, fluxes) in own.chain(of_lights) {
             pass.dispatch(
                 &self.base[usize::from(entry_points)],
                 [leaf_count, 1, 1],
@@ -346,13 +304,15 @@ impl Gloss {
                     ("GlossVertices", &self.vertices),
                     ("GlossBeams", beams),
                     ("GlossSlots", &self.slots),
-                    ("Directions", &self.directions),
                     ("BaseRanges", &self.base_ranges),
                     ("GlossShifts", &self.shifts),
-                    ("GlossFluxes", &self.fluxes),
+                    ("GlossFluxes", fluxes),
                 ],
             );
             pass.barrier(COMPUTE_TO_COMPUTE);
+        }
+        for light in lights {
+            self.record_sum(&mut pass, light.emission, leaf_count, light.slots, &self.fluxes);
         }
         for level in &self.sums {
             pass.dispatch(

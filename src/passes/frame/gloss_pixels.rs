@@ -167,7 +167,7 @@ pub struct GlossPixels {
     pub rays: Buffer,
     /// Packed colour of the image where each ray met one; a word that nobody reads in scenes without images.
     pub colours: Buffer,
-    /// What each ray that meets what shines finds there, W/m²; three floats.
+    /// What the rays of each sample find on what shines, W/m²; three floats.
     hits: Buffer,
     /// What each sample sends to the camera straight from the lights, per unit of specular albedo, W/m²/sr; three floats.
     highlights: Buffer,
@@ -219,7 +219,7 @@ impl GlossPixels {
             samples: room("gloss samples", size_of::<PixelSurface>() as u64)?,
             rays: room("gloss rays", sample_bytes)?,
             colours: textures.colours(context, "gloss colours", u64::from(capacity * LOBE_RAYS))?,
-            hits: room("gloss hits", 12 * u64::from(LOBE_RAYS))?,
+            hits: room("gloss hits", 12)?,
             highlights: room("highlights", 12)?,
             radiance: Buffer::storage(
                 context,
@@ -296,11 +296,12 @@ impl GlossPixels {
     }
 
     /// The light that the pixels shine: what comes back along the rays, and the sum of the lights' highlights, each with its emission.
+    /// `due` are lights whose hits are out of date.
     pub fn record(
         &self,
         rec: &mut Recorder,
         around: Surroundings<'_>,
-        lights: &[GlossLight<'_>],
+        [due, lights]: [&[GlossLight<'_>]; 2],
         highlights: &[(Vec3, &Buffer)],
     ) {
         let Surroundings { scene, pixels, irradiance, inverse_areas, gloss, first_deposits, deposits } =
@@ -310,10 +311,14 @@ impl GlossPixels {
         let mut pass = rec.pass(Self::STEM);
         self.sum.record(&mut pass, highlights, capacity, 1.0, &self.highlights);
         pass.barrier(COMPUTE_TO_COMPUTE);
-        for Dispatch { entry_points, part, beams } in gloss.dispatches(lights) {
+        let own = gloss.path_dispatches().map(|dispatch| (dispatch, &self.hits));
+        let of_lights = due
+            .iter()
+            .flat_map(|light| gloss.light_dispatches(light).map(move |dispatch| (dispatch, light.hits)));
+        for (Dispatch { entry_points, part, beams }, hits) in own.chain(of_lights) {
             pass.dispatch(
                 &self.meet[usize::from(entry_points)],
-                [capacity * LOBE_RAYS, 1, 1],
+                [capacity, 1, 1],
                 &GlossHitsPush { part, pixel_count, most_samples, capacity, cluster_bits },
                 &[
                     ("Materials", &scene.materials),
@@ -327,10 +332,13 @@ impl GlossPixels {
                     ("Deposits", deposits),
                     ("GlossVertices", &gloss.vertices),
                     ("GlossBeams", beams),
-                    ("GlossHits", &self.hits),
+                    ("GlossHits", hits),
                 ],
             );
             pass.barrier(COMPUTE_TO_COMPUTE);
+        }
+        for light in lights {
+            gloss.record_sum(&mut pass, light.emission, capacity, light.hits, &self.hits);
         }
         pass.dispatch(
             &self.shine,

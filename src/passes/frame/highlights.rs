@@ -27,6 +27,8 @@ gpu_struct! {
         pub end_sample: u32,
         /// Seed of the directions.
         pub seed: u32,
+        /// 1: rays are traced although they cannot bring light.
+        pub traces_all: u32,
     }
 }
 
@@ -63,6 +65,7 @@ impl GlossPixels {
                     first_sample,
                     end_sample,
                     seed,
+                    traces_all: u32::from(light.traces_all),
                 },
                 &[
                     ("Nodes", &scene.nodes),

@@ -14,9 +14,9 @@ use std::sync::Arc;
 gpu_struct! {
     /// Push constants of the base level.
     pub struct HvdsBasePush {
-        /// First cluster of the level.
-        pub first_cluster: u32,
-        /// Its clusters.
+        /// Where the level begins in the list.
+        pub first_place: u32,
+        /// Its listed clusters.
         pub cluster_count: u32,
     }
 }
@@ -24,9 +24,9 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of a coarser level.
     pub struct HvdsLevelPush {
-        /// First cluster of the level.
-        pub first_cluster: u32,
-        /// Its clusters.
+        /// Where the level begins in the list.
+        pub first_place: u32,
+        /// Its listed clusters.
         pub cluster_count: u32,
     }
 }
@@ -34,7 +34,7 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the last step.
     pub struct HvdsResolvePush {
-        /// Clusters of all levels.
+        /// Listed clusters of all levels.
         pub cluster_count: u32,
     }
 }
@@ -60,18 +60,56 @@ pub const LEAST_VERTICES: u32 = 48;
 /// And if all around it shows surface that is hidden from where the cluster is read: better noisy than wrong.
 pub const LEAST_VERTICES_APART: u32 = 16;
 
+/// Clusters that a frame works on.
+pub struct ClusterLists {
+    /// Clusters whose flux is summed, in ascending order.
+    summed: Buffer,
+    /// Where each level stands in it.
+    levels: Vec<Range<u32>>,
+    /// Clusters whose irradiance is wanted.
+    read: Buffer,
+    read_count: u32,
+}
+
+impl ClusterLists {
+    /// Lists the clusters of which that is true; `levels` are those of the hierarchy.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn new(
+        context: &Arc<Context>,
+        levels: &[Range<u32>],
+        is_summed: &[bool],
+        is_read: &[bool],
+    ) -> Result<Self> {
+        let list = |is_listed: &[bool]| -> Vec<u32> {
+            (0..).zip(is_listed).filter(|(_, is_listed)| **is_listed).map(|(cluster, _)| cluster).collect()
+        };
+        let (summed, read) = (list(is_summed), list(is_read));
+        let place = |cluster: u32| summed.partition_point(|&other| other < cluster) as u32;
+        Ok(Self {
+            levels: levels.iter().map(|level| place(level.start)..place(level.end)).collect(),
+            summed: Buffer::from_slice(context, "summed clusters", &summed)?,
+            read: Buffer::from_slice(context, "read clusters", &read)?,
+            read_count: read.len() as u32,
+        })
+    }
+}
+
 /// The pipelines, the nesting of the clusters and their energy.
 pub struct Pyramid {
     base: Pipeline,
     level: Pipeline,
     resolve: Pipeline,
-    levels: Vec<Range<u32>>,
+    /// All clusters.
+    pub all: ClusterLists,
     /// First deposit of each base cluster by an entry point, then its first by another vertex, and the end.
     pub first_deposits: Buffer,
     first_children: Buffer,
     /// 1/area of each cluster, 1/m².
     pub inverse_areas: Buffer,
-    indirect_sources: Buffer,
+    /// The cluster that each takes its indirect light from.
+    pub indirect_sources: Buffer,
     /// `ClusterFlux` of each cluster, W.
     pub flux: Buffer,
     /// Irradiance of each cluster, W/m²; three floats. Views of clusters may follow.
@@ -96,12 +134,14 @@ impl Pyramid {
     ) -> Result<Self> {
         let inverse_areas: Vec<f32> =
             hvds.areas_m2.iter().map(|area| 1.0 / area.max(least_area_m2)).collect();
-        let bytes = u64::from(hvds.cluster_count()) * 12;
+        let all = vec![true; hvds.cluster_count() as usize];
+        // What nobody reads is never written.
+        let dark = vec![Vec3::ZERO; hvds.cluster_count() as usize];
         Ok(Self {
             base: Pipeline::new(context, "hvds_base", &[])?,
             level: Pipeline::new(context, "hvds_level", &[])?,
             resolve: Pipeline::new(context, "hvds_resolve", &[])?,
-            levels: hvds.levels.clone(),
+            all: ClusterLists::new(context, &hvds.levels, &all, &all)?,
             first_deposits: Buffer::from_slice(context, "first deposits", first_deposits)?,
             first_children: Buffer::from_slice(context, "first children", &hvds.first_children)?,
             inverse_areas: Buffer::from_slice(context, "inverse areas", &inverse_areas)?,
@@ -110,8 +150,8 @@ impl Pyramid {
                 "indirect sources",
                 &indirect_sources(hvds, first_deposits, LEAST_VERTICES),
             )?,
-            flux: Buffer::storage(context, "cluster flux", 2 * bytes)?,
-            irradiance: Buffer::storage(context, "cluster irradiance", bytes)?,
+            flux: Buffer::from_slice(context, "cluster flux", &[&dark[..], &dark].concat())?,
+            irradiance: Buffer::from_slice(context, "cluster irradiance", &dark)?,
         })
     }
 
@@ -131,48 +171,60 @@ impl Pyramid {
         let first_deposits: Vec<u32> = self.first_deposits.read()?;
         let least = [LEAST_VERTICES, LEAST_VERTICES_APART];
         self.indirect_sources.write(&unmixed_sources(hvds, &first_deposits, least, &is_mixed))?;
-        let bytes = self.irradiance.bytes() + 12 * u64::from(view_count);
-        self.irradiance = Buffer::storage(context, "cluster irradiance", bytes)?;
+        let dark = vec![Vec3::ZERO; (hvds.cluster_count() + view_count) as usize];
+        self.irradiance = Buffer::from_slice(context, "cluster irradiance", &dark)?;
         Ok(())
     }
 
-    /// Sums the base level, then each coarser one from the level below it; then divides.
+    /// Sums the base level, then each coarser one from the level below it; then divides: for the clusters of the lists.
     /// `reflected_flux` is what the paths carry on from their entry points: where nothing shines, the same as `path_flux`.
-    pub fn record(&self, rec: &mut Recorder, path_flux: &Buffer, reflected_flux: &Buffer, deposits: &Buffer) {
+    pub fn record(
+        &self,
+        rec: &mut Recorder,
+        path_flux: &Buffer,
+        reflected_flux: &Buffer,
+        deposits: &Buffer,
+        lists: &ClusterLists,
+    ) {
         let mut pass = rec.pass(Self::STEM);
-        let base = &self.levels[0];
+        let base = &lists.levels[0];
         pass.dispatch(
             &self.base,
             [base.len() as u32, 1, 1],
-            &HvdsBasePush { first_cluster: base.start, cluster_count: base.len() as u32 },
+            &HvdsBasePush { first_place: base.start, cluster_count: base.len() as u32 },
             &[
                 ("PathFlux", path_flux),
                 ("ReflectedFlux", reflected_flux),
                 ("FirstDeposits", &self.first_deposits),
                 ("Deposits", deposits),
                 ("ClusterFluxes", &self.flux),
+                ("SummedClusters", &lists.summed),
             ],
         );
-        for level in &self.levels[1..] {
+        for level in lists.levels[1..].iter().filter(|level| !level.is_empty()) {
             pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch(
                 &self.level,
                 [level.len() as u32, 1, 1],
-                &HvdsLevelPush { first_cluster: level.start, cluster_count: level.len() as u32 },
-                &[("FirstChildren", &self.first_children), ("ClusterFluxes", &self.flux)],
+                &HvdsLevelPush { first_place: level.start, cluster_count: level.len() as u32 },
+                &[
+                    ("FirstChildren", &self.first_children),
+                    ("ClusterFluxes", &self.flux),
+                    ("SummedClusters", &lists.summed),
+                ],
             );
         }
-        let cluster_count = self.levels.last().map_or(0, |root| root.end);
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.resolve,
-            [cluster_count, 1, 1],
-            &HvdsResolvePush { cluster_count },
+            [lists.read_count, 1, 1],
+            &HvdsResolvePush { cluster_count: lists.read_count },
             &[
                 ("InverseAreas", &self.inverse_areas),
                 ("IndirectSources", &self.indirect_sources),
                 ("ClusterFluxes", &self.flux),
                 ("Irradiance", &self.irradiance),
+                ("ReadClusters", &lists.read),
             ],
         );
     }

@@ -336,6 +336,11 @@ impl Splat {
         [&self.first_weights, &self.weights]
     }
 
+    /// Pixels, and weights that there is room for.
+    pub fn room(&self) -> [u32; 2] {
+        [self.size[0] * self.size[1], self.weight_capacity]
+    }
+
     /// Bytes of the weight list's room.
     pub fn weight_bytes(&self) -> u64 {
         self.weights.bytes()

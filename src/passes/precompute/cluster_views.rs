@@ -5,10 +5,9 @@
 //! hides a part of the cluster, the pair becomes a *view*: the mean over the clusters below it, each weighted by its open share,
 //! its area and its cosine with the direction. Where nothing is hidden, or all alike, rays keep the cluster.
 
-use super::gather_rays::{GatherCode, Hemisphere, RayTable};
+use super::gather_rays::{GatherCode, Hemisphere, RayDirections, RayTable};
 use super::occlusion::{Ask, Cells, Hiding, Readers, Seen};
 use super::{Progress, rays::Rays, shares};
-use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
 use crate::passes::frame::cluster_views::ViewPart;
@@ -85,26 +84,9 @@ struct Pair {
     nodes: Vec<Node>,
 }
 
-/// Unit directions of gather rays.
-#[derive(Clone, Copy)]
-struct RayDirections<'a> {
-    points: &'a [CachePoint],
-    strata: Strata,
-    seed: u32,
-}
-
-impl RayDirections<'_> {
-    /// Back along a ray of the table.
-    fn back(&self, ray: usize) -> DVec3 {
-        let (point, ray) = (ray as u32 / self.strata.rays(), ray as u32 % self.strata.rays());
-        -(frame(self.points[point as usize].normal) * self.strata.direction(ray, point, self.seed))
-    }
-}
-
 impl Sources<'_> {
     fn ray_directions(&self) -> RayDirections<'_> {
-        let strata = Strata { rings: self.hemisphere.rings, sectors: self.hemisphere.sectors };
-        RayDirections { points: self.cache_points, strata, seed: self.seed }
+        RayDirections::new(self.cache_points, self.hemisphere, self.seed)
     }
 }
 
@@ -340,8 +322,7 @@ impl ViewTables {
         code: GatherCode,
         cluster_count: u32,
     ) {
-        let strata = Strata { rings: hemisphere.rings, sectors: hemisphere.sectors };
-        let rays = RayDirections { points, strata, seed };
+        let rays = RayDirections::new(points, hemisphere, seed);
         let mask = (1 << code.cluster_bits) - 1;
         for (index, row) in rows.iter_mut().enumerate().filter(|(_, row)| row.target != NO_TARGET) {
             let cluster = row.target & mask;

@@ -2,11 +2,13 @@
 //! In: cache points, clusters. Out: gather rays, a row a cache point.
 
 use super::{Chunks, Progress};
+use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::{ClusterBuffers, SceneBuffers};
-use crate::types::{GatherRay, Grid};
+use crate::types::{CachePoint, GatherRay, Grid};
+use glam::DVec3;
 use std::sync::Arc;
 
 gpu_struct! {
@@ -74,6 +76,27 @@ impl Hemisphere {
     /// The specialisation constants of every shader that knows the strata.
     pub fn constants(&self) -> [(&'static str, u32); 2] {
         [("RINGS", self.rings), ("SECTORS", self.sectors)]
+    }
+}
+
+/// Unit directions of the rays of a table.
+#[derive(Clone, Copy)]
+pub(super) struct RayDirections<'a> {
+    points: &'a [CachePoint],
+    strata: Strata,
+    seed: u32,
+}
+
+impl<'a> RayDirections<'a> {
+    /// Of the rays that start at these points and were traced with that seed.
+    pub(super) fn new(points: &'a [CachePoint], hemisphere: Hemisphere, seed: u32) -> Self {
+        Self { points, strata: Strata { rings: hemisphere.rings, sectors: hemisphere.sectors }, seed }
+    }
+
+    /// Back along a ray.
+    pub(super) fn back(&self, ray: usize) -> DVec3 {
+        let (point, ray) = (ray as u32 / self.strata.rays(), ray as u32 % self.strata.rays());
+        -(frame(self.points[point as usize].normal) * self.strata.direction(ray, point, self.seed))
     }
 }
 

@@ -2,15 +2,14 @@
 //! path vertices, and which outgoing directions of which clusters gather rays read. [Yue §2]
 //! In: paths, gather rays. Out: tables; gather rays that read a direction point to its slot.
 
-use super::gather_rays::{GatherCode, Hemisphere, RayTable};
+use super::gather_rays::{GatherCode, Hemisphere, RayDirections, RayTable};
 use super::path_orders::LightPaths;
-use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::Result;
 use crate::passes::frame::gloss::{GlossEntry, GlossSlot, GlossVertex, NO_ENTRY};
 use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
 use crate::types::{CachePoint, GatherRay, NO_CLUSTER, NO_TARGET, PathVertex, Surface};
-use glam::{UVec2, Vec3};
+use glam::{DVec3, UVec2, Vec3};
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -37,6 +36,8 @@ pub struct GlossTables {
     pub first_children: Vec<u32>,
     /// The slots one level down that a sum adds up.
     pub children: Vec<u32>,
+    /// Gather rays that read slots.
+    pub readers: u64,
 }
 
 /// What the tables are made from.
@@ -87,6 +88,10 @@ pub fn build(
     let mask = (1 << code.cluster_bits) - 1;
     let read = rows.iter().zip(&wanted).filter(|(_, bin)| **bin != NO_BIN);
     let slots = tables.find_slots(&sources, read.map(|(ray, &bin)| (ray.target & mask, bin)).collect());
+    let directions = sources.ray_directions();
+    let read = rows.iter().zip(&wanted).enumerate().filter(|(_, (_, bin))| **bin != NO_BIN);
+    let read = read.map(|(index, (ray, &bin))| (slots[&(ray.target & mask, bin)], directions.back(index)));
+    tables.find_directions(read);
     let first_slot = sources.hvds.cluster_count() + sources.view_count;
     let packed = GatherCode::new(
         first_slot + tables.slots.len() as u32,
@@ -105,6 +110,12 @@ pub fn build(
     Ok(Some((tables, packed)))
 }
 
+impl Sources<'_> {
+    fn ray_directions(&self) -> RayDirections<'_> {
+        RayDirections::new(self.cache_points, self.hemisphere, self.seed)
+    }
+}
+
 /// Vertices up to which a cluster asks them itself instead of summing up its children.
 const LEAF_VERTICES: u32 = 512;
 
@@ -113,21 +124,15 @@ const NO_BIN: u32 = u32::MAX;
 
 /// For each gather ray the bin towards which the surface that it meets must shine.
 fn wanted_directions(sources: &Sources<'_>, rows: &[GatherRay], code: GatherCode) -> Vec<u32> {
-    let strata = Strata { rings: sources.hemisphere.rings, sectors: sources.hemisphere.sectors };
+    let directions = sources.ray_directions();
     let may_shine: Vec<bool> = sources.materials.iter().map(Material::may_shine).collect();
-    let mut wanted = Vec::with_capacity(rows.len());
-    for ((index, point), row) in
-        (0..).zip(sources.cache_points).zip(rows.chunks_exact(strata.rays() as usize))
-    {
-        let frame = frame(point.normal);
-        wanted.extend((0..).zip(row).map(|(ray, found)| {
-            if found.target == NO_TARGET || !may_shine[(found.target >> code.cluster_bits) as usize] {
-                return NO_BIN;
-            }
-            sources.directions.bin(-(frame * strata.direction(ray, index, sources.seed)))
-        }));
-    }
-    wanted
+    let wanted = |(index, found): (usize, &GatherRay)| {
+        if found.target == NO_TARGET || !may_shine[(found.target >> code.cluster_bits) as usize] {
+            return NO_BIN;
+        }
+        sources.directions.bin(directions.back(index))
+    };
+    rows.iter().enumerate().map(wanted).collect()
 }
 
 /// First base cluster below each cluster, and the end.
@@ -142,6 +147,16 @@ pub(super) fn base_ranges(hvds: &Hvds) -> Vec<UVec2> {
 }
 
 impl GlossTables {
+    /// What came out, for people.
+    pub fn counts(&self) -> [(String, u64); 3] {
+        [
+            ("outgoing directions of clusters", self.slots.len() as u64),
+            ("outgoing directions that are sums", self.slots.len() as u64 - u64::from(self.leaf_count)),
+            ("gather rays that read outgoing directions", self.readers),
+        ]
+        .map(|(name, value)| (name.to_owned(), value))
+    }
+
     fn find_entries(&mut self, sources: &Sources<'_>) {
         let arrivals = &sources.paths.arrivals;
         let leaving = arrivals.departures.iter().zip(&arrivals.entry_colours);
@@ -236,7 +251,8 @@ impl GlossTables {
         // Clusters are numbered from the base up: so are their sums.
         wanted.sort_by_key(|&(cluster, _)| is_sum(cluster));
         self.leaf_count = wanted.partition_point(|&(cluster, _)| !is_sum(cluster)) as u32;
-        self.slots = wanted.iter().map(|&(cluster, direction)| GlossSlot { cluster, direction }).collect();
+        let slot = |&(cluster, _): &(u32, u32)| GlossSlot { cluster, direction: Vec3::ZERO };
+        self.slots = wanted.iter().map(slot).collect();
         let places: HashMap<_, _> = wanted.iter().copied().zip(0..).collect();
         let sums = &wanted[self.leaf_count as usize..];
         for level in &hvds.levels {
@@ -252,5 +268,26 @@ impl GlossTables {
         }
         self.first_children.push(self.children.len() as u32);
         places
+    }
+
+    /// Gives each slot the mean of the directions from which rays read it, themselves or through sums: a bin's middle would be off for the
+    /// rays at its rim, and, because a bin is read by the projected area that it sees, off to one side on average.
+    fn find_directions(&mut self, read: impl Iterator<Item = (u32, DVec3)>) {
+        let mut sums = vec![DVec3::ZERO; self.slots.len()];
+        for (slot, direction) in read {
+            sums[slot as usize] += direction;
+            self.readers += 1;
+        }
+        // Coarse slots stand behind what they add up.
+        for sum in (0..self.first_children.len() - 1).rev() {
+            let run = self.first_children[sum] as usize..self.first_children[sum + 1] as usize;
+            for &child in &self.children[run] {
+                let own = sums[self.leaf_count as usize + sum];
+                sums[child as usize] += own;
+            }
+        }
+        for (slot, sum) in self.slots.iter_mut().zip(sums) {
+            slot.direction = sum.normalize_or_zero().as_vec3();
+        }
     }
 }

@@ -10,12 +10,14 @@ pub mod entry_points;
 pub mod gather_rays;
 pub mod gloss;
 pub mod light_paths;
+pub mod narrow_gaps;
 pub mod near_clusters;
 pub mod neighbours;
 pub mod occlusion;
 pub mod path_orders;
 pub mod rays;
 mod reaches;
+pub mod reads;
 mod shares;
 pub mod sides;
 

@@ -1,0 +1,40 @@
+// Needed records, step 3: lists them in order, takes them for current, and counts the workgroups of the dispatches that gather them:
+// one a record, one dispatch for each part of the table of gather rays. Deterministic. One invocation = one record.
+// In: needed records before each record, and all. Out: their indices, marks of current records, sizes of dispatches.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/dispatch.glsl"
+
+layout(local_size_x = 64) in;
+
+struct NeededListPush {
+    uint record_count;
+    uint rows_per_part;  // records of a part of the table
+};
+
+layout(scalar, binding = 0) readonly buffer RecordOffsets { uint record_offsets[]; };
+layout(scalar, binding = 1) writeonly buffer ListedRecords { uint listed_records[]; };
+layout(scalar, binding = 2) writeonly buffer IsCurrent { uint is_current[]; };
+layout(scalar, binding = 3) writeonly buffer GatherGroups { uint gather_groups[]; };  // three words a part
+layout(scalar, push_constant) uniform Push { NeededListPush push; };
+
+// Workgroups along x, fewer than any device takes; the rest goes along y.
+const uint ROW = 1024u;
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= push.record_count) return;
+    uint place = record_offsets[index];
+    if (record_offsets[index + 1u] != place) {
+        listed_records[place] = index;
+        is_current[index] = 1u;
+    }
+    if (index % push.rows_per_part == 0u) {
+        uint part = index / push.rows_per_part;
+        uint groups = record_offsets[min(index + push.rows_per_part, push.record_count)] - place;
+        gather_groups[3u * part] = min(groups, ROW);
+        gather_groups[3u * part + 1u] = (groups + ROW - 1u) / ROW;
+        gather_groups[3u * part + 2u] = 1u;
+    }
+}

@@ -1,0 +1,33 @@
+// Needed records, step 2: marks what blending reads for the records that a view sees; or every record. Of these, those that are not
+// current. Deterministic: all who write a mark write the same. One invocation = one record.
+// In: marks of seen records, lists of neighbours. Out: marks of records that must be gathered.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/dispatch.glsl"
+#include "include/blend.glsl"
+
+layout(local_size_x = 64) in;
+
+struct NeededNeighboursPush {
+    uint record_count;
+    uint takes_all;  // 1: whatever the view sees
+};
+
+layout(scalar, binding = 0) readonly buffer IsSeen { uint is_seen[]; };
+layout(scalar, binding = 1) readonly buffer IsCurrent { uint is_current[]; };
+layout(scalar, binding = 2) readonly buffer FirstNeighbours { uint first_neighbours[]; };  // of each record, and the end
+layout(scalar, binding = 3) readonly buffer Neighbours { Neighbour neighbours[]; };
+layout(scalar, binding = 4) writeonly buffer IsNeeded { uint is_needed[]; };  // zero so far
+layout(scalar, push_constant) uniform Push { NeededNeighboursPush push; };
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= push.record_count) return;
+    bool is_asked = push.takes_all != 0u || is_seen[index] != 0u;
+    uint end = is_asked ? first_neighbours[index + 1u] : 0u;
+    for (uint i = first_neighbours[index]; i < end; ++i) {
+        uint record = neighbours[i].record;
+        if (is_current[record] == 0u) is_needed[record] = 1u;
+    }
+}

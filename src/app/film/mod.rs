@@ -1,0 +1,171 @@
+//! `lightpaths film`: a scene that changes in time, frame by frame.
+
+mod share;
+mod video;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+
+use super::args::{DeviceArgs, SceneArgs, device_label, parse_finite};
+use super::output::OutputFile;
+use crate::error::{Error, Result};
+use crate::image::{ExrLayer, write_exr, write_png};
+use crate::renderer::{Layer, Renderer};
+use crate::scene::film;
+use share::Share;
+use video::Video;
+
+/// Render a film: a scene that changes in time, as numbered frames and, with ffmpeg, a video
+///
+/// Frames are DIR/frame-00000.png and so on; those that are there are replaced. A frame is the same to the bit whichever share of the
+/// film is rendered, so that any number of machines can render one film into one folder.
+#[derive(Debug, Args)]
+pub(super) struct Film {
+    /// A .toml film file (docs/films.md), or a built-in film
+    #[arg(default_value = "box")]
+    film: String,
+    /// Folder for the frames; created if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Renders frames A, A+1, …, B-1 only; also A.., ..B and a single number [default: all]
+    #[arg(long, value_name = "A..B", value_parser = share::parse)]
+    frames: Option<Share>,
+    /// Of the frames: png is exposed and tone mapped, exr holds linear radiance
+    #[arg(long, value_enum, default_value = "png")]
+    format: Format,
+    /// What ffmpeg makes of a whole film's PNG frames [default: mp4]
+    #[arg(long, value_enum)]
+    video: Option<Video>,
+    /// Brightens PNG frames by this many stops [default: 0]
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_finite)]
+    exposure: Option<f32>,
+    #[command(flatten)]
+    scene_args: SceneArgs,
+    #[command(flatten)]
+    device_args: DeviceArgs,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    Png,
+    Exr,
+}
+
+impl Film {
+    pub(super) fn run(self) -> Result<()> {
+        if self.format == Format::Exr && self.exposure.is_some() {
+            let message = "--exposure is for --format png; an EXR holds radiance as it is";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        if self.format == Format::Exr && self.video.is_some_and(|video| video != Video::None) {
+            let message = "--video needs --format png; an EXR is not ready to be looked at";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        let (film, scene) = film::Film::load(&self.film, &self.scene_args.options())?;
+        scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
+        let share = self.frames.unwrap_or_default().of(film.frame_count)?;
+        let context = self.device_args.open()?;
+        create_folder(&self.output)?;
+        OutputFile::check(&self.frame_path(share.start, &film))?;
+
+        let mut renderer = self.device_args.renderer(&context, scene)?;
+        renderer.set_exposure(self.exposure.unwrap_or(0.0));
+        let start = Instant::now();
+        let mut times_ms = Vec::new();
+        let mut progress = self.device_args.progress();
+        progress.stage("frames", u64::from(share.end - share.start));
+        for frame in share.clone() {
+            renderer.set_state(&film.state(frame))?;
+            times_ms.push(renderer.frame()?.frame_ms);
+            self.write(&renderer, &self.frame_path(frame, &film))?;
+            progress.advance(u64::from(frame + 1 - share.start));
+        }
+        progress.finish();
+        self.device_args.report_validation(&context);
+        let [width, height] = renderer.size();
+        super::print(&format!(
+            "{}: frames {} to {} of {}, {width}x{height}, precompute {:.2} s, {}, {:.2} s with writing, {}\n",
+            self.output.display(),
+            share.start,
+            share.end - 1,
+            film.frame_count,
+            renderer.statistics()?.precompute_s,
+            summary(times_ms),
+            start.elapsed().as_secs_f64(),
+            device_label(&context),
+        ))?;
+        self.make_video(&film, share.len() == film.frame_count as usize)
+    }
+
+    fn frame_path(&self, frame: u32, film: &film::Film) -> PathBuf {
+        let extension = if self.format == Format::Png { "png" } else { "exr" };
+        let digits = video::digits(film.frame_count);
+        self.output.join(format!("frame-{frame:0digits$}.{extension}"))
+    }
+
+    fn write(&self, renderer: &Renderer, path: &Path) -> Result<()> {
+        let (size, output) = (renderer.size(), OutputFile::check(path)?);
+        match self.format {
+            Format::Png => {
+                let pixels = renderer.display()?;
+                output.write(|out| write_png(out, size, &pixels))
+            }
+            Format::Exr => {
+                let pixels = renderer.layer(Layer::Beauty)?;
+                let layer = ExrLayer { name: "", channels: &["R", "G", "B"], pixels: &pixels };
+                output.write(|out| write_exr(out, size, &[layer]))
+            }
+        }
+    }
+
+    /// Has a whole film's frames encoded. What nobody asked for must not spoil what is done: it is a line on stderr then.
+    fn make_video(&self, film: &film::Film, is_whole: bool) -> Result<()> {
+        let video = self.video.unwrap_or(Video::Mp4);
+        if video == Video::None || self.format == Format::Exr {
+            return Ok(());
+        }
+        let job = video::Job { folder: &self.output, film, video };
+        if !is_whole {
+            self.device_args.say(&format!("for a video, once all frames are there: {}", job.typed()));
+            return Ok(());
+        }
+        match job.encode() {
+            Ok(Some(path)) => super::print(&format!("{}\n", path.display())),
+            Ok(None) => {
+                let typed = job.typed();
+                self.device_args.say(&format!("no video, ffmpeg is not installed; once it is: {typed}"));
+                Ok(())
+            }
+            Err(error) if self.video.is_none() => {
+                self.device_args.warn(&format!("no video: {error}"));
+                Ok(())
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
+
+fn create_folder(folder: &Path) -> Result<()> {
+    fs::create_dir_all(folder).map_err(|error| {
+        let reason = match folder.exists() {
+            true => "is not a folder".to_owned(),
+            false => format!("cannot be created: {}", error.kind()),
+        };
+        Error::output(folder, reason)
+    })
+}
+
+/// Times of frames for people; of at least one.
+fn summary(mut times_ms: Vec<f64>) -> String {
+    times_ms.sort_by(f64::total_cmp);
+    let quantile = |share: f64| times_ms[(share * (times_ms.len() - 1) as f64).round() as usize];
+    format!(
+        "frame {:.1} ms in the median, nine in ten within {:.1} ms, longest {:.1} ms",
+        quantile(0.5),
+        quantile(0.9),
+        quantile(1.0)
+    )
+}

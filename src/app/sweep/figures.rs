@@ -1,0 +1,157 @@
+//! `lightpaths figures`: the paper's figures 4, 5 and 6, each a page that needs nothing else.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::measure::measure;
+use super::reference::Reference;
+use super::report::{self, Shown};
+use super::{Budget, Preset, cache, plot, rivals, settings, shown};
+use crate::app::args::{DeviceArgs, SceneArgs, device_label, parse_seconds, shell_word};
+use crate::app::output::OutputFile;
+use crate::error::{Error, Result};
+use crate::scene::{Scene, builtin};
+
+/// Time that a reference gets where the user does not say, seconds.
+const DEFAULT_SECONDS: f32 = 60.0;
+
+/// Make the paper's figures 4, 5 and 6: direct light only, photon mapping, our method and pure Monte Carlo
+///
+/// Photon mapping and Monte Carlo get the time that our method takes for its first picture, precomputation included. Under each picture
+/// stand its time and its error against a path-traced reference, which is kept for the next time.
+#[derive(Debug, Args)]
+pub(in crate::app) struct Figures {
+    /// Scenes, as for render [default: every built-in one]
+    scenes: Vec<String>,
+    /// Folder for the pages; created if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Samples of each pixel of a reference [default: what --seconds allows]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..))]
+    spp: Option<u32>,
+    /// Ends a reference after this time; with --spp, at whichever comes first [default: 60, without --spp]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds)]
+    seconds: Option<f32>,
+    /// Folder where references are kept [default: the user's cache folder]
+    #[arg(long, value_name = "DIR")]
+    cache: Option<PathBuf>,
+    #[command(flatten)]
+    scene_args: SceneArgs,
+    #[command(flatten)]
+    device_args: DeviceArgs,
+}
+
+impl Figures {
+    pub(in crate::app) fn run(self) -> Result<()> {
+        let names = builtin::NAMES.map(str::to_owned);
+        let specs = if self.scenes.is_empty() { &names[..] } else { &self.scenes };
+        let scenes = specs.iter().map(|spec| self.scene_args.load(spec)).collect::<Result<Vec<_>>>()?;
+        let stems: Vec<String> = scenes.iter().map(|scene| stem(&scene.name)).collect();
+        if let Some(index) = (1..stems.len()).find(|&index| stems[..index].contains(&stems[index])) {
+            let message = format!("two scenes are called {}: name one", scenes[index].name);
+            return Err(Error::Usage(message));
+        }
+        let cache = self.cache.clone().map_or_else(cache::default_folder, Ok)?;
+        let context = self.device_args.open()?;
+        let device = format!("{}, {}", device_label(&context), context.driver());
+        drop(context);
+        std::fs::create_dir_all(&self.output)
+            .map_err(|error| Error::output(&self.output, format!("cannot be created: {}", error.kind())))?;
+        let page = |stem: &String| OutputFile::check(&self.output.join(format!("{stem}.html")));
+        let pages = stems.iter().map(page).collect::<Result<Vec<_>>>()?;
+        if cfg!(debug_assertions) {
+            self.device_args.warn("this is a debug build; its times mean little");
+        }
+        for ((scene, spec), page) in scenes.into_iter().zip(specs).zip(pages) {
+            self.device_args.say(&format!("{}: its figure", scene.name));
+            scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
+            let html = self.figure(&scene, spec, &device, &cache)?;
+            page.write(|out| out.write_all(html.as_bytes()))?;
+            crate::app::print(&format!("{}\n", page.path().display()))?;
+        }
+        Ok(())
+    }
+
+    /// The page of a scene; its pictures are written beside it.
+    fn figure(&self, scene: &Scene, spec: &str, device: &str, cache: &std::path::Path) -> Result<String> {
+        let seconds = self.seconds.or_else(|| self.spp.is_none().then_some(DEFAULT_SECONDS));
+        let budget = Budget { spp: self.spp, seconds };
+        let reference = Reference::find(scene, budget, cache, &self.device_args)?;
+        let preset = settings::trials(&scene.quality).swap_remove(0);
+        let preset = measure(preset, scene, &reference, &self.device_args)?;
+        let preset = Preset::new(preset, &reference, None)?;
+        let compare = |method: &rivals::Method| {
+            let outcome = rivals::compare(method, scene, &preset.setting, &reference, &self.device_args)?;
+            Ok((method.name, outcome))
+        };
+        let outcomes = rivals::METHODS.iter().map(compare).collect::<Result<Vec<_>>>()?;
+        let mut shown = shown(&preset, &outcomes, &reference, scene.cameras[0].size)?;
+        shown.iter_mut().for_each(name_as_the_paper);
+        for picture in &shown {
+            let name = picture.title.to_lowercase().replace(' ', "-");
+            let name = format!("{}-{name}.png", stem(&scene.name));
+            OutputFile::check(&self.output.join(name))?.write(|out| out.write_all(&picture.png))?;
+        }
+        let command = format!("lightpaths figures {}{}", shell_word(spec), self.scene_args.typed());
+        Ok(page(scene, &shown, &settings::arguments(&preset.setting.quality), device, &command))
+    }
+}
+
+/// The paper's figure of a scene, or the scene's name.
+fn stem(scene: &str) -> String {
+    match scene {
+        "box" => "figure-4".to_owned(),
+        "atrium" => "figure-5".to_owned(),
+        "room" => "figure-6".to_owned(),
+        other => format!("figure-{other}"),
+    }
+}
+
+fn name_as_the_paper(shown: &mut Shown) {
+    let title = match shown.title.as_str() {
+        "Direct only" => "Direct illumination only",
+        "Light paths" => "Our method",
+        "Path tracing" => "Pure Monte Carlo",
+        _ => return,
+    };
+    title.clone_into(&mut shown.title);
+}
+
+fn page(scene: &Scene, shown: &[Shown], quality: &str, device: &str, command: &str) -> String {
+    let name = plot::escape(&scene.name);
+    let title = match stem(&scene.name).strip_prefix("figure-").and_then(|number| number.parse::<u32>().ok())
+    {
+        Some(number) => format!("Figure {number}: {name}"),
+        None => format!("Figure: {name}"),
+    };
+    let [width, height] = scene.cameras[0].size;
+    let facts = [
+        format!("{} triangles, {width}×{height} pixels", scene.triangles.len()),
+        quality.to_owned(),
+        device.to_owned(),
+        format!("made by {command}"),
+    ];
+    let facts: String = facts.iter().map(|fact| format!("{}<br>\n", plot::escape(fact))).collect();
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>\n{}</style>\n\
+         </head>\n<body>\n<h1>{title}</h1>\n<p class=\"soft\">{facts}</p>\n\
+         <p>Photon mapping and Monte Carlo had the time of our first picture, precomputation included. The error is the relative \
+         mean square error against the reference, whose own noise is subtracted.</p>\n{}</body>\n</html>\n",
+        include_str!("report.css"),
+        report::pictures(shown),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scenes_have_the_papers_numbers() {
+        let stems = ["box", "atrium", "room", "attic"].map(stem);
+        assert_eq!(stems, ["figure-4", "figure-5", "figure-6", "figure-attic"]);
+    }
+}

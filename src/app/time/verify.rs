@@ -1,0 +1,105 @@
+//! Whether what is timed is right: the picture's energy against the path tracer's.
+
+use crate::app::args::DeviceArgs;
+use crate::error::Result;
+use crate::metrics;
+use crate::reference::{PathTracer, Progressive};
+use crate::renderer::Silent;
+use crate::scene::Scene;
+
+/// Samples of each pixel in a round, two for each half.
+const ROUND: u32 = 4;
+/// The standard deviation of the energy, as a share of it, at which the path tracer is exact enough.
+const EXACT: f64 = 0.002;
+/// Samples of all pixels at most.
+const MOST_SAMPLES: u64 = 1 << 24;
+/// A deviation that no method of this kind is without, as a share.
+const ALLOWED: f64 = 0.01;
+/// Standard deviations of the path tracer that are taken for noise.
+const SIGMAS: f64 = 3.0;
+
+/// The picture's energy in relation to the path tracer's.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub(super) struct Energy {
+    /// Sum of the picture over that of the path tracer's.
+    pub(super) ratio: f64,
+    /// Standard deviation of the ratio that the path tracer's noise makes.
+    pub(super) noise: f64,
+    /// Samples of each of its pixels.
+    pub(super) spp: u32,
+}
+
+impl Energy {
+    /// Of a picture against two independent estimates of it.
+    fn of(picture: &[[f32; 3]], halves: [&[[f32; 3]]; 2], spp: u32) -> Self {
+        let sum = |pixel: &[f32; 3]| pixel.iter().map(|&value| f64::from(value)).sum::<f64>();
+        let pairs = || halves[0].iter().zip(halves[1]).map(|(a, b)| [sum(a), sum(b)]);
+        let total: f64 = pairs().map(|[a, b]| 0.5 * (a + b)).sum();
+        // Half the difference of two estimates deviates as their mean does.
+        let variance: f64 = pairs().map(|[a, b]| 0.25 * (a - b).powi(2)).sum();
+        let ours: f64 = picture.iter().map(sum).sum();
+        match total > 0.0 {
+            true => Self { ratio: ours / total, noise: variance.sqrt() / total, spp },
+            false => Self { ratio: if ours == total { 1.0 } else { f64::INFINITY }, noise: 0.0, spp },
+        }
+    }
+
+    /// Whether it is the path tracer's, but for its noise and one per cent.
+    pub(super) fn agrees(&self) -> bool {
+        (self.ratio - 1.0).abs() <= ALLOWED + SIGMAS * self.noise
+    }
+
+    /// In words for people.
+    pub(super) fn say(&self) -> String {
+        let Self { ratio, noise, spp } = self;
+        let ratio = 100.0 * (ratio - 1.0);
+        format!("{ratio:+.2} % off the path tracer's (± {:.2} %, {spp} samples a pixel)", 100.0 * noise)
+    }
+}
+
+/// Path traces until the energy is known well enough. The scene's first camera is the picture's.
+pub(super) fn energy(scene: Scene, picture: &[[f32; 3]], device_args: &DeviceArgs) -> Result<Energy> {
+    if metrics::first_non_finite(picture).is_some() {
+        return Ok(Energy { ratio: f64::NAN, noise: 0.0, spp: 0 });
+    }
+    let context = device_args.open()?;
+    let mut tracer = PathTracer::new(&context, scene, &mut Silent)?;
+    loop {
+        tracer.add_samples(ROUND)?;
+        let [a, b] = tracer.halves()?;
+        let energy = Energy::of(picture, [&a, &b], tracer.samples());
+        let samples = u64::from(tracer.samples()) * picture.len() as u64;
+        // An estimate from few pixels may state too little noise.
+        let is_exact = energy.noise <= EXACT && tracer.samples() > ROUND;
+        if is_exact || samples >= MOST_SAMPLES {
+            device_args.report_validation(&context);
+            return Ok(energy);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn energies_agree_within_one_per_cent_and_the_noise() {
+        let picture = |value: f32| vec![[value, 2.0 * value, 0.0]; 10_000];
+        let noisy = |sign: f32| -> Vec<[f32; 3]> {
+            let value = |index: usize| 1.0 + 0.4 * sign * if index.is_multiple_of(2) { 1.0 } else { -1.0 };
+            (0..10_000).map(|index| [value(index), 2.0 * value(index), 0.0]).collect()
+        };
+        let (a, b) = (noisy(1.0), noisy(-1.0));
+        let of = |value: f32| Energy::of(&picture(value), [&a, &b], 4);
+        // Each pixel's mean deviates by 0.4; ten thousand of them by a hundredth of that.
+        assert!((of(1.0).noise - 0.004).abs() < 1e-6 && (of(1.0).ratio - 1.0).abs() < 1e-6);
+        assert!(of(1.02).agrees() && of(0.98).agrees());
+        assert!(!of(1.025).agrees() && !of(0.975).agrees());
+        let exact = Energy::of(&picture(1.0), [&picture(1.0), &picture(1.0)], 4);
+        assert_eq!((exact.ratio, exact.noise), (1.0, 0.0));
+        assert!(!Energy { ratio: f64::NAN, noise: 0.0, spp: 0 }.agrees());
+        let black = picture(0.0);
+        assert!(Energy::of(&black, [&black, &black], 4).agrees());
+        assert!(!Energy::of(&picture(1.0), [&black, &black], 4).agrees());
+    }
+}

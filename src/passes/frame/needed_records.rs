@@ -1,0 +1,202 @@
+//! Which records must be gathered for a view: those that its splat weights name, and what blending reads for them.
+//! In: splat weights, lists of neighbours. Out: a list of records, in order, with the sizes of the dispatches that gather them.
+
+use crate::error::Result;
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, TRANSFER_TO_COMPUTE};
+use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::frame::blend::Blend;
+use crate::passes::frame::prefix_sum::PrefixSum;
+use crate::passes::frame::splat::Splat;
+use std::sync::Arc;
+
+gpu_struct! {
+    /// Push constants of the first step.
+    pub struct NeededMarkPush {
+        /// Pixels.
+        pub pixel_count: u32,
+        /// Weights that fit.
+        pub weight_capacity: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of the second step.
+    pub struct NeededNeighboursPush {
+        /// Records.
+        pub record_count: u32,
+        /// 1: whatever the view sees.
+        pub takes_all: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of the third step.
+    pub struct NeededListPush {
+        /// Records.
+        pub record_count: u32,
+        /// Records of a part of the table of gather rays.
+        pub rows_per_part: u32,
+    }
+}
+
+/// What this pass shares with its shaders.
+pub const LAYOUTS: &[Layout] =
+    &[NeededMarkPush::LAYOUT, NeededNeighboursPush::LAYOUT, NeededListPush::LAYOUT];
+
+/// Workgroups of a dispatch along x; the rest goes along y.
+const ROW: u32 = 1024;
+
+/// Records in ascending order, ready to be gathered.
+pub struct RecordList {
+    /// Listed records before each record, and all.
+    pub offsets: Buffer,
+    /// The records.
+    pub records: Buffer,
+    /// For each part of the table of gather rays, workgroups along the axes.
+    pub groups: Buffer,
+}
+
+impl RecordList {
+    /// A list that stays: of `record_count` records those given, in ascending order.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn fixed(
+        context: &Arc<Context>,
+        record_count: u32,
+        rows_per_part: u32,
+        records: &[u32],
+    ) -> Result<Self> {
+        let before = |end: u32| records.partition_point(|&record| record < end) as u32;
+        let offsets: Vec<u32> = (0..=record_count).map(before).collect();
+        let groups = (0..record_count).step_by(rows_per_part.max(1) as usize).flat_map(|first| {
+            let count = before(first + rows_per_part) - before(first);
+            [count.min(ROW), count.div_ceil(ROW), 1]
+        });
+        Ok(Self {
+            offsets: Buffer::from_slice(context, "record offsets", &offsets)?,
+            groups: Buffer::from_slice(context, "gather groups", &groups.collect::<Vec<_>>())?,
+            records: Buffer::from_slice(context, "listed records", records)?,
+        })
+    }
+
+    /// All of so many records.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn all(context: &Arc<Context>, record_count: u32, rows_per_part: u32) -> Result<Self> {
+        Self::fixed(context, record_count, rows_per_part, &(0..record_count).collect::<Vec<_>>())
+    }
+}
+
+/// What a list is to hold, and what of it is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wanted {
+    /// The splat weights are new.
+    pub view_is_new: bool,
+    /// No record is current any more.
+    pub none_is_current: bool,
+    /// All records that are not current, whatever the view sees.
+    pub all: bool,
+}
+
+/// The pipelines, the marks and the list.
+pub struct NeededRecords {
+    mark: Pipeline,
+    neighbours: Pipeline,
+    compact: Pipeline,
+    sums: PrefixSum,
+    record_count: u32,
+    rows_per_part: u32,
+    /// One for records that splat weights name; zero for others.
+    pub is_seen: Buffer,
+    /// One for records that were listed since they went out of date.
+    is_current: Buffer,
+    /// The records that must be gathered.
+    pub list: RecordList,
+}
+
+impl NeededRecords {
+    /// The name that twin and timing share.
+    pub const STEM: &str = "needed_records";
+
+    /// Makes room for lists of so many records, whose gather rays stand in parts of so many rows.
+    ///
+    /// # Errors
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn new(context: &Arc<Context>, record_count: u32, rows_per_part: u32) -> Result<Self> {
+        let none = vec![0_u32; record_count as usize];
+        Ok(Self {
+            mark: Pipeline::new(context, "needed_mark", &[])?,
+            neighbours: Pipeline::new(context, "needed_neighbours", &[])?,
+            compact: Pipeline::new(context, "needed_list", &[])?,
+            sums: PrefixSum::new(context, record_count)?,
+            record_count,
+            rows_per_part,
+            is_seen: Buffer::from_slice(context, "seen records", &none)?,
+            is_current: Buffer::from_slice(context, "current records", &none)?,
+            list: RecordList::all(context, record_count, rows_per_part)?,
+        })
+    }
+
+    /// Lists the records that are wanted and not current; from then on they count as current.
+    pub fn record(&self, rec: &mut Recorder, wanted: Wanted, splat: &Splat, blend: &Blend) {
+        let RecordList { offsets, records: listed, groups } = &self.list;
+        let record_count = self.record_count;
+        let mut pass = rec.pass(Self::STEM);
+        pass.fill_zero(offsets);
+        if wanted.none_is_current {
+            pass.fill_zero(&self.is_current);
+        }
+        if wanted.view_is_new {
+            pass.fill_zero(&self.is_seen);
+        }
+        pass.barrier(TRANSFER_TO_COMPUTE);
+        if wanted.view_is_new {
+            let ([first_weights, weights], [pixel_count, weight_capacity]) = (splat.lists(), splat.room());
+            pass.dispatch(
+                &self.mark,
+                [pixel_count, 1, 1],
+                &NeededMarkPush { pixel_count, weight_capacity },
+                &[("FirstWeights", first_weights), ("Weights", weights), ("IsSeen", &self.is_seen)],
+            );
+            pass.barrier(COMPUTE_TO_COMPUTE);
+        }
+        let [first_neighbours, neighbours] = blend.lists();
+        pass.dispatch(
+            &self.neighbours,
+            [record_count, 1, 1],
+            &NeededNeighboursPush { record_count, takes_all: u32::from(wanted.all) },
+            &[
+                ("IsSeen", &self.is_seen),
+                ("IsCurrent", &self.is_current),
+                ("FirstNeighbours", first_neighbours),
+                ("Neighbours", neighbours),
+                ("IsNeeded", offsets),
+            ],
+        );
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        self.sums.record(&mut pass, offsets, record_count);
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.dispatch(
+            &self.compact,
+            [record_count, 1, 1],
+            &NeededListPush { record_count, rows_per_part: self.rows_per_part },
+            &[
+                ("RecordOffsets", offsets),
+                ("ListedRecords", listed),
+                ("IsCurrent", &self.is_current),
+                ("GatherGroups", groups),
+            ],
+        );
+    }
+
+    /// Records in the list.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn listed(&self) -> Result<u32> {
+        Ok(self.list.offsets.read_range::<u32>(self.record_count as usize, 1)?[0])
+    }
+}

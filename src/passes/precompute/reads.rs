@@ -1,0 +1,65 @@
+//! What anything reads of the hierarchy: known before any light is.
+//! In: gather rays, views, small clusters beside records. Out: clusters whose irradiance is read; clusters whose flux that takes.
+
+use super::cluster_views::ViewTables;
+use super::gather_rays::{GatherCode, RayTable};
+use crate::error::Result;
+use crate::scene::hvds::Hvds;
+use crate::types::{NO_CLUSTER, NO_TARGET};
+
+/// What is read, by cluster.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reads {
+    /// Somebody reads its irradiance.
+    pub irradiance: Vec<bool>,
+    /// The irradiance of some cluster that is read takes its flux, or a cluster around it does.
+    pub flux: Vec<bool>,
+}
+
+impl Reads {
+    /// All there is.
+    pub fn all(hvds: &Hvds) -> Self {
+        let all = vec![true; hvds.cluster_count() as usize];
+        Self { irradiance: all.clone(), flux: all }
+    }
+
+    /// What gather rays read, and views that they read; they read no directions. `indirect_sources`: the cluster that each takes its
+    /// indirect light from.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn find(
+        hvds: &Hvds,
+        rays: &RayTable,
+        code: GatherCode,
+        views: Option<&ViewTables>,
+        indirect_sources: &[u32],
+    ) -> Result<Self> {
+        let count = hvds.cluster_count() as usize;
+        let view_count = views.map_or(0, |views| views.count() as usize);
+        let mut is_read = vec![false; count + view_count];
+        for ray in rays.read()?.iter().filter(|ray| ray.target != NO_TARGET) {
+            is_read[(ray.target & ((1 << code.cluster_bits) - 1)) as usize] = true;
+        }
+        let mut irradiance = is_read;
+        let read_views = irradiance.split_off(count);
+        if let Some(views) = views {
+            for (parts, _) in views.first_parts.windows(2).zip(read_views).filter(|(_, is_read)| *is_read) {
+                for part in &views.parts[parts[0] as usize..parts[1] as usize] {
+                    irradiance[part.cluster as usize] = true;
+                }
+            }
+        }
+        let mut flux = vec![false; count];
+        for cluster in (0..count).filter(|&cluster| irradiance[cluster]) {
+            flux[cluster] = true;
+            flux[indirect_sources[cluster] as usize] = true;
+        }
+        // From the root down: a sum takes all its parts.
+        for cluster in (0..count).rev() {
+            let parent = hvds.parents[cluster];
+            flux[cluster] |= parent != NO_CLUSTER && flux[parent as usize];
+        }
+        Ok(Self { irradiance, flux })
+    }
+}

@@ -1,0 +1,25 @@
+//! Films: the state of a scene at some time, as edits.
+
+use super::Renderer;
+use crate::error::Result;
+use crate::scene::film::{MaterialState, State};
+
+impl Renderer {
+    /// Brings the scene into that state; what is in it already stays, and costs nothing.
+    ///
+    /// # Errors
+    /// A material starts to shine that is not editable; the device failed.
+    pub fn set_state(&mut self, state: &State) -> Result<()> {
+        self.set_camera(&state.camera);
+        for &(light, kind, is_on) in &state.lights {
+            self.set_light(light, kind)?;
+            if self.light_is_on(light) != is_on {
+                self.switch_light(light, is_on)?;
+            }
+        }
+        for &MaterialState { material, diffuse, specular, exponent } in &state.materials {
+            self.set_material(material, diffuse, specular, exponent)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,130 @@
+//! Which records a frame gathers. After an edit of the light, those that the view needs; when the camera moves, those that it needs
+//! besides; when nothing is to be done, once, the others: then a camera finds all records current.
+
+use super::changes::Stages;
+use crate::error::Result;
+use crate::gpu::barrier::COMPUTE_TO_INDIRECT;
+use crate::gpu::{Buffer, Context, Recorder};
+use crate::passes::frame::blend::Blend;
+use crate::passes::frame::gather::Gather;
+use crate::passes::frame::needed_records::{NeededRecords, RecordList, Wanted};
+use crate::passes::frame::splat::Splat;
+use std::sync::Arc;
+
+/// What a frame gathers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Gathering {
+    /// Nothing: all that the view needs is current.
+    Nothing,
+    /// Every record.
+    All,
+    /// What the last list holds: all that this view needs.
+    Listed,
+    /// What a new list will hold.
+    List(Wanted),
+}
+
+/// The lists, and what is known of them.
+pub(super) struct Needs {
+    pass: NeededRecords,
+    all: RecordList,
+    record_count: u32,
+    /// The marks of seen records are those of the view.
+    knows_view: bool,
+    /// The list holds all that the view needs.
+    has_list: bool,
+    /// Some records may be out of date.
+    lags: bool,
+    /// Records that the last frame to gather any gathered.
+    gathered: u32,
+}
+
+impl Needs {
+    pub(super) fn new(context: &Arc<Context>, gather: &Gather) -> Result<Self> {
+        let (record_count, rows) = (gather.point_count(), gather.rays.rows_per_buffer);
+        Ok(Self {
+            pass: NeededRecords::new(context, record_count, rows)?,
+            all: RecordList::all(context, record_count, rows)?,
+            record_count,
+            knows_view: false,
+            has_list: false,
+            lags: false,
+            gathered: 0,
+        })
+    }
+
+    /// What a frame of those stages has to gather.
+    pub(super) fn of(&self, stages: Stages, skips: bool) -> Gathering {
+        let wanted = Wanted {
+            view_is_new: stages.view || !self.knows_view,
+            none_is_current: stages.energy,
+            all: false,
+        };
+        match stages.energy {
+            true if !skips => Gathering::All,
+            true if self.has_list && !wanted.view_is_new => Gathering::Listed,
+            true => Gathering::List(wanted),
+            false if !self.lags => Gathering::Nothing,
+            false if stages.view => Gathering::List(wanted),
+            false if stages.is_idle() => Gathering::List(Wanted { view_is_new: false, all: true, ..wanted }),
+            false => Gathering::Nothing,
+        }
+    }
+
+    /// Makes the list, if one is to be made; it is ready for what follows. Returns the list to gather and, unless all records are to be blended,
+    /// which are; none where there is nothing to gather.
+    pub(super) fn record(
+        &self,
+        rec: &mut Recorder,
+        gathering: Gathering,
+        splat: &Splat,
+        blend: &Blend,
+    ) -> Option<(&RecordList, Option<&Buffer>)> {
+        match gathering {
+            Gathering::Nothing => None,
+            Gathering::All => Some((&self.all, None)),
+            Gathering::Listed => Some((&self.pass.list, Some(&self.pass.is_seen))),
+            Gathering::List(wanted) => {
+                self.pass.record(rec, wanted, splat, blend);
+                rec.barrier(COMPUTE_TO_INDIRECT);
+                Some((&self.pass.list, (!wanted.all).then_some(&self.pass.is_seen)))
+            }
+        }
+    }
+
+    /// Takes note of what a frame has done; returns how many records it gathered.
+    pub(super) fn settle(&mut self, stages: Stages, gathering: Gathering) -> Result<u32> {
+        self.knows_view &= !stages.view;
+        self.has_list &= !stages.view;
+        match gathering {
+            Gathering::Nothing => return Ok(0),
+            Gathering::All => (self.has_list, self.lags, self.gathered) = (false, false, self.record_count),
+            Gathering::Listed => self.lags = true,
+            Gathering::List(wanted) => {
+                self.gathered = self.pass.listed()?;
+                self.knows_view |= wanted.view_is_new;
+                self.has_list = wanted.none_is_current;
+                self.lags = !wanted.all;
+            }
+        }
+        if self.gathered == self.record_count {
+            self.lags = false;
+        }
+        Ok(self.gathered)
+    }
+
+    /// Records that the last frame to gather any gathered, ahead of others or not.
+    pub(super) fn gathered(&self) -> u32 {
+        self.gathered
+    }
+
+    /// Gathers and blends every record, whatever the view needs, in frames and out of them.
+    pub(super) fn all(&self) -> &RecordList {
+        &self.all
+    }
+
+    /// Records that the view needs, where that is known.
+    pub(super) fn of_view(&self) -> Option<u32> {
+        self.has_list.then_some(self.gathered)
+    }
+}

@@ -1,0 +1,116 @@
+//! Films: what of a scene changes in time. What a frame shows depends on its time alone, so that frames can be made in any order,
+//! by any number of machines.
+
+pub mod builtin;
+mod curve;
+mod read;
+mod tracks;
+
+use super::{Camera, LightKind, LoadOptions, Scene};
+use crate::{Error, Result};
+use glam::{DVec3, Vec3};
+use std::path::PathBuf;
+use tracks::{CameraTrack, LightTrack, MaterialTrack};
+
+/// Most frames that a film can have.
+const MOST_FRAMES: f64 = 1e6;
+
+/// A timeline of a scene.
+#[derive(Clone, Debug)]
+pub struct Film {
+    /// File stem or built-in name; names outputs.
+    pub name: String,
+    /// Frames per second.
+    pub fps: f64,
+    /// How many frames it has. Frame `i` shows the scene at the time `i / fps`.
+    pub frame_count: u32,
+    file: PathBuf,
+    /// Subtracted from all places, as the scene's coordinates are.
+    origin: DVec3,
+    camera: CameraTrack,
+    lights: Vec<LightTrack>,
+    materials: Vec<MaterialTrack>,
+}
+
+/// What a scene looks like at some time, as far as a film changes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// The first camera.
+    pub camera: Camera,
+    /// The lights that the film changes: index, kind, and whether it is on.
+    pub lights: Vec<(usize, LightKind, bool)>,
+    /// The materials that the film changes.
+    pub materials: Vec<MaterialState>,
+}
+
+/// What a material reflects at some time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaterialState {
+    /// Index into the scene's materials.
+    pub material: usize,
+    /// Diffuse albedo, which an image of it is multiplied with.
+    pub diffuse: Vec3,
+    /// Specular albedo.
+    pub specular: Vec3,
+    /// Phong exponent.
+    pub exponent: f32,
+}
+
+impl Film {
+    /// Loads a film, by the path of its `.toml` or its built-in name, and its scene, made ready to be filmed: lights that come later are
+    /// there (a [`State`] says whether they are on), and materials that change are editable, so that light paths are the same
+    /// whichever frames are rendered.
+    ///
+    /// # Errors
+    /// As [`Scene::load`]; [`Error::Input`] with file, line and key for everything wrong in the film.
+    pub fn load(spec: &str, options: &LoadOptions) -> Result<(Self, Scene)> {
+        let (film, scene) = read::load(spec, options)?;
+        film.check(&scene)?;
+        Ok((film, scene))
+    }
+
+    /// What frame `frame` shows: a function of that number alone.
+    pub fn state(&self, frame: u32) -> State {
+        let time = f64::from(frame) / self.fps;
+        let lights = self.lights.iter().map(|track| {
+            let (kind, is_on) = track.at(time, self.origin);
+            (track.light, kind, is_on)
+        });
+        State {
+            camera: self.camera.at(time, self.origin),
+            lights: lights.collect(),
+            materials: self.materials.iter().map(|track| track.at(time)).collect(),
+        }
+    }
+
+    /// Refuses what comes out wrong between keys.
+    fn check(&self, scene: &Scene) -> Result<()> {
+        for frame in 0..self.frame_count {
+            let State { camera, lights, .. } = self.state(frame);
+            let fault = |what: String| {
+                let seconds = f64::from(frame) / self.fps;
+                Err(Error::input(
+                    &self.file,
+                    format!("frame {frame} ({seconds:.3} s): {what}; add or move keys"),
+                ))
+            };
+            let forward = (camera.target - camera.position).as_dvec3().normalize_or_zero();
+            if forward == DVec3::ZERO {
+                return fault("the camera stands at its target".to_owned());
+            }
+            if forward.cross(camera.up.as_dvec3()).length() < 1e-5 {
+                return fault("the camera looks straight up or down".to_owned());
+            }
+            for (index, kind, _) in lights {
+                if let LightKind::Area { edge_u, edge_v, .. } = kind {
+                    let [u, v] = [edge_u, edge_v].map(Vec3::as_dvec3);
+                    if u.cross(v).length() <= 1e-6 * u.length() * v.length() {
+                        let name = &scene.lights[index].name;
+                        return fault(format!("the edges of light `{name}` are zero or parallel"));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,78 @@
+//! Built-in models that are made when they are loaded, as finely as asked.
+
+mod atrium;
+mod chance;
+mod cushion;
+mod drapery;
+mod joinery;
+mod model;
+mod moulding;
+mod outline;
+mod panel;
+mod plants;
+mod room;
+mod sheet;
+mod solid;
+mod turning;
+
+use super::geometry::Mesh;
+use super::material::Material;
+use model::Model;
+use outline::Detail;
+
+/// What makes a model.
+struct Generator {
+    name: &'static str,
+    /// Triangles it has unless told otherwise: the size class of the paper's scene. [Yue, table 1]
+    triangles: u32,
+    /// The detail at which it has them.
+    detail: f64,
+    build: fn(&mut Model, Detail),
+}
+
+const GENERATORS: [Generator; 2] = [
+    Generator { name: "atrium", triangles: 76_154, detail: 0.58, build: atrium::build },
+    Generator { name: "room", triangles: 141_287, detail: 1.135, build: room::build },
+];
+
+/// Names of the generated models.
+pub(super) const NAMES: [&str; 2] = [GENERATORS[0].name, GENERATORS[1].name];
+/// Triangles that may be asked for.
+pub(super) const TRIANGLES: std::ops::RangeInclusive<u32> = 10_000..=20_000_000;
+/// A number of triangles is met when off by less than this, relative.
+const CLOSE: f64 = 0.01;
+/// How often a model is made at most to meet a number of triangles.
+const ATTEMPTS: usize = 10;
+
+/// Makes the model of that name with about so many triangles, or as many as usual. None where there is no such model.
+///
+/// Things are cut into whole numbers of segments, so that numbers of triangles come in steps; the nearest is taken.
+pub(super) fn generate(name: &str, triangles: Option<u32>) -> Option<(Vec<Mesh>, Vec<Material>)> {
+    let generator = GENERATORS.iter().find(|generator| generator.name == name)?;
+    let wanted = f64::from(triangles.unwrap_or(generator.triangles));
+    // Triangles go about with the square of the detail. `low` has too few, `high` too many.
+    let mut detail = generator.detail * (wanted / f64::from(generator.triangles)).sqrt();
+    let [mut low, mut high] = [0.0, f64::INFINITY];
+    let mut best: Option<(f64, Model)> = None;
+    for _ in 0..ATTEMPTS {
+        let mut model = Model::default();
+        (generator.build)(&mut model, Detail(detail));
+        let ratio = model.triangles() as f64 / wanted;
+        let off = ratio.ln().abs();
+        if best.as_ref().is_none_or(|(least, _)| off < *least) {
+            best = Some((off, model));
+        }
+        if off < CLOSE {
+            break;
+        }
+        if ratio > 1.0 {
+            high = detail;
+        } else {
+            low = detail;
+        }
+        let guess = detail / ratio.sqrt();
+        let is_between = guess > low && guess < high;
+        detail = if is_between { guess } else { 0.5 * (low + high.min(4.0 * detail)) };
+    }
+    best.map(|(_, model)| (model.meshes, model.materials))
+}

@@ -1,0 +1,91 @@
+//! A model under construction: parts placed in the world, sorted by material.
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+use super::solid::{Part, Solid};
+use crate::scene::geometry::Mesh;
+use crate::scene::material::Material;
+
+/// Corners lie on a lattice of this many points a metre. It is exact in f32 within 64 m, so that shared corners stay shared,
+/// and finer than any part is thin; and what the last bits of a sine were does not show in it.
+const LATTICE: f64 = 262_144.0;
+
+/// A material of a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Finish(usize);
+
+/// What a generator fills.
+#[derive(Debug, Default)]
+pub(super) struct Model {
+    pub(super) materials: Vec<Material>,
+    pub(super) meshes: Vec<Mesh>,
+}
+
+impl Model {
+    /// A matt material of that albedo, linear Rec.709.
+    pub(super) fn matt(&mut self, name: &str, diffuse: [f32; 3]) -> Finish {
+        let index = self.materials.len();
+        self.materials.push(Material { diffuse: Vec3::from(diffuse), ..Material::neutral(name) });
+        self.meshes.push(Mesh { material: index as u32, ..Mesh::default() });
+        Finish(index)
+    }
+
+    /// Places a part of one material.
+    pub(super) fn place(&mut self, part: &Part, at: &DAffine3, finish: Finish) {
+        self.place_in(part, at, &[finish]);
+    }
+
+    /// Places a part whose facets choose among these materials.
+    pub(super) fn place_in(&mut self, part: &Part, at: &DAffine3, finishes: &[Finish]) {
+        let normal_matrix: DMat3 = at.matrix3.inverse().transpose();
+        let is_mirrored = at.matrix3.determinant() < 0.0;
+        for (number, &Finish(index)) in finishes.iter().enumerate() {
+            let mesh = &mut self.meshes[index];
+            let mut vertices = vec![u32::MAX; part.positions.len()];
+            for (facet, corners) in part.facets.iter().enumerate() {
+                if part.finishes.get(facet).map_or(0, |&finish| usize::from(finish)) != number {
+                    continue;
+                }
+                let mut corners = corners.map(|corner| {
+                    let corner = corner as usize;
+                    if vertices[corner] == u32::MAX {
+                        vertices[corner] = mesh.positions.len() as u32;
+                        let position = at.transform_point3(part.positions[corner]);
+                        mesh.positions.push((position * LATTICE).round() / LATTICE);
+                        mesh.normals.push((normal_matrix * part.normals[corner]).normalize());
+                    }
+                    vertices[corner]
+                });
+                if is_mirrored {
+                    corners.swap(1, 2);
+                }
+                mesh.indices.extend(corners);
+            }
+        }
+    }
+
+    /// Adds a solid that stands where it was made.
+    pub(super) fn add(&mut self, solid: Solid, finish: Finish) {
+        self.place(&solid.smooth(), &DAffine3::IDENTITY, finish);
+    }
+
+    /// Adds a solid of several materials that stands where it was made.
+    pub(super) fn add_in(&mut self, solid: Solid, finishes: &[Finish]) {
+        self.place_in(&solid.smooth(), &DAffine3::IDENTITY, finishes);
+    }
+
+    /// Triangles so far.
+    pub(super) fn triangles(&self) -> usize {
+        self.meshes.iter().map(|mesh| mesh.indices.len() / 3).sum()
+    }
+}
+
+/// Moves by so much.
+pub(super) fn at(x: f64, y: f64, z: f64) -> DAffine3 {
+    DAffine3::from_translation(DVec3::new(x, y, z))
+}
+
+/// Turns about the vertical through the origin, counter-clockwise from above.
+pub(super) fn turn(degrees: f64) -> DAffine3 {
+    DAffine3::from_rotation_y(degrees.to_radians())
+}

@@ -1,0 +1,106 @@
+//! Plants in pots.
+
+use std::f64::consts::TAU;
+
+use glam::{DAffine3, DVec3, dvec3};
+
+use super::chance::Chance;
+use super::model::at;
+use super::moulding::rod;
+use super::outline::{Detail, Outline};
+use super::sheet::leaf;
+use super::solid::Solid;
+use super::turning::turned;
+
+/// An urn of that radius and height on the origin, with its soil; finishes: urn, soil.
+pub(super) fn urn(detail: Detail, r: f64, height: f64) -> Solid {
+    let h = height;
+    let profile = Outline::from(0.62 * r, -0.002, detail)
+        .to(0.62 * r, 0.06 * h)
+        .arc(0.42 * r, 0.16 * h, -0.41, 2.0)
+        .arc(0.42 * r, 0.21 * h, 0.9, 2.0)
+        .through(&[[0.78 * r, 0.42 * h], [0.95 * r, 0.66 * h], [0.84 * r, 0.88 * h]], 1.49)
+        .to(0.98 * r, 0.91 * h)
+        .arc(0.98 * r, h, 0.9, 3.0)
+        .to(0.86 * r, h)
+        .to(0.80 * r, 0.90 * h);
+    let mut urn = turned(&profile.points(), detail.cuts(14.0, 4));
+    urn.finish_as(0);
+    let soil = Outline::from(0.6 * r, 0.86 * h, detail).to(0.815 * r, 0.91 * h).to(0.4 * r, 0.94 * h);
+    urn.join(turned(&soil.points(), detail.cuts(10.0, 4)));
+    urn.finish_as(1);
+    urn
+}
+
+/// A rosette of arching leaves of that length on the origin.
+pub(super) fn agave(detail: Detail, length: f64, leaves: usize, seed: u64) -> Solid {
+    let mut chance = Chance::new(seed);
+    let mut plant = Solid::default();
+    let count = detail.count(leaves, 6);
+    for number in 0..count {
+        let share = number as f64 / count as f64;
+        let length = length * (1.0 - 0.35 * share) * chance.between(0.85, 1.1);
+        // The outer ones lie, the inner ones stand.
+        let rise = 0.35 + 0.95 * share + chance.between(-0.1, 0.1);
+        let turn = TAU * (number as f64 * 0.381_966 + chance.between(-0.02, 0.02));
+        let blade = blade(detail, length, 0.085 * length, rise, 0.9 - 0.5 * share);
+        plant.join(blade.moved(&DAffine3::from_rotation_y(turn)));
+    }
+    plant
+}
+
+/// A leaf from the axis along +x: it starts at the angle `rise`, radians, and bends down by `fall` over its length.
+fn blade(detail: Detail, length: f64, half_width: f64, rise: f64, fall: f64) -> Solid {
+    let cells = [detail.cuts(4.0, 2), detail.cuts(2.0, 2)];
+    let width = move |u: f64| half_width * (0.45 + 1.4 * u * (1.0 - u)) * (1.04 - u.powi(3)).max(0.04);
+    // Thinner than it is bent, or its upper side would fold over.
+    leaf(
+        cells,
+        move |u| (0.3 * width(u)).min(0.012),
+        move |u, v| {
+            let across = 2.0 * v - 1.0;
+            let angle = |t: f64| rise - fall * t * t;
+            // The mean direction so far: near enough the integral along a gently bent line.
+            let mean = (angle(0.0) + 4.0 * angle(0.5 * u) + angle(u)) / 6.0;
+            let width = width(u);
+            let hollow = 0.5 * width * across * across;
+            let along = 0.03 + length * u;
+            let (sine, cosine) = mean.sin_cos();
+            dvec3(along * cosine - hollow * sine, along * sine + hollow * cosine, -across * width)
+        },
+    )
+}
+
+/// A small tree of that height: a leaning stem, branches and broad leaves. Finishes: wood, leaf.
+pub(super) fn tree(detail: Detail, height: f64, branches: usize, seed: u64) -> Solid {
+    let mut chance = Chance::new(seed);
+    let mut plant = Solid::default();
+    let mut foliage = Solid::default();
+    let cuts = detail.cuts(4.0, 3);
+    let stem = |t: f64| dvec3(0.05 * (5.0 * t).sin(), t * height, 0.04 * (4.0 * t + 1.0).sin());
+    let path: Vec<DVec3> = (0..=4).map(|at| stem(f64::from(at) / 4.0)).collect();
+    plant.join(rod(&path, cuts, false, |t| 0.022 - 0.014 * t));
+    let count = detail.count(branches, 5);
+    for number in 0..count {
+        let share = 0.35 + 0.65 * (number as f64 + 0.5) / count as f64;
+        let turn = TAU * (number as f64 * 0.381_966) + chance.between(-0.3, 0.3);
+        let reach = height * (0.30 - 0.16 * (share - 0.35)) * chance.between(0.8, 1.15);
+        let lift = chance.between(0.35, 0.75);
+        let out = dvec3(turn.cos(), lift, turn.sin()).normalize();
+        let tip = |t: f64| stem(share) + out * (reach * t) - DVec3::Y * (0.35 * reach * t * t);
+        let path: Vec<DVec3> = (0..=2).map(|at| tip(f64::from(at) / 2.0)).collect();
+        plant.join(rod(&path, cuts.min(8), false, |t| 0.008 - 0.005 * t));
+        for at_leaf in 0..if detail.is_below(0.35) { 2 } else { 3 } {
+            let t = 0.5 + 0.25 * f64::from(at_leaf);
+            let turn = -turn + if at_leaf % 2 == 0 { 0.8 } else { -0.8 } + chance.between(-0.4, 0.4);
+            let p = tip(t.min(1.0));
+            let size = chance.between(0.10, 0.15) * height.sqrt();
+            let blade = blade(detail, size, 0.42 * size, chance.between(-0.1, 0.5), 0.9);
+            foliage.join(blade.moved(&(at(p.x, p.y, p.z) * DAffine3::from_rotation_y(turn))));
+        }
+    }
+    plant.finish_as(0);
+    plant.join(foliage);
+    plant.finish_as(1);
+    plant
+}

@@ -1,0 +1,64 @@
+//! The paper's tables and figures as scripts see them.
+
+use super::{assert_refused, cube, json, listing, run, stderr, stdout};
+use std::fs;
+
+#[test]
+fn the_tables_stand_beside_the_papers() {
+    let folder = tempfile::tempdir().unwrap();
+    let small = "time box --frames 1 --lights 1,8,3 --size 32x32 --set quality.entry_points=10000 --set quality.gather_rays=64";
+    let small = format!("{small} --json t.json");
+    let output = run(&folder, &small.split(' ').collect::<Vec<_>>());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = stdout(&output).split_whitespace().collect::<Vec<_>>().join(" ");
+    let tables = &text[text.find("Table 1: scenes").unwrap()..];
+    for words in [
+        "paper's Box 2914 512x512 1920 9.20 165",
+        "paper's Box 6.00 11.0 11.0 5.00 76.0 109 109 87.0 1271",
+        "1 light 2 lights 3 lights 4 lights 8 lights 1 to 8",
+        "paper's Box 9.10 8.60 - 8.20 7.20 -21 %",
+    ] {
+        assert!(tables.contains(words), "{words} in {tables}");
+    }
+    assert_eq!(tables.matches("here / paper").count(), 3);
+    let energy = &json(&folder, "t.json")["scenes"][0]["energy"];
+    assert!((energy["ratio"].as_f64().unwrap() - 1.0).abs() < 0.02 && energy["spp"].as_u64().unwrap() > 4);
+    assert!(energy["noise"].as_f64().unwrap() <= 0.002, "{energy}");
+}
+
+#[test]
+fn times_of_a_wrong_picture_are_not_printed() {
+    let folder = tempfile::tempdir().unwrap();
+    // A handful of light paths cannot hold the energy.
+    let few = "time box --frames 1 --lights 1 --size 32x32 --set quality.entry_points=30 --set quality.gather_rays=16 -q";
+    let output = run(&folder, &few.split(' ').chain(["--json", "t.json"]).collect::<Vec<_>>());
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("box: the picture's energy is "), "{}", stderr(&output));
+    assert!(!stdout(&output).contains("Tdi") && !stdout(&output).contains("Table"), "{}", stdout(&output));
+    assert_eq!(json(&folder, "t.json")["scenes"], serde_json::json!([]));
+}
+
+#[test]
+fn figures_are_pages_that_need_nothing_else() {
+    let (folder, cube) = (tempfile::tempdir().unwrap(), cube());
+    let scene = cube.path().join("cube.toml");
+    let small = "-o out --spp 8 --cache cache --size 16x16 --set quality.entry_points=1000 --set quality.gather_rays=16 \
+                 --set quality.cells=8 --set quality.cache_points=300";
+    let arguments = format!("figures {} {small}", scene.display());
+    let output = run(&folder, &arguments.split_whitespace().collect::<Vec<_>>());
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(stdout(&output), "out/figure-cube.html\n");
+    let html = fs::read_to_string(folder.path().join("out/figure-cube.html")).unwrap();
+    for title in ["Direct illumination only", "Photon mapping", "Our method", "Pure Monte Carlo", "Reference"]
+    {
+        assert!(html.contains(&format!("<b>{title}</b>")), "{title}");
+        let name = format!("out/figure-cube-{}.png", title.to_lowercase().replace(' ', "-"));
+        let picture = lightpaths::image::read(&folder.path().join(name), None).unwrap();
+        assert_eq!(picture.size, [16, 16]);
+    }
+    assert_eq!(html.matches("relMSE").count(), 5, "an error under each, the noise under the reference");
+    assert!(!html.contains("http") && html.contains("data:image/png;base64,"));
+    assert_eq!(listing(&folder), ["cache", "out"]);
+    assert_refused(&run(&folder, &["figures"]), 2, &["--output"]);
+    assert_refused(&run(&folder, &["figures", "box", "box", "-o", "out"]), 2, &["two scenes", "box"]);
+}

@@ -1,0 +1,148 @@
+//! Who reads what surfaces send by their lobes: gather rays, through slots, and rays of shining pixels.
+
+use crate::gloss::{HEMISPHERE, SEED, Shining};
+use crate::world::{Random, SUM, assert_near};
+use glam::{DVec2, DVec3, Vec3};
+use lightpaths::cpu::gather;
+use lightpaths::cpu::hemisphere::Strata;
+use lightpaths::gpu::Buffer;
+use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
+use lightpaths::passes::frame::gather::{Gather, GatherSources};
+use lightpaths::passes::frame::gloss::{Gloss, GlossLight};
+use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, GlossShine, LOBE_RAYS, Surroundings};
+use lightpaths::passes::frame::needed_records::RecordList;
+use lightpaths::passes::frame::primary::Primary;
+use lightpaths::passes::precompute::gather_rays::RayTable;
+use lightpaths::scene::Camera;
+use lightpaths::types::{NO_TARGET, PixelSurface, Record, View};
+use std::f64::consts::PI;
+
+/// What records gather where rays read slots: albedo times irradiance of the slot's cluster, and what the slot has over its area.
+pub(crate) fn gathered_slots_equal_the_twin(shining: &Shining, gloss: &Gloss, fluxes: &[Vec3]) {
+    let (world, context) = (&shining.world, &shining.world.context);
+    let mut random = Random::new(64);
+    let clusters = world.hvds.cluster_count();
+    let irradiance: Vec<Vec3> = (0..clusters).map(|_| 1.0 + random.cube()).collect();
+    let inverse_areas: Vec<f32> = (0..clusters).map(|_| 10.0 * random.unit()).collect();
+    let colours: Vec<u32> = shining.packed.iter().map(|_| random.word()).collect();
+    let point_count = shining.points.len() as u32;
+    let table = |has_colours| RayTable {
+        rows_per_buffer: point_count,
+        buffers: vec![Buffer::from_slice(context, "gather rays", &shining.packed).unwrap()],
+        colours: vec![Buffer::from_slice(context, "ray colours", &colours).unwrap()],
+        has_colours,
+    };
+    let irradiance_buffer = Buffer::from_slice(context, "irradiance", &irradiance).unwrap();
+    let areas_buffer = Buffer::from_slice(context, "inverse areas", &inverse_areas).unwrap();
+    let albedos: Vec<Vec3> = world.materials.iter().map(|material| material.diffuse).collect();
+    let slot_pairs = shining.tables.slots.iter().zip(fluxes);
+    let slots: Vec<(u32, DVec3)> = slot_pairs
+        .map(|(slot, flux)| (slot.cluster, flux.as_dvec3() * f64::from(inverse_areas[slot.cluster as usize])))
+        .collect();
+    for has_colours in [false, true] {
+        let points = Buffer::from_slice(context, "cache points", &shining.points).unwrap();
+        let (code, rays) = (shining.packed_code, table(has_colours));
+        let list = RecordList::all(context, point_count, rays.rows_per_buffer).unwrap();
+        let pass = Gather::new(context, points, point_count, rays, HEMISPHERE, code, true).unwrap();
+        let sources = GatherSources {
+            materials: &world.buffers.materials,
+            irradiance: &irradiance_buffer,
+            inverse_areas: &areas_buffer,
+            gloss: Some(gloss),
+        };
+        context.run(|rec| pass.record(rec, sources, &list)).unwrap();
+        let records: Vec<Record> = pass.records.read().unwrap();
+        let sources = gather::Sources {
+            albedos: &albedos,
+            irradiance: &irradiance,
+            cluster_bits: code.cluster_bits,
+            least_distance: code.least_distance,
+            slots: &slots,
+        };
+        let strata = Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors };
+        let rows = shining.packed.chunks_exact(strata.rays() as usize);
+        let colour_rows = colours.chunks_exact(strata.rays() as usize);
+        for ((record, point), (row, colours)) in
+            records.iter().zip(&shining.points).zip(rows.zip(colour_rows))
+        {
+            let colours = if has_colours { colours } else { &[] };
+            let twin = gather::gather(sources, strata, point.normal, row, colours);
+            assert_near(record.irradiance, twin.irradiance, SUM, 0.0, "gathered slots");
+        }
+    }
+}
+
+/// What shining pixels see where their rays meet what shines, and nothing else is lit: the vertices there, asked one by one.
+pub(crate) fn pixels_of_what_shines_equal_the_twin(
+    shining: &Shining,
+    gloss: &Gloss,
+    (first_deposits, deposits, lights): (&Buffer, &Buffer, &[GlossLight<'_>]),
+    sent: impl Fn(u32, DVec3) -> DVec3,
+) {
+    let (world, context) = (&shining.world, &shining.world.context);
+    let mut random = Random::new(65);
+    let camera = Camera {
+        name: String::new(),
+        position: Vec3::new(0.1, 0.05, 0.45),
+        target: Vec3::new(-0.1, 0.0, -0.4),
+        up: Vec3::Y,
+        fov_y_degrees: 80.0,
+        size: [13, 11],
+    };
+    let view = View::from(&camera);
+    let count = camera.size[0] * camera.size[1];
+    let primary = Primary::new(context, count).unwrap();
+    let clusters = world.hvds.cluster_count() as usize;
+    let inverse_areas: Vec<f32> = (0..clusters).map(|_| 1.0 + random.unit()).collect();
+    let bits = shining.code.cluster_bits;
+    let pass = GlossPixels::new(context, &world.buffers, count, LOBE_RAYS, bits).unwrap();
+    let around = Surroundings {
+        scene: &world.buffers,
+        pixels: &primary.pixels,
+        irradiance: &Buffer::from_slice(context, "irradiance", &vec![Vec3::ZERO; clusters]).unwrap(),
+        inverse_areas: &Buffer::from_slice(context, "inverse areas", &inverse_areas).unwrap(),
+        gloss,
+        first_deposits,
+        deposits,
+    };
+    context
+        .run(|rec| {
+            primary.record(rec, &world.buffers, &view);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            pass.record_rays(rec, &world.buffers, &world.clusters, &primary.pixels, &view, SEED);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            pass.record(rec, around, [lights, lights], &[]);
+        })
+        .unwrap();
+    let pixels: Vec<PixelSurface> = primary.pixels.read().unwrap();
+    let rays: Vec<GlossRay> = pass.rays.read().unwrap();
+    let found: Vec<GlossShine> = pass.radiance.read().unwrap();
+    let materials = world.reflectances();
+    let shines = |material: u32| materials[material as usize].specular != Vec3::ZERO;
+    let listed = (0..count as usize)
+        .filter(|&pixel| shines(shining.material_of(pixels[pixel].side) as u32))
+        .zip(rays.chunks_exact(LOBE_RAYS as usize));
+    let mut lit = 0;
+    for (pixel, rays) in listed {
+        let mut sum = DVec3::ZERO;
+        for ray in rays.iter().filter(|ray| ray.target != NO_TARGET && shines(ray.target >> bits)) {
+            let cluster = ray.target & ((1 << bits) - 1);
+            let area = f64::from(inverse_areas[cluster as usize]);
+            sum += f64::from(ray.weight) * area * sent(cluster, unpack_direction(ray.direction));
+        }
+        let specular = materials[shining.material_of(pixels[pixel].side)].specular.as_dvec3();
+        let twin = specular * sum / (f64::from(LOBE_RAYS) * PI);
+        lit += usize::from(twin.max_element() > 0.0);
+        assert_near(found[pixel].indirect, twin, SUM, 1e-3 * twin.max_element(), "pixel");
+    }
+    assert!(lit > 20, "{lit} pixels see what shines");
+}
+
+/// A unit direction in two 16-bit integers of the octahedral map.
+fn unpack_direction(word: u32) -> DVec3 {
+    let half = |bits: u32| (f64::from(bits as u16 as i16) / 32767.0).max(-1.0);
+    let p = DVec2::new(half(word & 0xffff), half(word >> 16));
+    let z = 1.0 - p.abs().element_sum();
+    let flat = if z >= 0.0 { p } else { (1.0 - DVec2::new(p.y, p.x).abs()) * DVec2::ONE.copysign(p) };
+    flat.extend(z).normalize()
+}

@@ -1,0 +1,111 @@
+//! What of the hierarchy is read: against brute force; and that working out no more than that changes no bit of it.
+
+use crate::common::{assert_silent, context};
+use crate::world::{Random, World};
+use glam::Vec3;
+use lightpaths::gpu::Buffer;
+use lightpaths::passes::frame::cluster_views::ViewPart;
+use lightpaths::passes::frame::hvds::{ClusterLists, LEAST_VERTICES, Pyramid, indirect_sources};
+use lightpaths::passes::precompute::cluster_views::ViewTables;
+use lightpaths::passes::precompute::gather_rays::{GatherCode, RayTable};
+use lightpaths::passes::precompute::reads::Reads;
+use lightpaths::scene::hvds::Hvds;
+use lightpaths::types::{Deposit, GatherRay, NO_CLUSTER, NO_TARGET};
+
+/// Whether a cluster is another one or lies within it.
+fn is_within(hvds: &Hvds, mut cluster: u32, around: u32) -> bool {
+    while cluster < around {
+        cluster = hvds.parents[cluster as usize];
+    }
+    cluster == around && cluster != NO_CLUSTER
+}
+
+/// Views of random parts.
+fn random_views(random: &mut Random, clusters: u32, count: u32) -> ViewTables {
+    let mut views = ViewTables { first_parts: vec![0], ..ViewTables::default() };
+    for _ in 0..count {
+        let parts = 1 + random.below(5);
+        views.parts.extend((0..parts).map(|_| ViewPart { cluster: random.below(clusters), weight: 0.1 }));
+        views.first_parts.push(views.parts.len() as u32);
+    }
+    views
+}
+
+#[test]
+fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
+    let context = context();
+    let mut random = Random::new(29);
+    let hvds = World::room().hvds;
+    let (clusters, base) = (hvds.cluster_count(), hvds.levels[0].len());
+    let mut first_deposits = vec![0];
+    for list in 0..2 * base {
+        first_deposits.push(first_deposits[list] + random.below(40) * u32::from(list % 3 > 0));
+    }
+    let deposit = |_| Deposit { throughput: 0.5 * (1.0 + random.cube()), path: random.below(99) };
+    let deposits: Vec<Deposit> = (0..=first_deposits[2 * base]).map(deposit).collect();
+    let flux: Vec<Vec3> = (0..99).map(|_| 1.0 + random.cube()).collect();
+    let [deposits, flux] = [
+        Buffer::from_slice(&context, "deposits", &deposits).unwrap(),
+        Buffer::from_slice(&context, "path flux", &flux).unwrap(),
+    ];
+    let sources = indirect_sources(&hvds, &first_deposits, LEAST_VERTICES);
+    for (ray_count, view_count) in [(0, 0), (1, 0), (40, 0), (40, 9), (400, 70)] {
+        let views = random_views(&mut random, clusters, view_count);
+        let code = GatherCode::new(clusters + view_count, 3, 1.0).unwrap();
+        let rays: Vec<GatherRay> = (0..2 * ray_count)
+            .map(|_| {
+                // Fine clusters mostly; some rays leave the scene.
+                let end = 1 + random.below(clusters + view_count);
+                let cluster = random.below(end);
+                let cluster =
+                    if random.below(4) == 0 { clusters + view_count - 1 - cluster } else { cluster };
+                let target = cluster | random.below(3) << code.cluster_bits;
+                GatherRay { target: if random.below(5) == 0 { NO_TARGET } else { target }, gradient: 0 }
+            })
+            .collect();
+        let parts = rays.chunks(1 + ray_count);
+        let table = RayTable {
+            rows_per_buffer: 1,
+            buffers: parts.map(|part| Buffer::from_slice(&context, "gather rays", part).unwrap()).collect(),
+            colours: Vec::new(),
+            has_colours: false,
+        };
+        let reads = Reads::find(&hvds, &table, code, (view_count > 0).then_some(&views), &sources).unwrap();
+
+        let mask = (1 << code.cluster_bits) - 1;
+        let targets = rays.iter().filter(|ray| ray.target != NO_TARGET).map(|ray| ray.target & mask);
+        let mut read: Vec<u32> = Vec::new();
+        for target in targets {
+            match target.checked_sub(clusters) {
+                None => read.push(target),
+                Some(view) => {
+                    let [first, end] = [view, view + 1].map(|view| views.first_parts[view as usize] as usize);
+                    read.extend(views.parts[first..end].iter().map(|part| part.cluster));
+                }
+            }
+        }
+        for cluster in 0..clusters {
+            let index = cluster as usize;
+            assert_eq!(reads.irradiance[index], read.contains(&cluster), "cluster {cluster}");
+            let takes =
+                |&of: &u32| is_within(&hvds, cluster, of) || is_within(&hvds, cluster, sources[of as usize]);
+            assert_eq!(reads.flux[index], read.iter().any(takes), "flux of cluster {cluster}");
+        }
+
+        let pyramid = Pyramid::new(&context, &hvds, &first_deposits, 0.01).unwrap();
+        let lists = ClusterLists::new(&context, &hvds.levels, &reads.flux, &reads.irradiance).unwrap();
+        let worked_out = |lists| {
+            context.run(|rec| pyramid.record(rec, &flux, &flux, &deposits, lists)).unwrap();
+            pyramid.irradiance.read::<Vec3>().unwrap()
+        };
+        let (some, all) = (worked_out(&lists), worked_out(&pyramid.all));
+        for (cluster, (some, all)) in some.iter().zip(&all).enumerate() {
+            let expected = if reads.irradiance[cluster] { *all } else { Vec3::ZERO };
+            assert_eq!(*some, expected, "irradiance of cluster {cluster}");
+        }
+        let count = reads.irradiance.iter().filter(|is_read| **is_read).count();
+        assert!(ray_count < 40 || (count > 20 && count < clusters as usize), "{count} clusters are read");
+    }
+    context.take_redundant_barriers();
+    assert_silent(&context);
+}

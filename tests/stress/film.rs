@@ -1,0 +1,86 @@
+//! Films neither flicker nor pop: what a pixel shows goes on as it went.
+
+use crate::common::{assert_silent, context};
+use crate::determinism::bits;
+use crate::{SMALL, prepare};
+use lightpaths::renderer::{Layer, Renderer};
+use lightpaths::scene::film::Film;
+use lightpaths::scene::{LoadOptions, Scene};
+
+/// Frames per second: so many that between frames nothing moves by more than a fraction of a pixel. What still jumps, pops.
+const FPS: f64 = 384.0;
+
+/// The built-in film of the Box at that rate.
+fn film() -> (Film, Scene) {
+    let text = include_str!("../../assets/films/box.toml").replace("fps = 24", &format!("fps = {FPS}"));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("box.toml");
+    std::fs::write(&path, text).unwrap();
+    Film::load(path.to_str().unwrap(), &LoadOptions { size: Some([64, 64]), ..LoadOptions::default() })
+        .unwrap()
+}
+
+/// What eyes make of radiance, 0..=1 and above.
+fn shown(renderer: &Renderer) -> Vec<f32> {
+    let pixels = renderer.layer(Layer::Beauty).unwrap();
+    pixels.as_flattened().iter().map(|value| value.powf(1.0 / 2.2)).collect()
+}
+
+#[test]
+fn pixels_of_consecutive_frames_go_on_as_they_went() {
+    let (film, scene) = film();
+    let mut renderer = prepare(scene, SMALL);
+    // Nine in ten values, 999 in 1000, and all. While the camera walks, edges go over pixels in the steps of their samples.
+    for (what, seconds, most) in [
+        ("the camera walks", 4.2, [1e-3, 0.1, 0.5]),
+        ("a wall changes its colour", 11.0, [1e-5, 1e-4, 1e-3]),
+        ("the teapot begins to shine", 13.7, [1e-5, 1e-4, 1e-3]),
+        ("the camera walks around the gloss", 18.2, [1e-2, 0.25, 0.6]),
+        ("the point light moves", 24.0, [1e-4, 2e-3, 0.02]),
+        ("the panel comes", 29.6, [1e-5, 1e-4, 1e-3]),
+        ("the point light goes", 32.3, [1e-5, 1e-4, 1e-3]),
+        ("the panel turns", 34.8, [1e-4, 2e-3, 0.02]),
+        ("the panel moves", 37.5, [1e-5, 1e-4, 1e-3]),
+    ] {
+        let first = (seconds * FPS) as u32;
+        let frames: Vec<Vec<f32>> = (first..first + 6)
+            .map(|frame| {
+                renderer.set_state(&film.state(frame)).unwrap();
+                renderer.frame().unwrap();
+                shown(&renderer)
+            })
+            .collect();
+        let mut jumps: Vec<f32> = frames
+            .windows(3)
+            .flat_map(|three| {
+                let values = three[0].iter().zip(&three[1]).zip(&three[2]);
+                values.map(|((a, b), c)| (a - 2.0 * b + c).abs())
+            })
+            .collect();
+        jumps.sort_by(f32::total_cmp);
+        let found = [0.9, 0.999, 1.0].map(|share| jumps[(share * (jumps.len() - 1) as f64) as usize]);
+        println!("{what}: second differences {found:?}");
+        assert!(found.iter().zip(most).all(|(found, most)| *found <= most), "{what}: {found:?}, {most:?}");
+        assert!(frames[0] != frames[5], "{what}, so that there is something to see");
+    }
+    assert_silent(&context());
+}
+
+#[test]
+fn a_frame_is_the_same_whatever_was_rendered_before() {
+    let (film, scene) = film();
+    let frames = [1500, 5200, 9300, 12_400, 14_500];
+    let mut forwards = prepare(scene.clone(), SMALL);
+    let render = |renderer: &mut Renderer, frame: u32| {
+        renderer.set_state(&film.state(frame)).unwrap();
+        renderer.frame().unwrap();
+        bits(renderer)
+    };
+    let all = frames.map(|frame| render(&mut forwards, frame));
+    for (frame, expected) in frames.into_iter().zip(&all).rev().step_by(2) {
+        let mut cold = prepare(scene.clone(), SMALL);
+        assert!(render(&mut cold, frame) == *expected, "frame {frame}");
+    }
+    assert!(all.windows(2).all(|pair| pair[0] != pair[1]));
+    assert_silent(&context());
+}

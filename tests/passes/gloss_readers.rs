@@ -42,6 +42,7 @@ pub(crate) fn gathered_slots_equal_the_twin(shining: &Shining, gloss: &Gloss, fl
     for has_colours in [false, true] {
         let points = Buffer::from_slice(context, "cache points", &shining.points).unwrap();
         let (code, rays) = (shining.packed_code, table(has_colours));
+        let list = RecordList::all(context, point_count, rays.rows_per_buffer).unwrap();
         let pass = Gather::new(context, points, point_count, rays, HEMISPHERE, code, true).unwrap();
         let sources = GatherSources {
             materials: &world.buffers.materials,
@@ -49,7 +50,6 @@ pub(crate) fn gathered_slots_equal_the_twin(shining: &Shining, gloss: &Gloss, fl
             inverse_areas: &areas_buffer,
             gloss: Some(gloss),
         };
-        let list = RecordList::all(context, point_count, point_count).unwrap();
         context.run(|rec| pass.record(rec, sources, &list)).unwrap();
         let records: Vec<Record> = pass.records.read().unwrap();
         let sources = gather::Sources {

@@ -5,14 +5,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::measure::{Measured, judge, measure};
+use super::measure::measure;
 use super::reference::Reference;
 use super::report::{self, Shown};
 use super::{Budget, Preset, cache, plot, rivals, settings, shown};
 use crate::app::args::{DeviceArgs, SceneArgs, device_label, parse_seconds, shell_word};
 use crate::app::output::OutputFile;
 use crate::error::{Error, Result};
-use crate::renderer::Layer;
 use crate::scene::{Scene, builtin};
 
 /// Time that a reference gets where the user does not say, seconds.
@@ -81,11 +80,8 @@ impl Figures {
         let budget = Budget { spp: self.spp, seconds };
         let reference = Reference::find(scene, budget, cache, &self.device_args)?;
         let preset = settings::trials(&scene.quality).swap_remove(0);
-        let Measured { setting, picture, renderer, .. } =
-            measure(preset, scene, &reference, &self.device_args)?;
-        let direct = judge(renderer.layer(Layer::Direct)?, None, &reference)?;
-        drop(renderer);
-        let preset = Preset { setting, picture, direct, stages: Vec::new() };
+        let preset = measure(preset, scene, &reference, &self.device_args)?;
+        let preset = Preset::new(preset, &reference, None)?;
         let compare = |method: &rivals::Method| {
             let outcome = rivals::compare(method, scene, &preset.setting, &reference, &self.device_args)?;
             Ok((method.name, outcome))

@@ -73,6 +73,19 @@ struct Preset {
     stages: Vec<StageError>,
 }
 
+impl Preset {
+    /// What its renderer, which goes afterwards, can tell as well; the stages' errors where somebody is to hear of them.
+    fn new(measured: Measured, reference: &Reference, stages: Option<&DeviceArgs>) -> Result<Self> {
+        let Measured { setting, picture, mut renderer, context } = measured;
+        let direct = judge(renderer.layer(Layer::Direct)?, None, reference)?;
+        let stages = match stages {
+            Some(device_args) => stages::measure(&context, &mut renderer, reference, device_args)?,
+            None => Vec::new(),
+        };
+        Ok(Self { setting, picture, direct, stages })
+    }
+}
+
 impl Sweep {
     pub(super) fn run(self) -> Result<()> {
         let scene = self.scene_args.load(&self.scene)?;
@@ -149,7 +162,7 @@ impl Sweep {
                         setting.error.relmse_debiased,
                     ));
                     if preset.is_none() {
-                        preset = Some(self.preset(measured, reference)?);
+                        preset = Some(Preset::new(measured, reference, Some(&self.device_args))?);
                     } else {
                         others.push(measured.setting);
                     }
@@ -161,14 +174,6 @@ impl Sweep {
             }
         }
         Ok((preset.expect("the preset comes first, or an error"), others))
-    }
-
-    /// What its renderer, which goes afterwards, can tell as well.
-    fn preset(&self, measured: Measured, reference: &Reference) -> Result<Preset> {
-        let Measured { setting, picture, mut renderer, context } = measured;
-        let direct = judge(renderer.layer(Layer::Direct)?, None, reference)?;
-        let stages = stages::measure(&context, &mut renderer, reference, &self.device_args)?;
-        Ok(Preset { setting, picture, direct, stages })
     }
 
     fn try_rivals(

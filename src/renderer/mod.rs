@@ -67,6 +67,8 @@ pub struct Renderer {
     near_field: NearField,
     /// Cache points that see the near field: the first so many.
     near_count: u32,
+    /// Of these the first so many stand in narrow gaps, and see the first so many parts of clusters.
+    tight: [u32; 2],
     gather: Gather,
     /// None where no material may shine.
     shine: Option<Shine>,
@@ -102,6 +104,8 @@ impl Renderer {
         let shine = made.gloss.map(shine).transpose()?;
         let mut pyramid = Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2)?;
         let views = Views::new(context, made.views, &made.hvds, &mut pyramid)?;
+        let near_field = NearField::new(context, &made.near_clusters, &made.near_parts)?;
+        pyramid.make_room_for_parts(context, near_field.part_count())?;
         let gloss_room = shine.as_ref().map(Shine::room);
         Ok(Self {
             context: context.clone(),
@@ -123,7 +127,8 @@ impl Renderer {
             pyramid,
             views,
             near_count: made.near_count,
-            near_field: NearField::new(context, &made.near_clusters)?,
+            tight: [made.tight_count, made.tight_parts],
+            near_field,
             gather: Gather::new(
                 context,
                 made.cache_points,
@@ -234,14 +239,23 @@ impl Renderer {
                 shine.record_clusters(rec, stages, materials, &self.pyramid, deposits, &self.lights);
             }
             self.views.record(rec, &self.pyramid);
+            let (part_count, records) = (self.near_field.part_count(), &self.gather.records);
+            self.near_field.record_parts(rec, &self.pyramid, None, part_count);
             let sources = self.gather_sources();
             self.gather.record(rec, sources, self.gather.point_count());
             rec.barrier(COMPUTE_TO_COMPUTE);
-            self.near_field.record(rec, &self.pyramid, &self.gather.records);
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            self.views.record(rec, &self.pyramid);
-            self.gather.record(rec, sources, self.near_count);
-            rec.barrier(COMPUTE_TO_COMPUTE);
+            // Light goes to and fro in narrow gaps many times; once is enough elsewhere.
+            let [tight_count, tight_parts] = self.tight;
+            let rounds = if tight_count > 0 { self.scene.quality.gap_rounds } else { 0 };
+            let gaps = (0..rounds).map(|_| [tight_parts, tight_count]);
+            for [parts, points] in gaps.chain([[part_count, self.near_count]]) {
+                self.near_field.record(rec, &self.pyramid, records);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+                self.views.record(rec, &self.pyramid);
+                self.near_field.record_parts(rec, &self.pyramid, Some(records), parts);
+                self.gather.record(rec, sources, points);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+            }
             self.blend.record(rec, &self.gather.cache_points, &self.gather.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }

@@ -8,11 +8,16 @@ use crate::passes::frame::near_field::NearCluster;
 use crate::passes::precompute::cache_points::{self, Geometry, Placed, Placement, Survey};
 use crate::passes::precompute::cluster_views::{self, ViewTables};
 use crate::passes::precompute::entry_points::{self, Strata};
-use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, RayTable};
+use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, LEAST_ENTRY_POINTS, RayTable};
 use crate::passes::precompute::gloss::{self, GlossTables};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
-use crate::passes::precompute::{Progress, light_paths, near_clusters, rays::Rays, sides};
+use crate::passes::precompute::{
+    Progress, light_paths, near_clusters,
+    near_hits::{self, NearHits},
+    rays::Rays,
+    sides,
+};
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::directions::{Directions, directions_for, resolved_exponent};
 use crate::scene::{Material, Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, surfaces};
@@ -29,6 +34,16 @@ const FINEST: u32 = 256;
 
 /// Cache points that have a surface within so many base cells see clusters of the near field.
 const SEES_NEAR: f32 = 2.0;
+
+/// And within so many, cache points stand in gaps in which light goes to and fro.
+const TIGHT: f32 = 0.5;
+
+/// Clusters whose middle is within so many base cells of a cache point are too coarse for it.
+const NEAR_HITS: f32 = 1.5;
+
+/// Entry points that a part of a split cluster must hold before a gather ray reads it: the cluster around it holds the other side of
+/// the wall as well.
+const LEAST_APART: f32 = 3.0;
 
 /// All that the frames are made of.
 pub(super) struct Precomputed {
@@ -51,8 +66,14 @@ pub(super) struct Precomputed {
     pub(super) code: GatherCode,
     pub(super) clusters: ClusterBuffers,
     pub(super) near_clusters: Vec<NearCluster>,
+    /// Parts of clusters that single cache points see.
+    pub(super) near_parts: Vec<NearCluster>,
     /// The first so many cache points see them.
     pub(super) near_count: u32,
+    /// And the first so many of these stand in narrow gaps.
+    pub(super) tight_count: u32,
+    /// They see the first so many parts.
+    pub(super) tight_parts: u32,
     pub(super) statistics: Statistics,
 }
 
@@ -96,7 +117,11 @@ pub(super) fn precompute(
 
     progress.stage("cells", 1);
     let (low, high) = scene.bounds();
-    let build = |cells| Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells);
+    let has_gaps = quality.gap_rounds > 0;
+    let build = |cells| {
+        let build = if has_gaps { Hvds::build_split } else { Hvds::build };
+        build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells)
+    };
     let cells = build(quality.cells);
     let finest = (REFINED * quality.cells).min(FINEST);
     let hvds = build(finest);
@@ -117,7 +142,14 @@ pub(super) fn precompute(
     let clearances = survey.clearances_of(&geometry, &hvds);
     let densities: Vec<f32> = clearances.iter().map(|&c| entry_points::density(c, cell_size)).collect();
     let strata = Strata::new(&hvds, &densities, quality.entry_points);
-    let clusters = ClusterBuffers::new(context, &hvds, &strata.in_clusters)?;
+    let mut trusted = strata.in_clusters.clone();
+    for cluster in hvds.split_clusters() {
+        let entry_points = &mut trusted[cluster as usize];
+        if *entry_points >= LEAST_APART {
+            *entry_points = entry_points.max(LEAST_ENTRY_POINTS);
+        }
+    }
+    let clusters = ClusterBuffers::new(context, &hvds, &trusted)?;
     let area_m2 = (strata.area_m2 / f64::from(quality.entry_points)) as f32;
     let mut entry_points = entry_points::place(context, &buffers, &clusters, &strata, seed)?;
     watch.lap("entry points");
@@ -140,9 +172,11 @@ pub(super) fn precompute(
         cache_points::place(&survey, &buffers, &geometry, quality.cache_points, seed, progress)?;
     entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
     // Points that see near clusters come first: only they are gathered twice.
-    let is_far = |placed: &Placed| placed.clearance >= SEES_NEAR * cell_size;
-    placement.points.sort_by_key(is_far);
-    let near_count = placement.points.partition_point(|placed| !is_far(placed)) as u32;
+    let within = |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size;
+    let (is_tight, is_near) = (within(TIGHT), within(SEES_NEAR));
+    placement.points.sort_by_key(|placed| (!is_near(placed), !is_tight(placed)));
+    let tight_count = placement.points.partition_point(is_tight) as u32;
+    let near_count = placement.points.partition_point(is_near) as u32;
     let points: Vec<CachePoint> = placement.points.iter().map(|placed| placed.point).collect();
     let cache_points = Buffer::from_slice(context, "cache points", &points)?;
     let neighbourhoods = Neighbourhoods::new(&placement.points);
@@ -155,7 +189,8 @@ pub(super) fn precompute(
     watch.lap("cache points");
 
     let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
-    let near_clusters = near_clusters::find(&hvds, &clearances, cell_size, normal, &placement.points);
+    let patches = near_clusters::patches(&hvds, &clearances, normal);
+    let near_clusters = near_clusters::find(&patches, cell_size, &placement.points);
     let hemisphere = Hemisphere::new(quality.gather_rays);
     let code = GatherCode::new(hvds.cluster_count(), scene.materials.len(), placement.least_radius)?;
     let point_count = placement.points.len() as u32;
@@ -170,6 +205,17 @@ pub(super) fn precompute(
         seed,
         progress,
     )?;
+    let near = near_hits::Sources {
+        patches: &patches,
+        materials: &scene.materials,
+        points: &placement.points,
+        near_count: if has_gaps { near_count } else { 0 },
+        least_radius: placement.least_radius,
+        reach: NEAR_HITS * cell_size,
+        hemisphere,
+        seed,
+    };
+    let mut near_hits = NearHits::find(near, &rays, code)?;
     watch.lap("gather rays");
     let directions = Directions::new(quality.directions);
     if point_count > 0 {
@@ -194,10 +240,15 @@ pub(super) fn precompute(
         (views, code) = (Some(tables), packed);
         watch.lap("occlusion");
     }
+    let view_count = views.as_ref().map_or(0, ViewTables::count);
+    let near_readers = near_hits.reader_count();
+    let part_count = near_hits.entries.len() as u32;
+    let tight_parts = near_hits.count_before(tight_count * hemisphere.rays());
+    let code = near_hits.redirect(&rays, code, hvds.cluster_count() + view_count, scene.materials.len())?;
     let (gloss, code) = gloss::build(
         gloss::Sources {
             hvds: &hvds,
-            view_count: views.as_ref().map_or(0, ViewTables::count),
+            view_count: view_count + part_count,
             surfaces: &surfaces,
             materials: &scene.materials,
             paths: &paths,
@@ -220,7 +271,11 @@ pub(super) fn precompute(
         ..Statistics::default()
     };
     count(&mut statistics, scene, &surfaces, &hvds, &paths, &placement, hemisphere);
+    statistics.counts.insert("cache points in narrow gaps".into(), u64::from(tight_count));
+    statistics.counts.insert("cache points that see near clusters".into(), u64::from(near_count));
     statistics.counts.insert("near clusters".into(), near_clusters.len() as u64);
+    statistics.counts.insert("near parts of clusters".into(), u64::from(part_count));
+    statistics.counts.insert("gather rays that read near parts".into(), near_readers);
     if let Some(views) = &views {
         statistics.counts.extend(views.counts());
     }
@@ -241,7 +296,10 @@ pub(super) fn precompute(
         code,
         clusters,
         near_clusters,
+        near_parts: near_hits.entries,
         near_count,
+        tight_count,
+        tight_parts,
         statistics,
     })
 }

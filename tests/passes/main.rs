@@ -24,6 +24,7 @@ mod irradiance_probe;
 mod light_paths;
 mod lights;
 mod near_field;
+mod near_hits;
 mod path_scan;
 mod path_trace;
 mod photon_gather;

@@ -60,6 +60,12 @@ fn scaled(preset: &Quality, [entry_points, cells, cache_points, gather_rays]: [f
         cells: scale(preset.cells, cells, 8, 256).next_power_of_two(),
         cache_points: scale(preset.cache_points, cache_points, 1, 1_000_000),
         gather_rays: 4 * rings * rings,
+        // In finer cells what is left is the light in narrow gaps.
+        gap_rounds: if entry_points > 1.0 && cells > 1.0 {
+            preset.gap_rounds.max(Quality::HIGH.gap_rounds)
+        } else {
+            preset.gap_rounds
+        },
         ..preset.clone()
     }
 }
@@ -72,6 +78,7 @@ pub(super) fn arguments(quality: &Quality) -> String {
         ("cells", quality.cells, preset.cells),
         ("cache_points", quality.cache_points, preset.cache_points),
         ("gather_rays", quality.gather_rays, preset.gather_rays),
+        ("gap_rounds", quality.gap_rounds, preset.gap_rounds),
         ("seed", quality.seed, preset.seed),
     ];
     let changed = pairs.into_iter().filter(|(_, value, preset)| value != preset);

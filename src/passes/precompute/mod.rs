@@ -10,6 +10,7 @@ pub mod gather_rays;
 pub mod gloss;
 pub mod light_paths;
 pub mod near_clusters;
+pub mod near_hits;
 pub mod neighbours;
 pub mod occlusion;
 pub mod path_orders;

@@ -173,7 +173,7 @@ pub(super) fn precompute(
     entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
     // Points that see near clusters come first: only they are gathered twice.
     let within = |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size;
-    let (is_tight, is_near) = (within(TIGHT), within(SEES_NEAR));
+    let (is_tight, is_near) = (within(if has_gaps { TIGHT } else { 0.0 }), within(SEES_NEAR));
     placement.points.sort_by_key(|placed| (!is_near(placed), !is_tight(placed)));
     let tight_count = placement.points.partition_point(is_tight) as u32;
     let near_count = placement.points.partition_point(is_near) as u32;

@@ -31,7 +31,7 @@ layout(scalar, binding = 3) readonly buffer DirectIrradiance { vec3 direct_irrad
 layout(scalar, binding = 4) readonly buffer IndirectIrradiance { vec3 indirect_irradiance[]; };
 layout(scalar, binding = 5) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 6) readonly buffer EdgeSurfaces { PixelSurface edge_surfaces[]; };
-layout(scalar, binding = 7) readonly buffer EdgeSources { uint edge_sources[]; };
+layout(scalar, binding = 7) readonly buffer EdgeSources { EdgeSource edge_sources[]; };
 layout(scalar, binding = 8) readonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
 layout(scalar, binding = 9) writeonly buffer Radiance { vec3 radiance[]; };
 layout(scalar, binding = 10) readonly buffer PixelColours { uint pixel_colours[]; };  // packed; only in scenes with images
@@ -69,10 +69,10 @@ void main() {
     vec3 sum = vec3(0.0);
     for (uint i = edge * count; i < (edge + 1u) * count; ++i) {
         uint side = edge_surfaces[i].side;
-        uint source = edge_sources[i];
-        uint shiner = SHINES == 1u ? shiner_of(side, source, index) : source;
+        EdgeSource source = edge_sources[i];
+        uint shiner = SHINES == 1u ? shiner_of(side, source.pixel, index) : source.pixel;
         vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(edge_colours[i]) : vec3(1.0);
-        sum += reflected(side, colour, direct_irradiance[push.pixel_count + i], source, shiner);
+        sum += source.share * reflected(side, colour, direct_irradiance[push.pixel_count + i], source.pixel, shiner);
     }
     vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(pixel_colours[index]) : vec3(1.0);
     vec3 centre = reflected(pixels[index].side, colour, direct_irradiance[index], index, index);

@@ -22,10 +22,11 @@ layout(scalar, binding = 1) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 2) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 3) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(scalar, binding = 4) readonly buffer EdgeSurfaces { PixelSurface edge_surfaces[]; };
-layout(scalar, binding = 5) writeonly buffer EdgeColours { uint edge_colours[]; };
-layout(scalar, binding = 6) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
-layout(scalar, binding = 7) readonly buffer Textures { Texture textures[]; };
-layout(scalar, binding = 8) readonly buffer Texels { uint texels[]; };
+layout(scalar, binding = 5) readonly buffer EdgeSources { EdgeSource edge_sources[]; };
+layout(scalar, binding = 6) writeonly buffer EdgeColours { uint edge_colours[]; };
+layout(scalar, binding = 7) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 8) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 9) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { EdgeColoursPush push; };
 
 #include "include/textures.glsl"
@@ -43,7 +44,7 @@ void main() {
     vec3 colour = vec3(0.0);
     for (bool is_due = side != NO_SIDE; is_due; is_due = false) {
         // The very point that `edge_samples` asked.
-        colour = colour_through(view, corner + sample_3d(index % count, pixel).xy, side >> 1).xyz;
+        colour = colour_through(view, corner + sample_3d(edge_sources[index].number, pixel).xy, side >> 1).xyz;
     }
     edge_colours[index] = pack_colour(colour);
 }

@@ -64,6 +64,6 @@ void main() {
     position = mix(position, (triangle.p0 + triangle.p1 + triangle.p2) * (1.0 / 3.0), 1.0 / 32768.0);
 
     vec3 normal = back ? -surface.normal : surface.normal;
-    uint cluster = base_cluster(grid_cell(push.grid, position, normal), side_code(surface.sides, back));
+    uint cluster = base_cluster(grid_cell(push.grid, position, normal), side_code(surface.sides, back), position);
     entry_points[index] = PathVertex(position, entry_patch.side, vec3(0.0), entry_patch.weight, cluster, 0.0);
 }

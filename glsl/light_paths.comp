@@ -107,7 +107,7 @@ void main() {
         state.side = 2u * hit.triangle + uint(back);
         state.incoming = direction;
         vec3 found_normal = back ? -found.normal : found.normal;
-        uint cluster = base_cluster(grid_cell(push.grid, state.position, found_normal), side_code(found.sides, back));
+        uint cluster = base_cluster(grid_cell(push.grid, state.position, found_normal), side_code(found.sides, back), state.position);
         vertices[index * STEPS + count] = PathVertex(state.position, state.side, direction, weight / survival, cluster, lobe);
         if (HAS_TEXTURES != 0u) vertex_colours[index * STEPS + count] = pack_colour(colour);
         ++count;

@@ -9,8 +9,9 @@ uint cluster_for(Hit hit, vec3 direction, float footprint) {
     bool back = facing > 0.0;
     if (!side_is_active(surface.sides, back)) return NO_CLUSTER;
     vec3 normal = back ? -surface.normal : surface.normal;
-    uint cell = grid_cell(push.grid, hit_position(hit), normal);
-    uint cluster = base_cluster(cell, side_code(surface.sides, back));
+    vec3 position = hit_position(hit);
+    uint cell = grid_cell(push.grid, position, normal);
+    uint cluster = base_cluster(cell, side_code(surface.sides, back), position);
     if (cluster == NO_CLUSTER) return NO_CLUSTER;
 
     float size = footprint * inversesqrt(max(abs(facing), 0.1)) * push.grid.inverse_cell;

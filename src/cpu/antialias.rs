@@ -84,6 +84,48 @@ pub fn sample(geometry: Geometry<'_>, view: &View, pixel: u32, sample: u32) -> O
     seen_through(geometry, view, (corner + sample_3d(sample, pixel)).as_dvec3().truncate())
 }
 
+/// What a sample of an edge pixel shows.
+pub struct EdgeSample {
+    /// Nothing where none of its points meets a surface.
+    pub seen: Option<Seen>,
+    /// Number of the pixel's point that it shows.
+    pub number: u32,
+    /// Of its points, those that meet a surface.
+    pub share: f64,
+}
+
+/// Sample `index` of the `count` of an edge pixel: where a pixel around sees nothing, it asks every `count`th of the pixel's points,
+/// `points` in all, and shows what the first sees that meets a surface.
+pub fn edge_sample(
+    geometry: Geometry<'_>,
+    view: &View,
+    pixels: &[PixelSurface],
+    pixel: u32,
+    [index, count, points]: [u32; 3],
+) -> EdgeSample {
+    let is_outline = around(view, pixel).any(|other| pixels[other as usize].side == NO_SIDE);
+    let points = if is_outline { points } else { 1 };
+    let numbers = (0..points).map(|k| index + k * count);
+    let met: Vec<(u32, Seen)> =
+        numbers.filter_map(|number| Some((number, sample(geometry, view, pixel, number)?))).collect();
+    let share = met.len() as f64 / f64::from(points);
+    match met.into_iter().next() {
+        Some((number, seen)) => EdgeSample { seen: Some(seen), number, share },
+        None => EdgeSample { seen: None, number: index, share },
+    }
+}
+
+/// A pixel and the eight around it, from the pixel itself on. Beyond its edges the image repeats itself.
+fn around(view: &View, pixel: u32) -> impl Iterator<Item = u32> {
+    let [x, y] = [pixel % view.width, pixel / view.width].map(i64::from);
+    let (width, height) = (i64::from(view.width), i64::from(view.height));
+    [4, 5, 6, 7, 8, 0, 1, 2, 3].into_iter().map(move |step| {
+        let across = (x + step % 3 - 1).clamp(0, width - 1);
+        let down = (y + step / 3 - 1).clamp(0, height - 1);
+        (down * width + across) as u32
+    })
+}
+
 /// How far a pixel's surface is from being that of a sample; nothing may come from a pixel that sees none.
 pub fn dissimilarity(surfaces: &[Surface], found: &Seen, pixel: &PixelSurface) -> f64 {
     if pixel.side == NO_SIDE {
@@ -99,7 +141,7 @@ pub fn dissimilarity(surfaces: &[Surface], found: &Seen, pixel: &PixelSurface) -
 }
 
 /// The pixel whose indirect light a sample of a pixel takes, and its dissimilarity: the first of the pixel itself and the eight
-/// around it, from the right one on, that will do, or else the least dissimilar. Beyond its edges the image repeats itself.
+/// around it, from the right one on, that will do, or else the least dissimilar.
 pub fn source(
     surfaces: &[Surface],
     view: &View,
@@ -107,12 +149,8 @@ pub fn source(
     pixel: u32,
     found: &Seen,
 ) -> (f64, u32) {
-    let [x, y] = [pixel % view.width, pixel / view.width].map(i64::from);
     let mut best = (f64::INFINITY, pixel);
-    for step in [4, 5, 6, 7, 8, 0, 1, 2, 3] {
-        let across = (x + step % 3 - 1).clamp(0, i64::from(view.width) - 1);
-        let down = (y + step / 3 - 1).clamp(0, i64::from(view.height) - 1);
-        let other = down as u32 * view.width + across as u32;
+    for other in around(view, pixel) {
         let cost = dissimilarity(surfaces, found, &pixels[other as usize]);
         if cost < best.0 {
             best = (cost, other);

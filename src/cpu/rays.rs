@@ -105,8 +105,6 @@ impl Geometry<'_> {
     pub fn cluster(&self, hvds: &Hvds, position: Vec3, side: u32) -> u32 {
         let cell = hvds.grid.index_of(hvds.grid.cell_of(position, self.normal(side)));
         let code = self.surfaces[side as usize / 2].side_code(side % 2 == 1);
-        let listed = &hvds.cell_clusters[hvds.cell_first[cell] as usize..hvds.cell_first[cell + 1] as usize];
-        let found = listed.iter().find(|&&entry| entry >> 26 == code);
-        found.map_or(NO_CLUSTER, |&entry| entry & 0x03ff_ffff)
+        hvds.base_cluster(cell, code, position).unwrap_or(NO_CLUSTER)
     }
 }

@@ -27,6 +27,7 @@ impl Renderer {
         let (due_factors, factor_rays) = due(self.lights.without_factors());
         let points = u64::from(self.direct.point_count());
         let samples = u64::from(self.antialias.capacity);
+        let edge_samples = self.antialias.edge_surfaces.bytes() + self.antialias.edge_sources.bytes();
         let edge_surfaces = self.antialias.edge_surfaces.bytes();
         let records = self.gather.records.bytes();
         // Passes of one name share an account: of records gathered ahead of the others, and the others, the mean.
@@ -62,12 +63,12 @@ impl Renderer {
                     surface + self.gather.cache_points.bytes() + 4 * self.splat.pair_bytes() + weights
                 }
                 Splat::APPLY_STEM => surface + weights + records + image,
-                Antialias::STEM => surface + 8 * pixels + edge_surfaces + 4 * samples,
-                PixelColours::STEM => surface + edge_surfaces + pixel_colours + edge_colours,
+                Antialias::STEM => surface + 8 * pixels + edge_samples,
+                PixelColours::STEM => surface + edge_samples + pixel_colours + edge_colours,
                 Antialias::SHADOW_STEM => due_layers * (edge_surfaces + 4 * samples + 16 * pixels),
                 Compose::STEM => {
                     let colours = pixel_colours + edge_colours;
-                    surface + 3 * image + 4 * pixels + 12 * samples + edge_surfaces + colours
+                    surface + 3 * image + 4 * pixels + 12 * samples + edge_samples + colours
                 }
                 Tonemap::STEM => image + 4 * pixels,
                 _ => continue,

@@ -9,6 +9,7 @@ mod needs;
 mod outputs;
 mod precompute;
 mod report;
+mod resolution;
 mod scope;
 mod shine;
 mod skips;
@@ -73,6 +74,8 @@ pub struct Renderer {
     whole: Scope,
     /// What something reads of it.
     read: Scope,
+    /// Cache points in narrow gaps see the first so many parts of clusters.
+    tight_parts: u32,
     gather: Gather,
     needs: Needs,
     /// None where no material may shine.
@@ -109,6 +112,7 @@ impl Renderer {
         let shine = made.gloss.as_ref().map(shine).transpose()?;
         let mut pyramid = Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2)?;
         let views = Views::new(context, made.views.take(), &made.hvds, &mut pyramid)?;
+        pyramid.make_room_for_parts(context, made.near_parts.len() as u32)?;
         let reads = scope::reads(&made, &views, &pyramid)?;
         made.statistics.skipped.extend(scope::unread(
             &made,
@@ -141,6 +145,7 @@ impl Renderer {
             views,
             whole,
             read,
+            tight_parts: made.tight_parts,
             needs: Needs::new(context, &gather)?,
             gather,
             blend: Blend::new(context, &made.neighbourhoods)?,
@@ -286,14 +291,27 @@ impl Renderer {
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 
-    /// Views of clusters; then small clusters take the light of the records beside them, and views are seen again.
+    /// Views of clusters; then small clusters, and parts of them, take the light of the records beside them, and views are seen
+    /// again. In narrow gaps light goes to and fro many times; once is enough elsewhere.
     fn record_near_field(&self, rec: &mut Recorder, scope: &Scope) {
+        let (near_field, records) = (&scope.near_field, &self.gather.records);
+        let part_count = near_field.part_count();
         self.views.record(rec, &self.pyramid);
+        near_field.record_parts(rec, &self.pyramid, None, part_count);
         self.gather.record(rec, self.gather_sources(), &scope.sources);
         rec.barrier(COMPUTE_TO_COMPUTE);
-        scope.near_field.record(rec, &self.pyramid, &self.gather.records);
-        rec.barrier(COMPUTE_TO_COMPUTE);
-        self.views.record(rec, &self.pyramid);
+        let rounds = if scope.has_gaps { self.scene.quality.gap_rounds } else { 0 };
+        for round in 0..=rounds {
+            near_field.record(rec, &self.pyramid, records);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            self.views.record(rec, &self.pyramid);
+            let parts = if round < rounds { self.tight_parts } else { part_count };
+            near_field.record_parts(rec, &self.pyramid, Some(records), parts);
+            if round < rounds {
+                self.gather.record(rec, self.gather_sources(), &scope.gaps);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+            }
+        }
     }
 
     fn gather_sources(&self) -> GatherSources<'_> {

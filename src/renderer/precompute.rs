@@ -1,23 +1,28 @@
 //! The precomputation, in the paper's order. [Yue §1, §2]
 
 use super::Statistics;
+use super::resolution::{blurred, outgoing_directions, unresolved};
 use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::near_field::NearCluster;
-use crate::passes::precompute::cache_points::{self, Geometry, Placement, Survey};
+use crate::passes::precompute::cache_points::{self, Geometry, Placed, Placement, Survey};
 use crate::passes::precompute::cluster_views::{self, ViewTables};
 use crate::passes::precompute::entry_points::{self, Strata};
-use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, RayTable};
+use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, LEAST_ENTRY_POINTS, RayTable};
 use crate::passes::precompute::gloss::{self, GlossTables};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
-use crate::passes::precompute::{Progress, light_paths, narrow_gaps, near_clusters, rays::Rays, sides};
+use crate::passes::precompute::{
+    Progress, light_paths, narrow_gaps, near_clusters,
+    near_hits::{self, NearHits},
+    rays::Rays,
+    sides,
+};
 use crate::passes::{ClusterBuffers, SceneBuffers};
-use crate::scene::directions::{Directions, directions_for, resolved_exponent};
-use crate::scene::{Material, Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, surfaces};
+use crate::scene::directions::Directions;
+use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, surfaces};
 use crate::types::{CachePoint, PathVertex, Surface};
-use glam::Vec3;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -25,11 +30,20 @@ use std::time::Instant;
 /// smaller than one.
 const REFINED: u32 = 2;
 /// And in all: the table of cells is dense.
-const FINEST: u32 = 256;
+pub(super) const FINEST: u32 = 256;
 
-/// Directions in which clusters that shine are read at most, unless more are asked for: enough for exponents up to 1 419. Each that a gather
-/// ray reads takes 28 bytes and 12 more a light, so that there are not many more of them than rays that read them.
-const MOST_DIRECTIONS: u32 = 1 << 12;
+/// Cache points that have a surface within so many base cells see parts of clusters.
+const SEES_NEAR: f32 = 2.0;
+
+/// And within so many, cache points stand in gaps in which light goes to and fro.
+const TIGHT: f32 = 0.5;
+
+/// Clusters whose middle is within so many base cells of a cache point are too coarse for it.
+const NEAR_HITS: f32 = 1.5;
+
+/// Entry points that a part of a split cluster must hold before a gather ray reads it: the cluster around it holds the other side of
+/// the wall as well.
+const LEAST_APART: f32 = 3.0;
 
 /// All that the frames are made of.
 pub(super) struct Precomputed {
@@ -52,6 +66,12 @@ pub(super) struct Precomputed {
     pub(super) code: GatherCode,
     pub(super) clusters: ClusterBuffers,
     pub(super) near_clusters: Vec<NearCluster>,
+    /// Parts of clusters that single cache points see.
+    pub(super) near_parts: Vec<NearCluster>,
+    /// The first so many cache points stand in narrow gaps.
+    pub(super) tight_count: u32,
+    /// They see the first so many parts.
+    pub(super) tight_parts: u32,
     pub(super) statistics: Statistics,
 }
 
@@ -95,7 +115,11 @@ pub(super) fn precompute(
 
     progress.stage("cells", 1);
     let (low, high) = scene.bounds();
-    let build = |cells| Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells);
+    let has_gaps = quality.gap_rounds > 0;
+    let build = |cells| {
+        let build = if has_gaps { Hvds::build_split } else { Hvds::build };
+        build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells)
+    };
     let cells = build(quality.cells);
     let finest = (REFINED * quality.cells).min(FINEST);
     let hvds = build(finest);
@@ -119,7 +143,14 @@ pub(super) fn precompute(
     let clearances = survey.clearances_of(&geometry, &hvds);
     let densities: Vec<f32> = clearances.iter().map(|&c| entry_points::density(c, cell_size)).collect();
     let strata = Strata::new(&hvds, &densities, quality.entry_points);
-    let clusters = ClusterBuffers::new(context, &hvds, &strata.in_clusters)?;
+    let mut trusted = strata.in_clusters.clone();
+    for cluster in hvds.split_clusters() {
+        let entry_points = &mut trusted[cluster as usize];
+        if *entry_points >= LEAST_APART {
+            *entry_points = entry_points.max(LEAST_ENTRY_POINTS);
+        }
+    }
+    let clusters = ClusterBuffers::new(context, &hvds, &trusted)?;
     let area_m2 = (strata.area_m2 / f64::from(quality.entry_points)) as f32;
     let mut entry_points = entry_points::place(context, &buffers, &clusters, &strata, seed)?;
     watch.lap("entry points");
@@ -141,6 +172,12 @@ pub(super) fn precompute(
     let mut placement =
         cache_points::place(&survey, &buffers, &geometry, quality.cache_points, seed, progress)?;
     entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
+    // Points that see near clusters come first, and among them those in narrow gaps.
+    let within = |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size;
+    let [is_tight, is_near] = [TIGHT, SEES_NEAR].map(|cells| within(if has_gaps { cells } else { 0.0 }));
+    placement.points.sort_by_key(|placed| (!is_near(placed), !is_tight(placed)));
+    let tight_count = placement.points.partition_point(is_tight) as u32;
+    let near_count = placement.points.partition_point(is_near) as u32;
     let points: Vec<CachePoint> = placement.points.iter().map(|placed| placed.point).collect();
     let cache_points = Buffer::from_slice(context, "cache points", &points)?;
     let neighbourhoods = Neighbourhoods::new(&placement.points);
@@ -153,7 +190,8 @@ pub(super) fn precompute(
     watch.lap("cache points");
 
     let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
-    let near_clusters = near_clusters::find(&hvds, &clearances, cell_size, normal, &placement.points);
+    let patches = near_clusters::patches(&hvds, &clearances, normal);
+    let near_clusters = near_clusters::find(&patches, cell_size, &placement.points);
     let hemisphere = Hemisphere::new(quality.gather_rays);
     let code = GatherCode::new(hvds.cluster_count(), scene.materials.len(), placement.least_radius)?;
     let point_count = placement.points.len() as u32;
@@ -168,6 +206,17 @@ pub(super) fn precompute(
         seed,
         progress,
     )?;
+    let near = near_hits::Sources {
+        patches: &patches,
+        materials: &scene.materials,
+        points: &placement.points,
+        near_count,
+        least_radius: placement.least_radius,
+        reach: NEAR_HITS * cell_size,
+        hemisphere,
+        seed,
+    };
+    let mut near_hits = NearHits::find(near, &rays, code)?;
     watch.lap("gather rays");
     let directions = Directions::new(quality.directions);
     let outgoing = outgoing_directions(&scene.materials, directions);
@@ -193,10 +242,15 @@ pub(super) fn precompute(
         (views, code) = (Some(tables), packed);
         watch.lap("occlusion");
     }
+    let view_count = views.as_ref().map_or(0, ViewTables::count);
+    let near_readers = near_hits.reader_count();
+    let part_count = near_hits.entries.len() as u32;
+    let tight_parts = near_hits.count_before(tight_count * hemisphere.rays());
+    let code = near_hits.redirect(&rays, code, hvds.cluster_count() + view_count, scene.materials.len())?;
     let (gloss, code) = gloss::build(
         gloss::Sources {
             hvds: &hvds,
-            view_count: views.as_ref().map_or(0, ViewTables::count),
+            view_count: view_count + part_count,
             surfaces: &surfaces,
             materials: &scene.materials,
             paths: &paths,
@@ -219,7 +273,11 @@ pub(super) fn precompute(
         ..Statistics::default()
     };
     count(&mut statistics, scene, &surfaces, &hvds, &paths, &placement, hemisphere);
+    statistics.counts.insert("cache points in narrow gaps".into(), u64::from(tight_count));
+    statistics.counts.insert("cache points that see near clusters".into(), u64::from(near_count));
     statistics.counts.insert("near clusters".into(), near_clusters.len() as u64);
+    statistics.counts.insert("near parts of clusters".into(), u64::from(part_count));
+    statistics.counts.insert("gather rays that read near parts".into(), near_readers);
     if let Some(views) = &views {
         statistics.counts.extend(views.counts());
     }
@@ -244,50 +302,10 @@ pub(super) fn precompute(
         code,
         clusters,
         near_clusters,
+        near_parts: near_hits.entries,
+        tight_count,
+        tight_parts,
         statistics,
-    })
-}
-
-/// Directions in which clusters that shine are read: more than asked for where that resolves a lobe that stays as it is. An editable one
-/// does not count, because its picture must not depend on what it was at load.
-fn outgoing_directions(materials: &[Material], directions: Directions) -> Directions {
-    let stays = |material: &&Material| material.specular != Vec3::ZERO && !material.editable;
-    let sharpest = materials.iter().filter(stays).map(|material| material.exponent).fold(0.0, f32::max);
-    Directions::new(directions.count().max(directions_for(sharpest).min(MOST_DIRECTIONS)))
-}
-
-/// What to say of lobes that are sharper than the directions that clusters are read in.
-fn blurred(materials: &[Material], directions: Directions) -> impl Iterator<Item = String> {
-    let resolved = resolved_exponent(directions.count());
-    let is_sharp =
-        move |material: &&Material| material.specular != Vec3::ZERO && material.exponent > resolved;
-    materials.iter().filter(is_sharp).map(move |material| {
-        format!(
-            "material `{}`: what it sends on to other surfaces is blurred: {} directions resolve exponents up to {resolved:.0}, and it has {}; raise quality.directions to {}",
-            material.name,
-            directions.count(),
-            material.exponent,
-            directions_for(material.exponent)
-        )
-    })
-}
-
-/// What to say of lights in gaps that cells of that size, so many along the longest axis, do not resolve.
-fn unresolved(scene: &Scene, gaps: &[f32], cell_size: f32, finest: u32) -> impl Iterator<Item = String> {
-    let needed = move |gap: f32| narrow_gaps::RESOLVED * cell_size / gap;
-    let narrow = scene.lights.iter().zip(gaps).filter(move |(_, gap)| needed(**gap) > 1.0);
-    narrow.map(move |(light, gap)| {
-        let factor = (needed(*gap).ceil() as u32).next_power_of_two();
-        let cells = scene.quality.cells.saturating_mul(factor);
-        let advice = match finest.saturating_mul(factor) <= FINEST {
-            true => format!("raise quality.cells to {cells}, and quality.gather_rays where the light still leaks"),
-            false => "no number of cells does; move it or what hides it".to_owned(),
-        };
-        format!(
-            "light `{}` stands in a gap of {gap:.3} m, and cells of {cell_size:.3} m tell its two sides apart from {:.3} m on: light may leak past what hides it; {advice}",
-            light.name,
-            narrow_gaps::RESOLVED * cell_size
-        )
     })
 }
 

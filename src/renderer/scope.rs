@@ -20,12 +20,16 @@ use std::sync::Arc;
 pub(super) struct Scope {
     /// Clusters.
     pub(super) clusters: ClusterLists,
-    /// Small clusters that take light from the records beside them.
+    /// Small clusters, and parts of clusters, that take light from the records beside them.
     pub(super) near_field: NearField,
     /// These records: they are gathered ahead of the others, from clusters that do not have it yet.
     pub(super) sources: RecordList,
     /// How many.
     pub(super) source_count: u32,
+    /// Those of them that stand in narrow gaps, and are gathered again.
+    pub(super) gaps: RecordList,
+    /// There are any.
+    pub(super) has_gaps: bool,
 }
 
 impl Scope {
@@ -35,14 +39,17 @@ impl Scope {
         let scope = |reads: &Reads| {
             let is_read = |near: &&NearCluster| reads.irradiance[near.cluster as usize];
             let near: Vec<NearCluster> = made.near_clusters.iter().filter(is_read).copied().collect();
-            let mut sources: Vec<u32> = near.iter().map(|near| near.record).collect();
+            let mut sources: Vec<u32> = near.iter().chain(&made.near_parts).map(|near| near.record).collect();
             sources.sort_unstable();
             sources.dedup();
+            let gaps = &sources[..sources.partition_point(|&record| record < made.tight_count)];
             Ok(Self {
                 clusters: ClusterLists::new(context, &made.hvds.levels, &reads.flux, &reads.irradiance)?,
-                near_field: NearField::new(context, &near)?,
+                near_field: NearField::new(context, &near, &made.near_parts)?,
                 sources: RecordList::fixed(context, made.point_count, rows, &sources)?,
                 source_count: sources.len() as u32,
+                gaps: RecordList::fixed(context, made.point_count, rows, gaps)?,
+                has_gaps: !gaps.is_empty(),
             })
         };
         Ok([scope(&Reads::all(&made.hvds))?, scope(reads)?])
@@ -54,7 +61,8 @@ pub(super) fn reads(made: &Precomputed, views: &Views, pyramid: &Pyramid) -> Res
     if made.gloss.is_some() {
         return Ok(Reads::all(&made.hvds));
     }
-    Reads::find(&made.hvds, &made.rays, made.code, views.tables(), &pyramid.indirect_sources.read::<u32>()?)
+    let sources = pyramid.indirect_sources.read::<u32>()?;
+    Reads::find(&made.hvds, &made.rays, made.code, views.tables(), &made.near_parts, &sources)
 }
 
 /// Shares of the hierarchy that nothing reads, 0..=1.

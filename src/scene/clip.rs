@@ -28,6 +28,22 @@ fn clip(polygon: &[DVec3], axis: usize, bound: f64, sign: f64) -> Polygon {
     kept
 }
 
+/// Cuts off what lies behind a plane; `over` is a point's distance in front of it.
+pub fn clip_by(polygon: &[DVec3], over: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
+    let mut kept = Polygon::with_capacity(polygon.len() + 1);
+    for (i, &b) in polygon.iter().enumerate() {
+        let a = polygon[(i + polygon.len() - 1) % polygon.len()];
+        let (da, db) = (over(a), over(b));
+        if (da < 0.0) != (db < 0.0) {
+            kept.push(a + (b - a) * (da / (da - db)));
+        }
+        if db >= 0.0 {
+            kept.push(b);
+        }
+    }
+    kept
+}
+
 fn clip_between(polygon: &[DVec3], axis: usize, low: f64, high: f64) -> Polygon {
     clip(&clip(polygon, axis, low, 1.0), axis, high, -1.0)
 }

@@ -5,9 +5,11 @@
 //! within a level by cluster code and then along a Morton curve, so that the children of a cluster stand together, in
 //! order, one level down, and so do neighbours on a surface.
 
+use crate::scene::walls::{self, CellCluster, PART_BITS, Plane};
 use crate::scene::{Triangle, clip};
 use crate::types;
 use glam::{UVec3, Vec3};
+use std::collections::HashMap;
 use std::ops::Range;
 
 /// The part of one triangle side in one base cell: where candidate cache points are drawn.
@@ -32,7 +34,7 @@ pub struct Hvds {
     pub levels: Vec<Range<u32>>,
     /// First place in `cell_clusters` of each base cell, and the end.
     pub cell_first: Vec<u32>,
-    /// Clusters of the base cells: `code << 26 | cluster`.
+    /// Clusters of the base cells: `code << 26 | cluster`; behind one that a wall splits, the wall's plane ([`Self::clusters_in`]).
     pub cell_clusters: Vec<u32>,
     /// Exact surface area of each cluster, m².
     pub areas_m2: Vec<f32>,
@@ -44,10 +46,12 @@ pub struct Hvds {
     pub pieces: Vec<Piece>,
 }
 
-/// Key of a cluster at some level: cluster code, then Morton index of the cell. One level up it loses three bits.
+/// Key of a base cluster: cluster code, then Morton index of the cell, then three bits for the part of a split one. One level up, and
+/// first of all to be whole, it loses three bits.
 fn key(code: u32, cell: UVec3) -> u64 {
-    let spread = |v: u32| (0..16).fold(0u64, |m, bit| m | (u64::from(v >> bit) & 1) << (3 * bit));
-    u64::from(code) << 48 | spread(cell.z) << 2 | spread(cell.y) << 1 | spread(cell.x)
+    let spread = |v: u32| (0..15).fold(0u64, |m, bit| m | (u64::from(v >> bit) & 1) << (3 * bit));
+    let cell = spread(cell.z) << 2 | spread(cell.y) << 1 | spread(cell.x);
+    u64::from(code) << 48 | cell << PART_BITS
 }
 
 fn key_up(key: u64) -> u64 {
@@ -57,7 +61,33 @@ fn key_up(key: u64) -> u64 {
 impl Hvds {
     /// Builds the clusters of all active sides. `surfaces` goes with `triangles`; `cells` is a power of two.
     pub fn build(triangles: &[Triangle], surfaces: &[types::Surface], grid: types::Grid, cells: u32) -> Self {
+        let (parts, pieces) = cut_sides(triangles, surfaces, &grid);
+        Self::from_pieces(grid, cells, parts, pieces, &HashMap::new())
+    }
+
+    /// The same; base clusters that a wall stands on are split along it.
+    pub fn build_split(
+        triangles: &[Triangle],
+        surfaces: &[types::Surface],
+        grid: types::Grid,
+        cells: u32,
+    ) -> Self {
         let (mut parts, mut pieces) = cut_sides(triangles, surfaces, &grid);
+        let normal_of = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
+        let planes = walls::split(&mut pieces, grid.cell_size(), normal_of, walls::cell_key);
+        // Cells that a triangle only grazes count, too; what is split counts part by part.
+        parts.retain(|part| part.1 == 0.0 && !planes.contains_key(&part.0));
+        parts.extend(pieces.iter().map(|(key, piece)| (*key, piece.area_m2)));
+        Self::from_pieces(grid, cells, parts, pieces, &planes)
+    }
+
+    fn from_pieces(
+        grid: types::Grid,
+        cells: u32,
+        mut parts: Keyed<f64>,
+        mut pieces: Keyed<Piece>,
+        planes: &HashMap<u64, Plane>,
+    ) -> Self {
         parts.sort_by_key(|part| part.0);
 
         let mut level = merge(&parts);
@@ -74,11 +104,12 @@ impl Hvds {
             first_children: vec![0],
             pieces: pieces.into_iter().map(|(_, piece)| piece).collect(),
         };
-        hvds.cell_table(&level);
+        hvds.cell_table(&level, planes);
         for depth in 0..=cells.ilog2() {
             let first = hvds.areas_m2.len() as u32;
             let next_first = first + level.len() as u32;
             hvds.levels.push(first..next_first);
+            let key_up = |key| if depth == 0 { key_up(key_up(key)) } else { key_up(key) };
             let up: Keyed<f64> = level.iter().map(|&(key, area)| (key_up(key), area)).collect();
             let parents = merge(&up);
             let mut parent = 0;
@@ -118,24 +149,43 @@ impl Hvds {
         sums.into_iter().map(|sum| sum as f32).collect()
     }
 
+    /// The clusters of a base cell, by its place in the table.
+    pub fn clusters_in(&self, cell: usize) -> impl Iterator<Item = CellCluster> {
+        walls::read(&self.cell_clusters[self.cell_first[cell] as usize..self.cell_first[cell + 1] as usize])
+    }
+
+    /// Which base clusters are parts of one that a wall splits.
+    pub fn split_clusters(&self) -> impl Iterator<Item = u32> {
+        let split = walls::read(&self.cell_clusters).filter(|found| found.plane.is_some());
+        split.flat_map(|found| [found.cluster, found.cluster + 1])
+    }
+
+    /// The cluster of a base cell that holds a point of a surface with that code.
+    pub fn base_cluster(&self, cell: usize, code: u32, position: Vec3) -> Option<u32> {
+        self.clusters_in(cell).find(|found| found.code == code).map(|found| found.at(position))
+    }
+
     /// Fills the table from base cells to their clusters; `base` is in cluster order.
-    fn cell_table(&mut self, base: &[(u64, f64)]) {
-        let mut entries: Vec<(usize, u32)> = Vec::with_capacity(base.len());
-        for (cluster, &(key, _)) in base.iter().enumerate() {
+    fn cell_table(&mut self, base: &[(u64, f64)], planes: &HashMap<u64, Plane>) {
+        let mut entries: Vec<(usize, u32, u64)> = Vec::with_capacity(base.len());
+        for (cluster, &(key, _)) in (0..).zip(base) {
+            // The second part of a cluster follows the first, and is listed with it.
+            if key & 1 == 1 && planes.contains_key(&(key ^ 1)) {
+                continue;
+            }
+            let bits = (key & ((1 << 48) - 1)) >> PART_BITS;
             let gather =
-                |shift: u32| (0..16).fold(0, |v, bit| v | ((key >> (3 * bit + shift)) as u32 & 1) << bit);
+                |shift: u32| (0..15).fold(0, |v, bit| v | ((bits >> (3 * bit + shift)) as u32 & 1) << bit);
             let cell = UVec3::new(gather(0), gather(1), gather(2));
-            entries.push((self.grid.index_of(cell), ((key >> 48) as u32) << 26 | cluster as u32));
+            entries.push((self.grid.index_of(cell), cluster, key));
         }
-        entries.sort_unstable();
-        self.cell_first = vec![0; self.grid.cell_count() + 1];
-        for &(cell, _) in &entries {
-            self.cell_first[cell + 1] += 1;
+        entries.sort_unstable_by_key(|entry| (entry.0, entry.1));
+        self.cell_first = Vec::with_capacity(self.grid.cell_count() + 1);
+        for (cell, cluster, key) in entries {
+            self.cell_first.resize(cell + 1, self.cell_clusters.len() as u32);
+            walls::write(&mut self.cell_clusters, (key >> 48) as u32, cluster, planes.get(&key));
         }
-        for cell in 0..self.grid.cell_count() {
-            self.cell_first[cell + 1] += self.cell_first[cell];
-        }
-        self.cell_clusters = entries.into_iter().map(|entry| entry.1).collect();
+        self.cell_first.resize(self.grid.cell_count() + 1, self.cell_clusters.len() as u32);
     }
 
     fn link_children(&mut self) {
@@ -153,7 +203,7 @@ impl Hvds {
 }
 
 /// Things with the key of their cluster.
-type Keyed<T> = Vec<(u64, T)>;
+pub(super) type Keyed<T> = Vec<(u64, T)>;
 
 /// Cuts every active side along the grid: (cluster key, area) of each part, and the parts themselves, their clusters still
 /// to be numbered.

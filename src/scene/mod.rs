@@ -27,6 +27,7 @@ pub mod shapes;
 pub mod surfaces;
 pub mod texture;
 mod value;
+pub mod walls;
 
 pub use camera::Camera;
 pub use file::LoadOptions;

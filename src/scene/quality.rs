@@ -22,6 +22,9 @@ pub struct Quality {
     pub cells: u32,
     /// Clusters of which other surface in their cell hides a part are read as what shows towards the reader.
     pub occlusion: bool,
+    /// Times that cache points in narrow gaps are gathered again, because light goes to and fro there. With none, clusters are neither
+    /// split along the walls that stand on them nor read in parts by what is near.
+    pub gap_rounds: u32,
     /// Samples of a pixel that shows an edge; 0 turns antialiasing off.
     pub edge_samples: u32,
     /// Seeds every sampled decision; the same seed gives the same bytes.
@@ -39,6 +42,7 @@ impl Quality {
         gloss_rays: 16,
         cells: 32,
         occlusion: true,
+        gap_rounds: 0,
         edge_samples: 16,
         seed: 0,
     };
@@ -52,6 +56,7 @@ impl Quality {
         gloss_rays: 32,
         cells: 64,
         occlusion: true,
+        gap_rounds: 0,
         edge_samples: 16,
         seed: 0,
     };
@@ -65,6 +70,7 @@ impl Quality {
         gloss_rays: 64,
         cells: 128,
         occlusion: true,
+        gap_rounds: 3,
         edge_samples: 64,
         seed: 0,
     };
@@ -88,6 +94,7 @@ impl Quality {
             "gloss_rays",
             "cells",
             "occlusion",
+            "gap_rounds",
             "edge_samples",
             "seed",
         ];
@@ -104,6 +111,7 @@ impl Quality {
             ("directions", 1..=65_536, &mut quality.directions),
             ("gloss_rays", 1..=4096, &mut quality.gloss_rays),
             ("cells", 8..=256, &mut quality.cells),
+            ("gap_rounds", 0..=16, &mut quality.gap_rounds),
             ("edge_samples", 0..=256, &mut quality.edge_samples),
             ("seed", 0..=u32::MAX, &mut quality.seed),
         ];

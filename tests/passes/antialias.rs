@@ -3,12 +3,13 @@
 use crate::common::{assert_silent, context};
 use crate::path_trace;
 use crate::world::World;
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 use lightpaths::cpu;
 use lightpaths::cpu::antialias::Thresholds;
+use lightpaths::cpu::primary::seen_through;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
-use lightpaths::passes::frame::antialias::{Antialias, CONTRAST, CREASE, STEP};
+use lightpaths::passes::frame::antialias::{Antialias, CONTRAST, CREASE, EdgeSource, OUTLINE_POINTS, STEP};
 use lightpaths::passes::frame::direct::Direct;
 use lightpaths::passes::frame::pixel_colours::PixelColours;
 use lightpaths::passes::frame::primary::Primary;
@@ -115,7 +116,7 @@ impl Frame {
     }
 
     /// Samples of the edges of geometry: surfaces and sources.
-    pub(crate) fn samples(&self) -> Vec<(PixelSurface, u32)> {
+    pub(crate) fn samples(&self) -> Vec<(PixelSurface, EdgeSource)> {
         let count = (self.edge_count() * self.samples_per_edge(self.edge_count())) as usize;
         let surfaces: Vec<PixelSurface> = self.antialias.edge_surfaces.read_range(0, count).unwrap();
         surfaces.into_iter().zip(self.antialias.edge_sources.read_range(0, count).unwrap()).collect()
@@ -188,25 +189,36 @@ fn edge_samples_equal_the_twin() {
         let samples = frame.samples();
         assert!(count >= 4 && !samples.is_empty(), "{count} samples of {} pixels", frame.edge_count());
         let (mut other_sides, mut other_sources, mut elsewhere, mut borrowed) = (0, 0, 0, 0);
+        let (mut other_shares, mut shared) = (0, 0);
         for (pixel, own) in frame.edge_pixels().into_iter().zip(samples.chunks_exact(count as usize)) {
-            for (number, (surface, source)) in (0..).zip(own) {
-                let seen = cpu::antialias::sample(world.geometry(), &frame.view, pixel, number);
+            for (index, (surface, source)) in (0..).zip(own) {
+                let twin = cpu::antialias::edge_sample(
+                    world.geometry(),
+                    &frame.view,
+                    &frame.pixels,
+                    pixel,
+                    [index, count, OUTLINE_POINTS],
+                );
+                // A ray that passes an edge on the other side.
+                other_shares += usize::from((twin.share - f64::from(source.share)).abs() > 1e-6);
+                shared += usize::from(source.share > 0.0 && source.share < 1.0);
+                let seen = twin.seen.filter(|_| twin.number == source.number);
                 let Some(seen) = seen.filter(|seen| seen.side == surface.side) else {
-                    other_sides += usize::from(seen.is_some() || surface.side != NO_SIDE);
+                    other_sides += usize::from(twin.share > 0.0 || surface.side != NO_SIDE);
                     continue;
                 };
                 let (least, twin) =
                     cpu::antialias::source(&world.surfaces, &frame.view, &frame.pixels, pixel, &seen);
-                if twin != *source {
+                if twin != source.pixel {
                     // As good, but for an error of f32.
                     let cost = cpu::antialias::dissimilarity(
                         &world.surfaces,
                         &seen,
-                        &frame.pixels[*source as usize],
+                        &frame.pixels[source.pixel as usize],
                     );
                     other_sources += usize::from(cost > least + 1e-3 * (1.0 + least));
                 }
-                borrowed += usize::from(*source != pixel);
+                borrowed += usize::from(source.pixel != pixel);
                 let apart = (surface.position.as_dvec3() - seen.hit.position).length()
                     + (surface.normal.as_dvec3() - seen.normal).length()
                     + (f64::from(surface.footprint) / seen.footprint - 1.0).abs();
@@ -219,6 +231,10 @@ fn edge_samples_equal_the_twin() {
             "of {total} samples: {other_sides} sides, {other_sources} sources, {elsewhere} elsewhere"
         );
         println!("{what}, {borrowed} borrow");
+        // Only the squares have an outline: the room is closed.
+        let has_outline = frame.pixels.iter().any(|pixel| pixel.side == NO_SIDE);
+        assert_eq!(has_outline, shared > total / 20, "{shared} of {total} samples count for a part");
+        assert!(other_shares * 100 <= total, "{other_shares} shares, {what}");
         assert!(other_sides * 250 <= total, "{what}");
         assert!(other_sources * 250 <= total, "{what}");
         assert!(elsewhere * 100 <= total, "{what}");
@@ -227,6 +243,34 @@ fn edge_samples_equal_the_twin() {
         let surfaces: Vec<PixelSurface> = frame.antialias.edge_surfaces.read().unwrap();
         assert!(surfaces.len() > total && surfaces[total..].iter().all(|surface| surface.side == NO_SIDE));
     }
+    assert_silent(&context());
+}
+
+/// Beside the void all that a sample shows is how much of the pixel a surface covers: sixteen points tell it to a sixteenth at best.
+#[test]
+fn an_outline_covers_its_share_of_each_pixel() {
+    let world = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
+    let (most, size, grid) = (16, [33, 29], 48);
+    let frame = Frame::new(&world, &[], &camera(size, 4.0), most);
+    let (geometry, samples) = (world.geometry(), frame.samples());
+    let (mut squares, mut plain, mut pixels) = (0.0, 0.0, 0);
+    for (pixel, own) in frame.edge_pixels().into_iter().zip(samples.chunks_exact(most as usize)) {
+        let corner = DVec2::new(f64::from(pixel % size[0]), f64::from(pixel / size[0]));
+        let meets = |i: i32| {
+            let within = (DVec2::new(f64::from(i % grid), f64::from(i / grid)) + 0.5) / f64::from(grid);
+            seen_through(geometry, &frame.view, corner + within).is_some()
+        };
+        let covered = (0..grid * grid).filter(|&i| meets(i)).count() as f64 / f64::from(grid * grid);
+        let sum: f64 = own.iter().map(|(_, source)| f64::from(source.share)).sum();
+        let first = |index| cpu::antialias::sample(geometry, &frame.view, pixel, index).is_some();
+        let share = (0..most).filter(|&index| first(index)).count() as f64 / f64::from(most);
+        squares += (sum / f64::from(most) - covered).powi(2);
+        plain += (share - covered).powi(2);
+        pixels += 1;
+    }
+    let [rms, plain] = [squares, plain].map(|sum: f64| (sum / f64::from(pixels)).sqrt());
+    println!("RMS {rms:.4} of {pixels} pixels, {plain:.4} by one point a sample");
+    assert!(pixels > 40 && rms < 0.25 * plain, "RMS {rms}, {plain} by one point a sample");
     assert_silent(&context());
 }
 

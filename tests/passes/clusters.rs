@@ -28,7 +28,14 @@ fn match_points(device: &[PathVertex], mut twins: Vec<PathVertex>) {
 
 #[test]
 fn entry_points_equal_the_twin() {
-    let world = World::room();
+    let walled = World::new(&shapes::thin_wall(), 16);
+    let split: Vec<u32> = walled.hvds.split_clusters().collect();
+    assert!(split.len() > 20, "the wall stands on the room's walls");
+    entry_points_equal_the_twin_in(&World::room());
+    entry_points_equal_the_twin_in(&walled);
+}
+
+fn entry_points_equal_the_twin_in(world: &World) {
     for count in [0, 1, 63, 64, 65, 2_003] {
         let strata = Strata::new(&world.hvds, &world.densities, count);
         let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();

@@ -2,33 +2,42 @@
 
 use crate::antialias::{Frame, camera, lights};
 use crate::common::{assert_silent, context};
-use crate::world::{FLOAT, Random, SUM, World, assert_near};
+use crate::world::{FLOAT, Random, SUM, World, assert_near, textured};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu;
 use lightpaths::cpu::pixel_colours::colour_through;
 use lightpaths::cpu::sampling::sample_3d;
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
+use lightpaths::passes::frame::antialias::EdgeSource;
 use lightpaths::passes::frame::compose::{Compose, Irradiances};
 use lightpaths::passes::frame::gloss_pixels::GlossShine;
 use lightpaths::passes::frame::pixel_colours::POINTS;
+use lightpaths::scene::shapes;
 use lightpaths::types::{NO_SIDE, PixelSurface};
 
 #[test]
 fn colours_of_pixels_and_samples_equal_the_twin() {
-    let world = World::textured_room();
-    for (size, most) in [([1, 1], 16), ([31, 17], 256), ([31, 17], 0)] {
-        let frame = Frame::new(&world, &lights(), &camera(size, 1.0), most);
+    let room = World::textured_room();
+    // With an outline, where samples show other points than their own.
+    let squares = World::new(&textured(shapes::facing_squares(1.0, 1.0, 0.5)), 8);
+    for (world, distance, size, most) in [
+        (&room, 1.0, [1, 1], 16),
+        (&room, 1.0, [31, 17], 256),
+        (&room, 1.0, [31, 17], 0),
+        (&squares, 4.0, [31, 17], 64),
+    ] {
+        let frame = Frame::new(world, &lights(), &camera(size, distance), most);
         let (geometry, view) = (world.geometry(), &frame.view);
         let count = frame.samples_per_edge(frame.edge_count());
         let samples = frame.samples();
         let of_pixel = |(index, pixel): (u32, &PixelSurface)| {
             cpu::pixel_colours::pixel_colour(geometry, view, index, pixel.side, POINTS)
         };
-        let of_sample = |(index, (sample, _)): (u32, &(PixelSurface, u32))| {
+        let of_sample = |(index, (sample, source)): (u32, &(PixelSurface, EdgeSource))| {
             let pixel = frame.edge_pixels()[(index / count) as usize];
             let corner = DVec3::new(f64::from(pixel % size[0]), f64::from(pixel / size[0]), 0.0);
-            let point = corner + sample_3d(index % count, pixel).as_dvec3();
+            let point = corner + sample_3d(source.number, pixel).as_dvec3();
             let seen = Some(sample.side).filter(|&side| side != NO_SIDE);
             seen.and_then(|side| colour_through(geometry, view, point.truncate(), side)).unwrap_or_default()
         };
@@ -128,7 +137,8 @@ fn pictures_equal_the_twin_in(world: &World) {
             let sample = |number: usize| {
                 let (surface, source) = &samples[number];
                 let direct = frame.irradiance[frame.pixels.len() + number];
-                reflected(index, surface.side, tint(&of_edges, number), direct, *source as usize)
+                f64::from(source.share)
+                    * reflected(index, surface.side, tint(&of_edges, number), direct, source.pixel as usize)
             };
             let sum: DVec3 = own.map(sample).sum();
             assert_near(*device, sum / count as f64, SUM, 0.0, "edge");

@@ -25,6 +25,7 @@ mod irradiance_probe;
 mod light_paths;
 mod lights;
 mod near_field;
+mod near_hits;
 mod needed_records;
 mod path_scan;
 mod path_trace;

@@ -25,7 +25,6 @@ fn irradiance_of_near_clusters_equals_the_twin() {
         .collect();
     let path_flux: Vec<Vec3> = (0..base).map(|_| 1.0 + random.cube()).collect();
     let least_area_m2 = 1e-3;
-    let pyramid = Pyramid::new(&world.context, &world.hvds, &lists, least_area_m2).unwrap();
     let path_flux = Buffer::from_slice(&world.context, "path flux", &path_flux).unwrap();
     let deposits = Buffer::from_slice(&world.context, "deposits", &deposits).unwrap();
     for count in [0, 1, 63, 64, 65, 997] {
@@ -40,16 +39,39 @@ fn irradiance_of_near_clusters_equals_the_twin() {
             cluster: 2 * index + 1,
             record: random.below(50),
             offset: 0.2 * random.cube(),
+            target: 2 * index + 1,
         };
         let near: Vec<NearCluster> = (0..count).map(near).collect();
-        let pass = NearField::new(&world.context, &near).unwrap();
+        // Parts of clusters, near or not, with targets behind them all.
+        let part = |index: u32| NearCluster {
+            cluster: random.below(world.hvds.cluster_count()),
+            record: random.below(50),
+            offset: 0.2 * random.cube(),
+            target: world.hvds.cluster_count() + index,
+        };
+        let parts: Vec<NearCluster> = (0..count).map(part).collect();
+        let pass = NearField::new(&world.context, &near, &parts).unwrap();
+        let mut pyramid = Pyramid::new(&world.context, &world.hvds, &lists, least_area_m2).unwrap();
+        pyramid.make_room_for_parts(&world.context, pass.part_count()).unwrap();
         let buffer = Buffer::from_slice(&world.context, "records", &records).unwrap();
         world
             .context
             .run(|rec| {
                 pyramid.record(rec, &path_flux, &path_flux, &deposits, &pyramid.all);
                 rec.barrier(COMPUTE_TO_COMPUTE);
+                pass.record_parts(rec, &pyramid, None, count);
+            })
+            .unwrap();
+        let plain: Vec<Vec3> = pyramid.irradiance.read().unwrap();
+        for part in &parts {
+            assert_eq!(plain[part.target as usize], plain[part.cluster as usize], "a part before records");
+        }
+        world
+            .context
+            .run(|rec| {
                 pass.record(rec, &pyramid, &buffer);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+                pass.record_parts(rec, &pyramid, Some(&buffer), count);
             })
             .unwrap();
         let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();
@@ -58,7 +80,7 @@ fn irradiance_of_near_clusters_equals_the_twin() {
             flux[cluster].direct.as_dvec3() / f64::from(world.hvds.areas_m2[cluster].max(least_area_m2))
         };
         let mut dark = 0;
-        for (cluster, device) in irradiance.iter().enumerate() {
+        for (cluster, device) in irradiance.iter().enumerate().take(world.hvds.cluster_count() as usize) {
             // What is not listed keeps what it had, which here is direct light alone.
             let mut twin = direct(cluster);
             if let Some(near) = near.iter().find(|near| near.cluster as usize == cluster) {
@@ -71,6 +93,12 @@ fn irradiance_of_near_clusters_equals_the_twin() {
             } else {
                 assert_near(*device, twin, SUM, 0.0, "other cluster");
             }
+        }
+        for part in &parts {
+            let record = &records[part.record as usize];
+            let twin = cpu::near_field::near_field(direct(part.cluster as usize), record, part.offset);
+            let scale = f64::from(record.irradiance.max_element()) + 3.0 * 200.0;
+            assert_near(irradiance[part.target as usize], twin, SUM / 10.0, scale, "part");
         }
         assert!(count < 60 || (dark > 0 && dark < count as usize), "{dark} of {count} would be negative");
     }
@@ -125,9 +153,11 @@ fn near_clusters_have_the_nearest_record_that_sees_what_they_see() {
     let place = |point| Placed { point, clearance: 0.1 };
     let placed: Vec<Placed> = world.cache_points(&mut random, 800, 0.12).into_iter().map(place).collect();
     let normal = |side: u32| world.geometry().normal(side);
-    let near = near_clusters::find(&world.hvds, &clearances, CELL_SIZE, normal, &placed);
+    let patches = near_clusters::patches(&world.hvds, &clearances, normal);
+    let near = near_clusters::find(&patches, CELL_SIZE, &placed);
     assert!(near.is_sorted_by(|a, b| a.cluster < b.cluster), "each cluster once");
     assert!(near.iter().all(|near| near.cluster < world.hvds.levels[1].end), "the two finest levels");
+    assert!(near.iter().all(|near| near.target == near.cluster));
     let distance_if_fit = |cluster: &Cluster, placed: &Placed, slack: f64| {
         let point = &placed.point;
         let apart = cluster.middle - point.position.as_dvec3();

@@ -6,6 +6,7 @@ use glam::Vec3;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::cluster_views::ViewPart;
 use lightpaths::passes::frame::hvds::{ClusterLists, LEAST_VERTICES, Pyramid, indirect_sources};
+use lightpaths::passes::frame::near_field::NearCluster;
 use lightpaths::passes::precompute::cluster_views::ViewTables;
 use lightpaths::passes::precompute::gather_rays::{GatherCode, RayTable};
 use lightpaths::passes::precompute::reads::Reads;
@@ -49,16 +50,22 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
         Buffer::from_slice(&context, "path flux", &flux).unwrap(),
     ];
     let sources = indirect_sources(&hvds, &first_deposits, LEAST_VERTICES);
-    for (ray_count, view_count) in [(0, 0), (1, 0), (40, 0), (40, 9), (400, 70)] {
+    for (ray_count, view_count, part_count) in [(0, 0, 0), (1, 0, 0), (40, 0, 5), (40, 9, 0), (400, 70, 20)] {
+        let taken = clusters + view_count;
+        let near_parts: Vec<NearCluster> = (0..part_count)
+            .map(|part| {
+                let cluster = random.below(clusters);
+                NearCluster { cluster, record: 0, offset: Vec3::ZERO, target: taken + part }
+            })
+            .collect();
         let views = random_views(&mut random, clusters, view_count);
-        let code = GatherCode::new(clusters + view_count, 3, 1.0).unwrap();
+        let code = GatherCode::new(taken + part_count, 3, 1.0).unwrap();
         let rays: Vec<GatherRay> = (0..2 * ray_count)
             .map(|_| {
                 // Fine clusters mostly; some rays leave the scene.
-                let end = 1 + random.below(clusters + view_count);
+                let end = 1 + random.below(taken + part_count);
                 let cluster = random.below(end);
-                let cluster =
-                    if random.below(4) == 0 { clusters + view_count - 1 - cluster } else { cluster };
+                let cluster = if random.below(4) == 0 { taken + part_count - 1 - cluster } else { cluster };
                 let target = cluster | random.below(3) << code.cluster_bits;
                 GatherRay { target: if random.below(5) == 0 { NO_TARGET } else { target }, gradient: 0 }
             })
@@ -70,12 +77,13 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
             colours: Vec::new(),
             has_colours: false,
         };
-        let reads = Reads::find(&hvds, &table, code, (view_count > 0).then_some(&views), &sources).unwrap();
+        let views_read = (view_count > 0).then_some(&views);
+        let reads = Reads::find(&hvds, &table, code, views_read, &near_parts, &sources).unwrap();
 
         let mask = (1 << code.cluster_bits) - 1;
         let targets = rays.iter().filter(|ray| ray.target != NO_TARGET).map(|ray| ray.target & mask);
-        let mut read: Vec<u32> = Vec::new();
-        for target in targets {
+        let mut read: Vec<u32> = near_parts.iter().map(|part| part.cluster).collect();
+        for target in targets.filter(|&target| target < taken) {
             match target.checked_sub(clusters) {
                 None => read.push(target),
                 Some(view) => {

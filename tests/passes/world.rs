@@ -100,7 +100,7 @@ impl World {
         let materials = scene.materials.clone();
         let buffers =
             SceneBuffers::new(&context, &bvh, &triangles, &surfaces, &coordinates, &materials).unwrap();
-        let hvds = Hvds::build(&triangles, &surfaces, grid, cells);
+        let hvds = Hvds::build_split(&triangles, &surfaces, grid, cells);
         let densities: Vec<f32> =
             (0..hvds.pieces.len()).map(|piece| 1.0 + 7.0 * (piece as f32 * 0.618_034).fract()).collect();
         let in_clusters = Strata::new(&hvds, &densities, ENTRY_POINTS).in_clusters;

@@ -80,21 +80,32 @@ fn indirect_irradiance_where_walls_are_black_and_where_they_are_nearly_white() {
     assert_silent(&context());
 }
 
-/// Past a wall of a millimetre light leaks only as far as a cluster of the floor reaches under it: the less, the finer they are.
+/// Past a wall of a millimetre light leaks as far as clusters of the floor reach under it: the less, the finer they are, and hardly any
+/// where they are split along the wall.
 #[test]
 fn light_that_leaks_past_a_thin_wall_falls_with_the_cells() {
-    let mean = |scene, cells| {
-        let quality =
-            Quality { entry_points: 100_000, cache_points: 2_000, gather_rays: 144, cells, ..PAPER };
+    let mean = |scene, cells, gap_rounds| {
+        let quality = Quality {
+            entry_points: 100_000,
+            cache_points: 2_000,
+            gather_rays: 144,
+            cells,
+            gap_rounds,
+            ..PAPER
+        };
         let beauty = render(scene, quality).layer(Layer::Beauty).unwrap();
         beauty.as_flattened().iter().map(|value| f64::from(*value)).sum::<f64>() / beauty.len() as f64
     };
     let mut lit = shapes::thin_wall();
     let camera = &mut lit.cameras[0];
     (camera.position, camera.target) = (Vec3::new(-0.9, 0.0, 0.0), Vec3::ZERO);
-    let lit = mean(lit, 16);
-    let [coarse, fine] = [8, 32].map(|cells| mean(shapes::thin_wall(), cells) / lit);
-    println!("dark side: {coarse:.2e} of the light in coarse cells, {fine:.2e} in fine ones");
+    let lit = mean(lit, 16, 0);
+    let [coarse, fine, split] =
+        [(8, 0), (32, 0), (32, 1)].map(|(cells, rounds)| mean(shapes::thin_wall(), cells, rounds) / lit);
+    println!(
+        "dark side: {coarse:.2e} of the light in coarse cells, {fine:.2e} in fine ones, {split:.2e} in split ones"
+    );
     assert!(fine < 0.6 * coarse && fine < 0.01, "dark side: {coarse:.2e}, {fine:.2e} of the light");
+    assert!(split < 0.5 * fine, "dark side: {split:.2e} of the light in split cells");
     assert_silent(&context());
 }

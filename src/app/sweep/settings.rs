@@ -10,7 +10,10 @@ const CELLS_ALONE: [f64; 3] = [0.25, 0.5, 2.0];
 
 /// Factors of entry points, cells, cache points and gather rays along the front, coarse to fine; the preset itself is one of them.
 const FRONT: [[f64; 4]; 4] =
-    [[1.0 / 16.0, 0.5, 0.25, 0.25], [1.0 / 4.0, 0.5, 0.5, 0.5], [2.0, 1.0, 1.5, 1.5], [4.0, 2.0, 2.0, 2.0]];
+    [[1.0 / 16.0, 0.5, 0.25, 0.25], [1.0 / 4.0, 0.5, 0.5, 0.5], [2.0, 1.0, 1.5, 1.5], [4.0, 2.0, 3.0, 3.0]];
+
+/// Rounds of narrow gaps at the front's fine end.
+const GAP_ROUNDS: u32 = 8;
 
 /// Series of the preset itself.
 pub(super) const PRESET: &str = "preset";
@@ -60,6 +63,8 @@ fn scaled(preset: &Quality, [entry_points, cells, cache_points, gather_rays]: [f
         cells: scale(preset.cells, cells, 8, 256).next_power_of_two(),
         cache_points: scale(preset.cache_points, cache_points, 1, 1_000_000),
         gather_rays: 4 * rings * rings,
+        // In finer cells and among many paths what is left is the light in narrow gaps.
+        gap_rounds: if entry_points > 2.0 && cells > 1.0 { GAP_ROUNDS } else { preset.gap_rounds },
         ..preset.clone()
     }
 }
@@ -72,6 +77,7 @@ pub(super) fn arguments(quality: &Quality) -> String {
         ("cells", quality.cells, preset.cells),
         ("cache_points", quality.cache_points, preset.cache_points),
         ("gather_rays", quality.gather_rays, preset.gather_rays),
+        ("gap_rounds", quality.gap_rounds, preset.gap_rounds),
         ("seed", quality.seed, preset.seed),
     ];
     let changed = pairs.into_iter().filter(|(_, value, preset)| value != preset);

@@ -12,6 +12,18 @@ use crate::types::{PixelSurface, View};
 use std::sync::Arc;
 
 gpu_struct! {
+    /// What a sample of an edge pixel stands for.
+    pub struct EdgeSource {
+        /// The pixel whose indirect irradiance it takes.
+        pub pixel: u32,
+        /// Number of the pixel's point that it shows.
+        pub number: u32,
+        /// Of the points that were asked for it, those that met a surface.
+        pub share: f32,
+    }
+}
+
+gpu_struct! {
     /// Push constants of `edge_mark` and `shadow_mark`.
     pub struct EdgeMarkPush {
         /// Pixels.
@@ -62,8 +74,13 @@ gpu_struct! {
 }
 
 /// What this pass shares with its shaders.
-pub const LAYOUTS: &[Layout] =
-    &[EdgeMarkPush::LAYOUT, EdgeListPush::LAYOUT, EdgeSamplesPush::LAYOUT, ShadowEdgesPush::LAYOUT];
+pub const LAYOUTS: &[Layout] = &[
+    EdgeSource::LAYOUT,
+    EdgeMarkPush::LAYOUT,
+    EdgeListPush::LAYOUT,
+    EdgeSamplesPush::LAYOUT,
+    ShadowEdgesPush::LAYOUT,
+];
 
 /// Cosine below which the normals of neighbouring pixels make an edge: 25°, more than curved models turn in a pixel.
 pub const CREASE: f32 = 0.9;
@@ -71,6 +88,9 @@ pub const CREASE: f32 = 0.9;
 pub const STEP: f32 = 2.0;
 /// Relative difference of one light between neighbours that makes an edge.
 pub const CONTRAST: f32 = 0.1;
+/// Points that a sample of the scene's outline asks: what is beside a surface there is black, so that nothing shows more than how
+/// much of the pixel it covers.
+pub const OUTLINE_POINTS: u32 = 8;
 /// An average pixel has room for the share 1/`SPREAD` of the samples that an edge pixel asks for.
 const SPREAD: u64 = 16;
 /// But there is room for so many at the least, 9 MiB: in a small picture light changes much from pixel to pixel, and most show an
@@ -100,7 +120,7 @@ pub struct Antialias {
     pub offsets: Buffer,
     /// `PixelSurface`s that samples see, edge pixel by edge pixel.
     pub edge_surfaces: Buffer,
-    /// The pixels whose indirect irradiance they take.
+    /// Their `EdgeSource`s.
     pub edge_sources: Buffer,
 }
 
@@ -129,7 +149,7 @@ impl Antialias {
             mark: Pipeline::new(context, "edge_mark", &bits(&[("CREASE", CREASE), ("STEP", STEP)]))?,
             shadow_mark: Pipeline::new(context, "shadow_mark", &bits(&[("CONTRAST", CONTRAST)]))?,
             list: Pipeline::new(context, "edge_list", &[])?,
-            samples: Pipeline::new(context, Self::STEM, &[])?,
+            samples: Pipeline::new(context, Self::STEM, &[("OUTLINE_POINTS", OUTLINE_POINTS)])?,
             shadow_edges: Pipeline::new(context, Self::SHADOW_STEM, &[])?,
             prefix_sum: PrefixSum::new(context, pixel_count)?,
             edge_pixels: Buffer::storage(context, "edge pixels", 4 * u64::from(pixel_count))?,
@@ -144,7 +164,7 @@ impl Antialias {
                 "edge surfaces",
                 room * size_of::<PixelSurface>() as u64,
             )?,
-            edge_sources: Buffer::storage(context, "edge sources", room * 4)?,
+            edge_sources: Buffer::storage(context, "edge sources", room * size_of::<EdgeSource>() as u64)?,
         })
     }
 

@@ -112,7 +112,7 @@ pub struct Pyramid {
     pub indirect_sources: Buffer,
     /// `ClusterFlux` of each cluster, W.
     pub flux: Buffer,
-    /// Irradiance of each cluster, W/m²; three floats. Views of clusters may follow.
+    /// Irradiance of each cluster, W/m²; three floats. Views and parts of clusters may follow.
     pub irradiance: Buffer,
 }
 
@@ -173,6 +173,18 @@ impl Pyramid {
         self.indirect_sources.write(&unmixed_sources(hvds, &first_deposits, least, &is_mixed))?;
         let dark = vec![Vec3::ZERO; (hvds.cluster_count() + view_count) as usize];
         self.irradiance = Buffer::from_slice(context, "cluster irradiance", &dark)?;
+        Ok(())
+    }
+
+    /// Makes room for so many parts of clusters behind the irradiance of clusters and views.
+    ///
+    /// # Errors
+    /// The device lacks memory.
+    pub fn make_room_for_parts(&mut self, context: &Arc<Context>, part_count: u32) -> Result<()> {
+        if part_count > 0 {
+            let bytes = self.irradiance.bytes() + 12 * u64::from(part_count);
+            self.irradiance = Buffer::storage(context, "cluster irradiance", bytes)?;
+        }
         Ok(())
     }
 

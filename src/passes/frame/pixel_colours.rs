@@ -110,6 +110,7 @@ impl PixelColours {
                 ("EdgeOffsets", &antialias.offsets),
                 ("EdgePixels", &antialias.edge_pixels),
                 ("EdgeSurfaces", &antialias.edge_surfaces),
+                ("EdgeSources", &antialias.edge_sources),
                 ("EdgeColours", &self.of_edges),
             ]),
         );

@@ -12,6 +12,7 @@ pub mod gloss;
 pub mod light_paths;
 pub mod narrow_gaps;
 pub mod near_clusters;
+pub mod near_hits;
 pub mod neighbours;
 pub mod occlusion;
 pub mod path_orders;

@@ -5,7 +5,7 @@ use super::reaches::Reaches;
 use super::shares;
 use crate::passes::frame::near_field::NearCluster;
 use crate::scene::hvds::Hvds;
-use crate::types::NO_CLUSTER;
+use crate::types::CachePoint;
 use glam::Vec3;
 
 /// Levels of the hierarchy, from the finest, whose clusters are small enough.
@@ -17,70 +17,103 @@ const REACH: f32 = 1.5;
 /// Cosine of how far its normal may lean from the cluster's.
 const LEAN: f32 = 0.8;
 
-/// Middle and mean normal of a cluster, summed by area.
-#[derive(Clone, Copy, Default)]
-struct Sums {
-    area: f64,
-    clearance: f32,
-    middle: Vec3,
-    normal: Vec3,
-    is_back: bool,
+/// Where a cluster of the finest levels is, and how it faces.
+#[derive(Clone, Copy, Debug)]
+pub struct Patch {
+    /// Mean position, metres.
+    pub middle: Vec3,
+    /// Mean normal, unit length.
+    pub normal: Vec3,
+    /// Lowest corner of the box around it, metres.
+    pub low: Vec3,
+    /// Highest corner.
+    pub high: Vec3,
+    /// Mean distance to the nearest surface that it sees, metres.
+    pub clearance: f32,
+    /// It holds backs of triangles.
+    pub is_back: bool,
 }
 
-/// Finds them. `clearances` of the pieces, metres; `cell_size` of the base cells; `normal` of a side.
-pub fn find(
-    hvds: &Hvds,
-    clearances: &[f32],
-    cell_size: f32,
-    normal: impl Fn(u32) -> Vec3,
-    points: &[Placed],
-) -> Vec<NearCluster> {
-    if points.is_empty() {
-        return Vec::new();
-    }
+impl Patch {
+    /// Adds up to nothing; the box is empty.
+    const EMPTY: Self = Self {
+        middle: Vec3::ZERO,
+        normal: Vec3::ZERO,
+        low: Vec3::INFINITY,
+        high: Vec3::NEG_INFINITY,
+        clearance: f32::INFINITY,
+        is_back: false,
+    };
+}
+
+/// The clusters of the finest levels, in order. `clearances` of the pieces, metres; `normal` of a side.
+pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3) -> Vec<Patch> {
     let end = hvds.levels[LEVELS.min(hvds.levels.len()) - 1].end as usize;
-    let mut sums = vec![Sums::default(); end];
+    let mut patches = vec![Patch { clearance: 0.0, ..Patch::EMPTY }; end];
+    let mut areas = vec![0.0; end];
     for (piece, &clearance) in hvds.pieces.iter().zip(clearances) {
         let middle = piece.corners.iter().sum::<Vec3>() / piece.corners.len() as f32;
+        let [low, high] = [Vec3::min, Vec3::max]
+            .map(|bound| piece.corners[1..].iter().fold(piece.corners[0], |a, &b| bound(a, b)));
+        let area = piece.area_m2 as f32;
         let mut cluster = piece.cluster as usize;
         while cluster < end {
-            let sum = &mut sums[cluster];
-            let area = piece.area_m2 as f32;
-            sum.area += piece.area_m2;
-            sum.clearance += area * clearance;
-            sum.middle += area * middle;
-            sum.normal += area * normal(piece.side);
-            sum.is_back = piece.side % 2 == 1;
+            let patch = &mut patches[cluster];
+            areas[cluster] += piece.area_m2;
+            patch.clearance += area * clearance;
+            patch.middle += area * middle;
+            patch.normal += area * normal(piece.side);
+            (patch.low, patch.high) = (patch.low.min(low), patch.high.max(high));
+            patch.is_back = piece.side % 2 == 1;
             cluster = hvds.parents[cluster] as usize;
-            if cluster == NO_CLUSTER as usize {
-                break;
-            }
         }
+    }
+    let mean = |(patch, area): (Patch, f64)| match area > 0.0 {
+        true => Patch {
+            middle: patch.middle / area as f32,
+            normal: patch.normal.normalize_or_zero(),
+            clearance: patch.clearance / area as f32,
+            ..patch
+        },
+        false => Patch::EMPTY,
+    };
+    patches.into_iter().zip(areas).map(mean).collect()
+}
+
+/// Whether a record speaks for a place on a cluster.
+pub(super) fn fits(point: &CachePoint, place: Vec3, patch: &Patch) -> bool {
+    let apart = place - point.position;
+    (point.side % 2 == 1) == patch.is_back
+        && apart.length() <= REACH * point.radius
+        && point.normal.dot(patch.normal) >= LEAN
+        && apart.dot(point.wall) <= 1.0
+}
+
+/// Finds the near ones among those clusters. `cell_size` of the base cells, metres.
+pub fn find(patches: &[Patch], cell_size: f32, points: &[Placed]) -> Vec<NearCluster> {
+    if points.is_empty() {
+        return Vec::new();
     }
     let places: Vec<(Vec3, f32)> =
         points.iter().map(|placed| (placed.point.position, REACH * placed.point.radius)).collect();
     let map = Reaches::of(&places);
     let beside = |cluster: usize| {
-        let sum = &sums[cluster];
-        if sum.area <= 0.0 || sum.clearance > CLOSE * cell_size * sum.area as f32 {
+        let patch = &patches[cluster];
+        if patch.clearance > CLOSE * cell_size {
             return None;
         }
-        let (middle, normal) = (sum.middle / sum.area as f32, sum.normal.normalize_or_zero());
         let mut best = (f32::INFINITY, 0);
-        map.any(middle, |index| {
+        map.any(patch.middle, |index| {
             let point = &points[index as usize].point;
-            let distance = point.position.distance(middle);
-            let fits = (point.side % 2 == 1) == sum.is_back
-                && distance <= REACH * point.radius
-                && point.normal.dot(normal) >= LEAN
-                && (middle - point.position).dot(point.wall) <= 1.0;
-            if fits && (distance, index) < best {
-                best = (distance, index);
+            let found = (point.position.distance(patch.middle), index);
+            if found < best && fits(point, patch.middle, patch) {
+                best = found;
             }
             false
         });
-        let offset = middle - points[best.1 as usize].point.position;
-        best.0.is_finite().then_some(NearCluster { cluster: cluster as u32, record: best.1, offset })
+        let offset = patch.middle - points[best.1 as usize].point.position;
+        let cluster = cluster as u32;
+        best.0.is_finite().then_some(NearCluster { cluster, record: best.1, offset, target: cluster })
     };
-    shares::in_shares(end, |share| share.filter_map(beside).collect())
+    shares::in_shares(patches.len(), |share| share.filter_map(beside).collect())
 }

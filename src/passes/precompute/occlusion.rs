@@ -119,10 +119,12 @@ impl<'a> Cells<'a> {
         let base = hvds.levels[0].len();
         let mut base_cells = vec![UVec3::ZERO; base];
         let size = hvds.grid.cells;
-        for (cell, run) in (0..).zip(hvds.cell_first.windows(2)) {
-            for &entry in &hvds.cell_clusters[run[0] as usize..run[1] as usize] {
-                base_cells[(entry & 0x03ff_ffff) as usize] =
-                    UVec3::new(cell % size.x, cell / size.x % size.y, cell / size.x / size.y);
+        for cell in 0..hvds.grid.cell_count() as u32 {
+            for found in hvds.clusters_in(cell as usize) {
+                for cluster in found.cluster..=found.cluster + u32::from(found.plane.is_some()) {
+                    base_cells[cluster as usize] =
+                        UVec3::new(cell % size.x, cell / size.x % size.y, cell / size.x / size.y);
+                }
             }
         }
         let mut pieces: Vec<u32> = (0..hvds.pieces.len() as u32).collect();

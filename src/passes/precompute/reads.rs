@@ -1,9 +1,10 @@
 //! What anything reads of the hierarchy: known before any light is.
-//! In: gather rays, views, small clusters beside records. Out: clusters whose irradiance is read; clusters whose flux that takes.
+//! In: gather rays, views, parts of clusters. Out: clusters whose irradiance is read; clusters whose flux that takes.
 
 use super::cluster_views::ViewTables;
 use super::gather_rays::{GatherCode, RayTable};
 use crate::error::Result;
+use crate::passes::frame::near_field::NearCluster;
 use crate::scene::hvds::Hvds;
 use crate::types::{NO_CLUSTER, NO_TARGET};
 
@@ -23,7 +24,7 @@ impl Reads {
         Self { irradiance: all.clone(), flux: all }
     }
 
-    /// What gather rays read, and views that they read; they read no directions. `indirect_sources`: the cluster that each takes its
+    /// What gather rays read, and what the views and parts of clusters that they read are made of; they read no directions. `indirect_sources`: the cluster that each takes its
     /// indirect light from.
     ///
     /// # Errors
@@ -33,11 +34,12 @@ impl Reads {
         rays: &RayTable,
         code: GatherCode,
         views: Option<&ViewTables>,
+        near_parts: &[NearCluster],
         indirect_sources: &[u32],
     ) -> Result<Self> {
         let count = hvds.cluster_count() as usize;
         let view_count = views.map_or(0, |views| views.count() as usize);
-        let mut is_read = vec![false; count + view_count];
+        let mut is_read = vec![false; count + view_count + near_parts.len()];
         for ray in rays.read()?.iter().filter(|ray| ray.target != NO_TARGET) {
             is_read[(ray.target & ((1 << code.cluster_bits) - 1)) as usize] = true;
         }
@@ -50,6 +52,8 @@ impl Reads {
                 }
             }
         }
+        // Each has a ray that reads it.
+        near_parts.iter().for_each(|part| irradiance[part.cluster as usize] = true);
         let mut flux = vec![false; count];
         for cluster in (0..count).filter(|&cluster| irradiance[cluster]) {
             flux[cluster] = true;

@@ -1,0 +1,211 @@
+//! Where a wall stands on a surface, light differs on its two sides, however near they are: the cluster is split along the wall.
+
+use super::clip;
+use super::hvds::{Keyed, Piece};
+use glam::{DVec3, Vec3};
+use std::collections::HashMap;
+
+/// Cosine below which a surface stands on another: 45°.
+const STANDS: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// A wall reaches the surface up to so many cells, and stands at least so many cells above it.
+const TOUCH: f64 = 0.02;
+const HEIGHT: f64 = 0.1;
+/// What a wall cuts off is a part of its own from this share of the cluster's area on.
+const LEAST_SHARE: f64 = 0.02;
+
+/// The plane of a wall: `normal·x = w`; what lies in front of it is the second part.
+pub type Plane = [f32; 4];
+
+fn over(plane: Plane, point: DVec3) -> f64 {
+    let [x, y, z, w] = plane.map(f64::from);
+    DVec3::new(x, y, z).dot(point) - w
+}
+
+/// Splits the pieces of each cluster that a wall in the same cell stands on. Keys have room for the part in their lowest bits. Returns the
+/// plane of each cluster that is split, by the key of its first part.
+pub(super) fn split(
+    pieces: &mut Keyed<Piece>,
+    cell_size: f64,
+    normal_of: impl Fn(u32) -> Vec3,
+    cell_of: impl Fn(u64) -> u64,
+) -> HashMap<u64, Plane> {
+    let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
+    order.sort_by_key(|&index| (cell_of(pieces[index as usize].0), pieces[index as usize].0));
+    let mut planes = HashMap::new();
+    for cell in order.chunk_by(|&a, &b| cell_of(pieces[a as usize].0) == cell_of(pieces[b as usize].0)) {
+        let all: Vec<&(u64, Piece)> = cell.iter().map(|&index| &pieces[index as usize]).collect();
+        for cluster in all.chunk_by(|a, b| a.0 == b.0) {
+            if let Some(plane) = wall_on(cluster, &all, cell_size, &normal_of) {
+                planes.insert(cluster[0].0, plane);
+            }
+        }
+    }
+    let mut cut = Vec::with_capacity(pieces.len());
+    for (key, piece) in pieces.drain(..) {
+        let Some(&plane) = planes.get(&key) else {
+            cut.push((key, piece));
+            continue;
+        };
+        let polygon: Vec<DVec3> = piece.corners.iter().map(|corner| corner.as_dvec3()).collect();
+        for part in 0..2 {
+            let kept = clip::clip_by(&polygon, |p| if part == 0 { -over(plane, p) } else { over(plane, p) });
+            let area_m2 = clip::area(&kept);
+            if area_m2 > 0.0 {
+                let corners = kept.iter().map(|p| p.as_vec3()).collect();
+                cut.push((key | part, Piece { corners, area_m2, ..piece }));
+            }
+        }
+    }
+    *pieces = cut;
+    planes
+}
+
+/// The wall that touches most of a cluster, if it cuts it in two.
+fn wall_on(
+    cluster: &[&(u64, Piece)],
+    all: &[&(u64, Piece)],
+    cell_size: f64,
+    normal_of: &impl Fn(u32) -> Vec3,
+) -> Option<Plane> {
+    let area: f64 = cluster.iter().map(|(_, piece)| piece.area_m2).sum();
+    let mean = |of: &dyn Fn(&Piece) -> DVec3| {
+        cluster.iter().map(|(_, piece)| piece.area_m2 * of(piece)).sum::<DVec3>() / area
+    };
+    let normal = mean(&|piece| normal_of(piece.side).as_dvec3()).normalize_or_zero();
+    let centre = |piece: &Piece| piece.corners.iter().sum::<Vec3>().as_dvec3() / piece.corners.len() as f64;
+    let mut middle = None;
+    let mut best = (TOUCH * cell_size, None);
+    for (key, piece) in all.iter().filter(|other| other.0 != cluster[0].0).map(|other| (other.0, &other.1)) {
+        let wall = normal_of(piece.side).as_dvec3();
+        if wall.dot(normal).abs() >= STANDS || key == cluster[0].0 {
+            continue;
+        }
+        let middle = *middle.get_or_insert_with(|| mean(&centre));
+        let height = |p: DVec3| normal.dot(p - middle);
+        let polygon: Vec<DVec3> = piece.corners.iter().map(|corner| corner.as_dvec3()).collect();
+        let heights = polygon.iter().map(|&p| height(p));
+        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)));
+        if low > TOUCH * cell_size || high < HEIGHT * cell_size {
+            continue;
+        }
+        let band = HEIGHT * cell_size;
+        let foot = clip::clip_by(&clip::clip_by(&polygon, |p| band - height(p)), |p| band + height(p));
+        let along = normal.cross(wall).normalize_or_zero();
+        let extent = foot.iter().map(|p| along.dot(*p));
+        let (first, last) = extent.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(s), b.max(s)));
+        if last - first > best.0 {
+            let plane = [wall.x, wall.y, wall.z, wall.dot(polygon[0])].map(|value| value as f32);
+            best = (last - first, Some(plane));
+        }
+    }
+    let plane = best.1?;
+    let in_front = |piece: &Piece| {
+        let polygon: Vec<DVec3> = piece.corners.iter().map(|corner| corner.as_dvec3()).collect();
+        clip::area(&clip::clip_by(&polygon, |p| over(plane, p)))
+    };
+    let share = cluster.iter().map(|(_, piece)| in_front(piece)).sum::<f64>() / area;
+    (LEAST_SHARE..=1.0 - LEAST_SHARE).contains(&share).then_some(plane)
+}
+
+/// A base cluster as a cell lists it, and the plane that parts it from the next one if they are parts of one.
+pub struct CellCluster {
+    /// What the sides in it share.
+    pub code: u32,
+    /// The cluster, or the first part.
+    pub cluster: u32,
+    /// Plane of the wall between the parts; the other part is the next cluster.
+    pub plane: Option<Plane>,
+}
+
+impl CellCluster {
+    /// The cluster, or the part of it that holds a point.
+    pub fn at(&self, position: Vec3) -> u32 {
+        let behind = |[x, y, z, w]: Plane| Vec3::new(x, y, z).dot(position) < w;
+        self.cluster + u32::from(self.plane.is_some_and(|plane| !behind(plane)))
+    }
+}
+
+/// Code of a word in a cell's list that says that the cluster before it is split: the plane follows as the bits of four floats.
+pub(super) const SPLIT: u32 = 63;
+
+/// Adds a cluster, in parts or whole, to a cell's list.
+pub(super) fn write(list: &mut Vec<u32>, code: u32, cluster: u32, plane: Option<&Plane>) {
+    list.push(code << 26 | cluster);
+    if let Some(plane) = plane {
+        list.push(SPLIT << 26);
+        list.extend(plane.map(f32::to_bits));
+    }
+}
+
+/// Reads a cell's list.
+pub(super) fn read(list: &[u32]) -> impl Iterator<Item = CellCluster> {
+    let mut rest = list;
+    std::iter::from_fn(move || {
+        let (&entry, after) = rest.split_first()?;
+        let is_split = after.first().is_some_and(|&next| next >> 26 == SPLIT);
+        let plane = is_split.then(|| std::array::from_fn(|k| f32::from_bits(after[1 + k])));
+        rest = if is_split { &after[5..] } else { after };
+        Some(CellCluster { code: entry >> 26, cluster: entry & 0x03ff_ffff, plane })
+    })
+}
+
+/// The grid's words for a part: a cell's own bits stand above them.
+pub(super) const PART_BITS: u32 = 3;
+
+/// Cells of a grid.
+pub(super) fn cell_key(key: u64) -> u64 {
+    key & ((1 << 48) - 1) & !((1 << PART_BITS) - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::hvds::Hvds;
+    use crate::scene::{Triangle, grid, surfaces};
+    use crate::types;
+
+    /// A floor with a wall across it, not along the grid.
+    fn floor_and_wall() -> Vec<Triangle> {
+        let quad = |p: [[f32; 3]; 4]| {
+            let p = p.map(Vec3::from);
+            [[0, 1, 2], [0, 2, 3]].map(|corners| {
+                let mut t =
+                    Triangle { positions: corners.map(|k| p[k]), normals: [Vec3::ZERO; 3], material: 0 };
+                t.normals = [t.geometric_normal(); 3];
+                t
+            })
+        };
+        let floor = quad([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 0.0, 0.0]]);
+        let wall = quad([[0.7, -0.01, 0.0], [1.3, -0.01, 2.0], [1.3, 1.0, 2.0], [0.7, 1.0, 0.0]]);
+        [floor, wall].concat()
+    }
+
+    #[test]
+    fn a_wall_parts_the_floor_on_its_two_sides() {
+        let triangles = floor_and_wall();
+        let surfaces: Vec<_> = triangles.iter().map(|t| surfaces::surface(t, [true, true])).collect();
+        let grid: types::Grid = grid::grid(Vec3::ZERO, Vec3::new(2.0, 1.0, 2.0), 32);
+        let hvds = Hvds::build_split(&triangles, &surfaces, grid, 32);
+        let mut split = [false; 2];
+        for piece in hvds.pieces.iter().filter(|piece| piece.side < 4 && piece.area_m2 > 1e-6) {
+            // How far it reaches over the wall on either side; a corner of up to a fiftieth of a cell is not cut off.
+            let over = piece.corners.iter().map(|p| p.x - 0.7 - 0.3 * p.z);
+            let (behind, front) = over.fold((0.0_f32, 0.0_f32), |(a, b), d| (a.max(-d), b.max(d)));
+            assert!(behind.min(front) < 0.25 / grid.inverse_cell, "{:?} lies on both sides", piece.corners);
+            let middle = piece.corners.iter().sum::<Vec3>() / piece.corners.len() as f32;
+            let normal = surfaces[piece.side as usize / 2].normal_of(piece.side % 2 == 1);
+            let cell = hvds.grid.index_of(hvds.grid.cell_of(middle, normal));
+            let code = surfaces[piece.side as usize / 2].side_code(piece.side % 2 == 1);
+            assert_eq!(hvds.base_cluster(cell, code, middle), Some(piece.cluster));
+            let is_split = hvds.clusters_in(cell).any(|found| found.code == code && found.plane.is_some());
+            assert!(!is_split || behind.min(front) < 1e-4, "{:?} lies on both sides", piece.corners);
+            split[usize::from(is_split)] = true;
+        }
+        assert_eq!(split, [true; 2], "some are split, some are not");
+        let whole = 2.0 * triangles.iter().map(Triangle::area_m2).sum::<f64>();
+        for level in &hvds.levels {
+            let sum: f64 = level.clone().map(|c| f64::from(hvds.areas_m2[c as usize])).sum();
+            assert!((sum - whole).abs() < 1e-5 * whole, "{sum} of {whole}");
+        }
+    }
+}

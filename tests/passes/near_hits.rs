@@ -1,0 +1,160 @@
+//! Near hits: rays of a cache point that meet a near cluster read an entry of their own, lit by the record beside the place they meet.
+
+use crate::common::assert_silent;
+use crate::world::{Random, World};
+use glam::{DVec3, Vec3};
+use lightpaths::cpu::hemisphere::{Strata, frame};
+use lightpaths::gpu::Buffer;
+use lightpaths::passes::precompute::cache_points::Placed;
+use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
+use lightpaths::passes::precompute::near_hits::{NearHits, Sources};
+use lightpaths::passes::precompute::{Silent, near_clusters};
+use lightpaths::types::{GatherRay, MAY_SHINE, NO_TARGET};
+use std::collections::HashMap;
+
+const SEED: u32 = 5;
+const REACH: f32 = 0.3;
+const LEAST_RADIUS: f32 = 0.1;
+
+#[test]
+fn rays_that_meet_near_clusters_read_entries_of_their_own() {
+    for world in [World::room(), World::shining_room()] {
+        near_hits_of(&world);
+    }
+}
+
+fn near_hits_of(world: &World) {
+    let (materials, clusters) = (world.materials.len(), world.hvds.cluster_count());
+    let hemisphere = Hemisphere::new(64);
+    let strata = Strata { rings: hemisphere.rings, sectors: hemisphere.sectors };
+    let code = GatherCode::new(clusters, materials, 0.05).unwrap();
+    let mut random = Random::new(57);
+    let place = |point| Placed { point, clearance: 0.1 };
+    let points: Vec<Placed> = world.cache_points(&mut random, 700, 0.2).into_iter().map(place).collect();
+    let near_count = 400;
+    let cache_points: Vec<_> = points.iter().map(|placed| placed.point).collect();
+    let cache_points = Buffer::from_slice(&world.context, "cache points", &cache_points).unwrap();
+    let (count, progress) = (points.len() as u32, &mut Silent);
+    let table = gather_rays::trace(
+        &world.context,
+        &world.buffers,
+        &world.clusters,
+        &cache_points,
+        count,
+        hemisphere,
+        code,
+        SEED,
+        progress,
+    )
+    .unwrap();
+    let before: Vec<GatherRay> = table.read().unwrap();
+    let clearances = vec![0.1; world.hvds.pieces.len()];
+    let patches = near_clusters::patches(&world.hvds, &clearances, |side| world.geometry().normal(side));
+    let sources = Sources {
+        patches: &patches,
+        materials: &world.materials,
+        points: &points,
+        near_count,
+        least_radius: LEAST_RADIUS,
+        reach: REACH,
+        hemisphere,
+        seed: SEED,
+    };
+    let mut near = NearHits::find(sources, &table, code).unwrap();
+    let out: Vec<GatherRay> = table.read().unwrap();
+    let views = 17;
+    let readers = near.reader_count();
+    let packed = near.redirect(&table, code, clusters + views, materials).unwrap();
+    let after: Vec<GatherRay> = table.read().unwrap();
+
+    let may_shine = |material: u32| world.reflectances()[material as usize].flags & MAY_SHINE != 0;
+    let unpack = |target: u32, code: GatherCode| {
+        (target & ((1 << code.cluster_bits) - 1), target >> code.cluster_bits)
+    };
+    let mut places: HashMap<u32, Vec<(u32, DVec3)>> = HashMap::new();
+    let mut untouched = 0;
+    for (index, ((before, out), after)) in (0..).zip(before.iter().zip(&out).zip(&after)) {
+        let (point, ray) = (index / strata.rays(), index % strata.rays());
+        assert_eq!(before.gradient, after.gradient);
+        if before.target == NO_TARGET {
+            assert_eq!(after.target, NO_TARGET);
+            continue;
+        }
+        let (cluster, material) = unpack(before.target, code);
+        let (read, reads) = unpack(after.target, packed);
+        assert_eq!(material, reads);
+        let from = &points[point as usize].point;
+        if read == cluster {
+            assert_eq!(out.target, before.target, "rays that keep their cluster stay in the table");
+            untouched += 1;
+            continue;
+        }
+        assert_eq!(out.target, NO_TARGET, "the others are out of it meanwhile");
+        assert!(point < near_count && !may_shine(material));
+        let patch = &patches[cluster as usize];
+        assert!(from.position.distance(patch.middle) < REACH);
+        let entry = &near.entries[(read - clusters - views) as usize];
+        assert_eq!((entry.cluster, entry.target), (cluster, read));
+        let direction = frame(from.normal) * strata.direction(ray, point, SEED);
+        let normal = world.geometry().normal(from.side);
+        let origin = world.geometry().offset_origin(from.position, normal);
+        let hit = world.geometry().closest(origin, direction).expect("a ray with a target met something");
+        places.entry(read).or_default().push((point, hit.position));
+    }
+    assert_eq!(places.len(), near.entries.len(), "each entry has a reader");
+    assert_eq!(places.values().map(|rays| rays.len() as u64).sum::<u64>(), readers);
+    let (mut errors, mut widths) = (0.0, 0.0);
+    for (read, rays) in &places {
+        let entry = &near.entries[(read - clusters - views) as usize];
+        let patch = &patches[entry.cluster as usize];
+        assert!(rays.iter().all(|ray| ray.0 == rays[0].0), "an entry is one point's");
+        let hit = rays.iter().map(|ray| ray.1).sum::<DVec3>() / rays.len() as f64;
+        let record = &points[entry.record as usize].point;
+        let place = record.position + entry.offset;
+        errors += (place.as_dvec3() - hit).length_squared();
+        widths += f64::from(patch.high.distance_squared(patch.low));
+        let speaks = |point: &&Placed| {
+            let (point, apart) = (&point.point, place - point.point.position);
+            (point.side % 2 == 1) == patch.is_back
+                && apart.length() < 1.5 * point.radius
+                && point.normal.dot(patch.normal) >= 0.8
+                && apart.dot(point.wall) <= 1.0
+        };
+        let distances = points.iter().filter(speaks).map(|placed| placed.point.position.distance(place));
+        let nearest = distances.fold(f32::INFINITY, f32::min);
+        assert!((entry.offset.length() - nearest).abs() < 1e-5, "{} {nearest}", entry.offset.length());
+        assert!(entry.offset.length() < 2.0 * LEAST_RADIUS);
+    }
+    let share = (errors / widths).sqrt();
+    println!("{} entries of {readers} rays, {untouched} others, off by {share:.3} of a cell", places.len());
+    // Clusters that hold two facets have no plane.
+    assert!(places.len() > 30 && untouched > 1000 && share < 0.1, "{share}");
+    assert_silent(&world.context);
+}
+
+#[test]
+fn without_near_points_all_stays() {
+    let world = World::room();
+    let hemisphere = Hemisphere::new(16);
+    let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
+    let cache_points = Buffer::from_slice::<Vec3>(&world.context, "cache points", &[]).unwrap();
+    let (context, buffers, clusters) = (&world.context, &world.buffers, &world.clusters);
+    let table =
+        gather_rays::trace(context, buffers, clusters, &cache_points, 0, hemisphere, code, SEED, &mut Silent);
+    let (table, materials) = (table.unwrap(), &world.materials);
+    let (patches, points) = (&[], &[]);
+    let sources = Sources {
+        patches,
+        materials,
+        points,
+        near_count: 0,
+        least_radius: LEAST_RADIUS,
+        reach: REACH,
+        hemisphere,
+        seed: SEED,
+    };
+    let mut near = NearHits::find(sources, &table, code).unwrap();
+    assert!(near.entries.is_empty());
+    let packed = near.redirect(&table, code, world.hvds.cluster_count(), materials.len()).unwrap();
+    assert_eq!(packed.cluster_bits, code.cluster_bits);
+}

@@ -122,7 +122,7 @@ pub(super) fn precompute(
     };
     let cells = build(quality.cells);
     let finest = (REFINED * quality.cells).min(FINEST);
-    let hvds = build(finest);
+    let mut hvds = build(finest);
     let gaps = narrow_gaps::find(&Rays::new(context)?, &buffers, &scene.lights)?;
     let warnings: Vec<String> = unresolved(scene, &gaps, hvds.grid.cell_size() as f32, finest).collect();
     scene.warnings.extend(warnings);
@@ -167,6 +167,7 @@ pub(super) fn precompute(
         seed,
         progress,
     )?;
+    hvds.leave_out(&paths.buried);
     watch.lap("light paths");
 
     let mut placement =

@@ -6,7 +6,7 @@ use crate::scene::directions::{Directions, directions_for, resolved_exponent};
 use crate::scene::{Material, Scene};
 use glam::Vec3;
 
-/// Directions in which clusters that shine are read at most, unless more are asked for: enough for exponents up to 1 419. Each that a gather
+/// Directions in which clusters that shine are read at most, unless more are asked for: enough for exponents up to 1 420. Each that a gather
 /// ray reads takes 28 bytes and 12 more a light, so that there are not many more of them than rays that read them.
 const MOST_DIRECTIONS: u32 = 1 << 12;
 

@@ -149,6 +149,19 @@ impl Hvds {
         sums.into_iter().map(|sum| sum as f32).collect()
     }
 
+    /// Takes shares, 0..=1, of the base clusters' areas away, here and in all that is around them: no light ever comes there.
+    pub fn leave_out(&mut self, shares: &[f32]) {
+        for (base, &share) in shares.iter().enumerate().filter(|(_, share)| **share > 0.0) {
+            let area_m2 = share * self.areas_m2[base];
+            let mut cluster = base as u32;
+            while cluster != types::NO_CLUSTER {
+                let left = &mut self.areas_m2[cluster as usize];
+                *left = (*left - area_m2).max(0.0);
+                cluster = self.parents[cluster as usize];
+            }
+        }
+    }
+
     /// The clusters of a base cell, by its place in the table.
     pub fn clusters_in(&self, cell: usize) -> impl Iterator<Item = CellCluster> {
         walls::read(&self.cell_clusters[self.cell_first[cell] as usize..self.cell_first[cell + 1] as usize])

@@ -80,11 +80,17 @@ fn a_missing_image_is_refused_and_named() {
 
 #[test]
 fn lobes_too_sharp_for_the_directions_are_named() {
-    let material = "[[material]]\nname = \"default\"\ndiffuse = [0.2, 0.2, 0.2]\nspecular = [0.5, 0.5, 0.5]\nexponent = 500.0\n";
-    let scene = format!("{CUBE_SCENE}{material}");
-    let cube = folder_with(&[("cube.obj", CUBE), ("cube.toml", &scene)]);
-    let folder = TempDir::new().unwrap();
-    let output = render_cube(&folder, &cube, &["-o", "a.png"]).output().unwrap();
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert!(stderr(&output).contains("raise quality.directions to 1444"), "{}", stderr(&output));
+    // Directions follow exponents that stay as they are, up to 4096 of them.
+    for (exponent, is_too_sharp) in [(500, false), (5000, true)] {
+        let material = format!(
+            "[[material]]\nname = \"default\"\ndiffuse = [0.2, 0.2, 0.2]\nspecular = [0.5, 0.5, 0.5]\nexponent = {exponent}.0\n"
+        );
+        let scene = format!("{CUBE_SCENE}{material}");
+        let cube = folder_with(&[("cube.obj", CUBE), ("cube.toml", &scene)]);
+        let folder = TempDir::new().unwrap();
+        let output = render_cube(&folder, &cube, &["-o", "a.png"]).output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        let warning = "resolve exponents up to 1420, and it has 5000; raise quality.directions to 14641";
+        assert_eq!(stderr(&output).contains(warning), is_too_sharp, "{}", stderr(&output));
+    }
 }

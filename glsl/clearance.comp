@@ -1,6 +1,6 @@
 // Clearance of candidate cache points: distance to the nearest surface that their gather hemisphere sees, the R_i of
 // the error metric. [Tabellion] Deterministic. One workgroup = one candidate; rays within 10° of the tangent plane
-// do not count. In: candidates. Out: metres, or the scene's size where no ray hits; and the wall that was hit.
+// do not count. In: candidates. Out: metres, or the scene's size where no ray hits, or BURIED; and the wall that was hit.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -14,9 +14,11 @@ layout(constant_id = 0) const uint RINGS = 0;
 layout(constant_id = 1) const uint SECTORS = 0;
 
 struct Clearance {
-    float distance;  // metres
+    float distance;  // metres; BURIED in a solid
     vec3 wall;       // plane of the nearest hit as in CachePoint, if it stands on the surface at 45° or more; else zero
 };
+const float BURIED = -1.0;
+
 struct ClearancePush {
     uint candidate_count;
     uint seed;
@@ -77,6 +79,8 @@ void main() {
         vec3 plane = surfaces[hit.triangle].normal;
         float distance = dot(plane, hit_position(hit) - point.position);
         if (abs(dot(plane, point.normal)) < 0.7071 && distance != 0.0) wall = plane / distance;
+        // What is nearest to the inside of a solid is that inside, which takes no part.
+        if (!side_is_active(surfaces[hit.triangle].sides, dot(plane, direction) > 0.0)) nearest[0] = BURIED;
     }
     clearances[index] = Clearance(nearest[0], wall);
 }

@@ -93,7 +93,7 @@ fn light_sent_on_is_as_sharp_as_its_lobe() {
         if editable {
             continue;
         }
-        let tracer = trace(scene.clone(), [40, 30], 256);
+        let tracer = trace(scene.clone(), [40, 30], 1024);
         let albedo = tracer.traced_scene().first_hits().unwrap().albedo;
         let only = |layer: &[[f32; 3]]| -> Vec<[f32; 3]> {
             let pixels = layer.iter().zip(&albedo).filter(|(_, albedo)| albedo[0] > 0.5);

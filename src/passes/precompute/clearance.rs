@@ -14,7 +14,7 @@ use std::sync::Arc;
 gpu_struct! {
     /// What stands around a candidate.
     pub struct Clearance {
-        /// To the nearest surface that its rays see, metres.
+        /// To the nearest surface that its rays see, metres; negative if that is the inside of a solid.
         pub distance: f32,
         /// Plane of that surface, as in `CachePoint`, if it stands on the candidate's at 45° or more; else zero.
         pub wall: Vec3,

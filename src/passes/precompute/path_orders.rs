@@ -203,8 +203,9 @@ impl LightPaths {
         }
         for (cluster, buried) in buried.iter_mut().enumerate().filter(|(_, buried)| **buried > 0.0) {
             let entry_points = first_deposits[2 * cluster + 1] - first_deposits[2 * cluster];
-            // One entry point more, in the open: however few there are, they do not say that nothing is.
-            *buried = (*buried / (entry_points as f32 + 1.0)).min(1.0);
+            // However few there are, they do not say that nothing is in the open.
+            let count = entry_points as f32;
+            *buried = (*buried / count).min(count / (count + 1.0));
         }
         Self { steps, colours, deposits, first_deposits, groups: Vec::new(), arrivals, lost, buried }
     }

@@ -30,10 +30,11 @@ impl Renderer {
         let edge_samples = self.antialias.edge_surfaces.bytes() + self.antialias.edge_sources.bytes();
         let edge_surfaces = self.antialias.edge_surfaces.bytes();
         let records = self.gather.records.bytes();
-        // Passes of one name share an account: of records gathered ahead of the others, and the others, the mean.
+        // Passes of one name share an account: of records gathered ahead of the others, again in narrow gaps, and the others, the mean.
         let gathers = passes.iter().filter(|pass| pass.name == Gather::STEM).count();
         let scope = if self.skips { &self.read } else { &self.whole };
-        let ahead = if gathers > 1 { scope.source_count } else { 0 };
+        let ahead = scope.source_count + self.gap_rounds(scope) * scope.gap_count;
+        let ahead = if gathers > 1 { ahead } else { 0 };
         let gathered = u64::from(self.needs.gathered() + ahead) / gathers.max(1) as u64;
         let in_all = u64::from(self.gather.point_count().max(1));
         let surface = self.primary.pixels.bytes();

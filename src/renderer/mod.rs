@@ -300,7 +300,7 @@ impl Renderer {
         near_field.record_parts(rec, &self.pyramid, None, part_count);
         self.gather.record(rec, self.gather_sources(), &scope.sources);
         rec.barrier(COMPUTE_TO_COMPUTE);
-        let rounds = if scope.has_gaps { self.scene.quality.gap_rounds } else { 0 };
+        let rounds = self.gap_rounds(scope);
         for round in 0..=rounds {
             near_field.record(rec, &self.pyramid, records);
             rec.barrier(COMPUTE_TO_COMPUTE);
@@ -312,6 +312,11 @@ impl Renderer {
                 rec.barrier(COMPUTE_TO_COMPUTE);
             }
         }
+    }
+
+    /// How often the cache points in narrow gaps are gathered again.
+    fn gap_rounds(&self, scope: &Scope) -> u32 {
+        if scope.gap_count > 0 { self.scene.quality.gap_rounds } else { 0 }
     }
 
     fn gather_sources(&self) -> GatherSources<'_> {

@@ -28,8 +28,8 @@ pub(super) struct Scope {
     pub(super) source_count: u32,
     /// Those of them that stand in narrow gaps, and are gathered again.
     pub(super) gaps: RecordList,
-    /// There are any.
-    pub(super) has_gaps: bool,
+    /// How many.
+    pub(super) gap_count: u32,
 }
 
 impl Scope {
@@ -49,7 +49,7 @@ impl Scope {
                 sources: RecordList::fixed(context, made.point_count, rows, &sources)?,
                 source_count: sources.len() as u32,
                 gaps: RecordList::fixed(context, made.point_count, rows, gaps)?,
-                has_gaps: !gaps.is_empty(),
+                gap_count: gaps.len() as u32,
             })
         };
         Ok([scope(&Reads::all(&made.hvds))?, scope(reads)?])

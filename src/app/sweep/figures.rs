@@ -8,8 +8,8 @@ use clap::Args;
 use super::measure::measure;
 use super::reference::Reference;
 use super::report::{self, Shown};
-use super::{Budget, Preset, cache, plot, rivals, settings, shown};
-use crate::app::args::{DeviceArgs, SceneArgs, device_label, parse_seconds, shell_word};
+use super::{Preset, ReferenceArgs, plot, rivals, settings, shown};
+use crate::app::args::{DeviceArgs, SceneArgs, device_label, shell_word};
 use crate::app::output::OutputFile;
 use crate::error::{Error, Result};
 use crate::scene::{Scene, builtin};
@@ -28,15 +28,8 @@ pub(in crate::app) struct Figures {
     /// Folder for the pages; created if it is not there
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Samples of each pixel of a reference [default: what --seconds allows]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..))]
-    spp: Option<u32>,
-    /// Ends a reference after this time; with --spp, at whichever comes first [default: 60, without --spp]
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds)]
-    seconds: Option<f32>,
-    /// Folder where references are kept [default: the user's cache folder]
-    #[arg(long, value_name = "DIR")]
-    cache: Option<PathBuf>,
+    #[command(flatten)]
+    reference_args: ReferenceArgs,
     #[command(flatten)]
     scene_args: SceneArgs,
     #[command(flatten)]
@@ -53,7 +46,7 @@ impl Figures {
             let message = format!("two scenes are called {}: name one", scenes[index].name);
             return Err(Error::Usage(message));
         }
-        let cache = self.cache.clone().map_or_else(cache::default_folder, Ok)?;
+        let cache = self.reference_args.folder()?;
         let context = self.device_args.open()?;
         let device = format!("{}, {}", device_label(&context), context.driver());
         drop(context);
@@ -76,8 +69,7 @@ impl Figures {
 
     /// The page of a scene; its pictures are written beside it.
     fn figure(&self, scene: &Scene, spec: &str, device: &str, cache: &std::path::Path) -> Result<String> {
-        let seconds = self.seconds.or_else(|| self.spp.is_none().then_some(DEFAULT_SECONDS));
-        let budget = Budget { spp: self.spp, seconds };
+        let budget = self.reference_args.budget(DEFAULT_SECONDS);
         let reference = Reference::find(scene, budget, cache, &self.device_args)?;
         let preset = settings::trials(&scene.quality).swap_remove(0);
         let preset = measure(preset, scene, &reference, &self.device_args)?;

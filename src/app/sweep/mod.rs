@@ -49,19 +49,37 @@ pub(super) struct Sweep {
     /// Folder for the report; created if it is not there
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Samples of each pixel of the reference [default: what --seconds allows]
+    #[command(flatten)]
+    reference_args: ReferenceArgs,
+    #[command(flatten)]
+    scene_args: SceneArgs,
+    #[command(flatten)]
+    device_args: DeviceArgs,
+}
+
+/// How long path tracing may work on a reference, and where it is kept.
+#[derive(Debug, Args)]
+struct ReferenceArgs {
+    /// Samples of each pixel of a reference [default: what --seconds allows]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..))]
     spp: Option<u32>,
-    /// Ends the reference after this time; with --spp, at whichever comes first [default: 10, without --spp]
+    /// Ends a reference after this time; with --spp, at whichever comes first [default, without --spp: 10; of figures 60]
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds)]
     seconds: Option<f32>,
     /// Folder where references are kept [default: the user's cache folder]
     #[arg(long, value_name = "DIR")]
     cache: Option<PathBuf>,
-    #[command(flatten)]
-    scene_args: SceneArgs,
-    #[command(flatten)]
-    device_args: DeviceArgs,
+}
+
+impl ReferenceArgs {
+    /// What the user said, or so many seconds.
+    fn budget(&self, seconds: f32) -> Budget {
+        Budget { spp: self.spp, seconds: self.seconds.or_else(|| self.spp.is_none().then_some(seconds)) }
+    }
+
+    fn folder(&self) -> Result<PathBuf> {
+        self.cache.clone().map_or_else(cache::default_folder, Ok)
+    }
 }
 
 /// What is told of the preset alone.
@@ -90,7 +108,7 @@ impl Sweep {
     pub(super) fn run(self) -> Result<()> {
         let scene = self.scene_args.load(&self.scene)?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
-        let cache = self.cache.clone().map_or_else(cache::default_folder, Ok)?;
+        let cache = self.reference_args.folder()?;
         let context = self.device_args.open()?;
         std::fs::create_dir_all(&self.output)
             .map_err(|error| Error::output(&self.output, format!("cannot be created: {}", error.kind())))?;
@@ -108,7 +126,8 @@ impl Sweep {
             cores: std::thread::available_parallelism().map_or(1, usize::from),
         };
         drop(context);
-        let reference = Reference::find(&scene, self.budget(), &cache, &self.device_args)?;
+        let reference =
+            Reference::find(&scene, self.reference_args.budget(DEFAULT_SECONDS), &cache, &self.device_args)?;
         let (mut preset, others) = self.try_settings(&scene, &reference)?;
         let mut settings = vec![preset.setting.clone()];
         settings.extend(others);
@@ -137,11 +156,6 @@ impl Sweep {
         json.write(|out| writeln!(out, "{text}"))?;
         html.write(|out| out.write_all(report::html(&results, &shown).as_bytes()))?;
         super::print(&format!("{}\n", html.path().display()))
-    }
-
-    fn budget(&self) -> Budget {
-        let seconds = self.seconds.or_else(|| self.spp.is_none().then_some(DEFAULT_SECONDS));
-        Budget { spp: self.spp, seconds }
     }
 
     /// The preset, and what the other settings gave. A setting that the device has no room for is left out, with a warning.

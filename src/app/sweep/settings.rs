@@ -12,8 +12,12 @@ const CELLS_ALONE: [f64; 3] = [0.25, 0.5, 2.0];
 const FRONT: [[f64; 4]; 4] =
     [[1.0 / 16.0, 0.5, 0.25, 0.25], [1.0 / 4.0, 0.5, 0.5, 0.5], [2.0, 1.0, 1.5, 1.5], [4.0, 2.0, 3.0, 3.0]];
 
-/// Rounds of narrow gaps at the front's fine end.
-const GAP_ROUNDS: u32 = 8;
+/// Rounds of gathering at the front's fine end.
+const GAP_ROUNDS: u32 = 4;
+
+/// Samples of pixels at edges there, as a multiple of the preset's, and at most.
+const EDGE_SAMPLES: u32 = 4;
+const EDGE_SAMPLES_MAX: u32 = 64;
 
 /// Series of the preset itself.
 pub(super) const PRESET: &str = "preset";
@@ -57,14 +61,17 @@ fn scaled(preset: &Quality, [entry_points, cells, cache_points, gather_rays]: [f
     let scale = |value: u32, factor: f64, least: u32, most: u32| {
         ((f64::from(value) * factor).round() as u32).clamp(least, most)
     };
+    // In finer cells and among many paths what is left is the light in narrow gaps and shadows, and edges.
+    let is_fine = entry_points > 2.0 && cells > 1.0;
+    let edge_samples = (EDGE_SAMPLES * preset.edge_samples).min(EDGE_SAMPLES_MAX).max(preset.edge_samples);
     let rings = (f64::from(preset.gather_rays) * gather_rays / 4.0).sqrt().round().clamp(1.0, 128.0) as u32;
     Quality {
         entry_points: scale(preset.entry_points, entry_points, 1, 1 << 24),
         cells: scale(preset.cells, cells, 8, 256).next_power_of_two(),
         cache_points: scale(preset.cache_points, cache_points, 1, 1_000_000),
         gather_rays: 4 * rings * rings,
-        // In finer cells and among many paths what is left is the light in narrow gaps.
-        gap_rounds: if entry_points > 2.0 && cells > 1.0 { GAP_ROUNDS } else { preset.gap_rounds },
+        gap_rounds: if is_fine { preset.gap_rounds.max(GAP_ROUNDS) } else { preset.gap_rounds },
+        edge_samples: if is_fine { edge_samples } else { preset.edge_samples },
         ..preset.clone()
     }
 }
@@ -78,6 +85,7 @@ pub(super) fn arguments(quality: &Quality) -> String {
         ("cache_points", quality.cache_points, preset.cache_points),
         ("gather_rays", quality.gather_rays, preset.gather_rays),
         ("gap_rounds", quality.gap_rounds, preset.gap_rounds),
+        ("edge_samples", quality.edge_samples, preset.edge_samples),
         ("seed", quality.seed, preset.seed),
     ];
     let changed = pairs.into_iter().filter(|(_, value, preset)| value != preset);
@@ -125,6 +133,25 @@ mod tests {
                 assert!((0..4).all(|other| changed[other] == (other == index)), "{trial:?}");
             }
         }
+    }
+
+    #[test]
+    fn the_front_grows_in_everything_and_ends_where_gaps_and_edges_are_resolved() {
+        for name in Quality::PRESETS {
+            let preset = Quality::preset(name).unwrap();
+            let mut front = FRONT.map(|factors| scaled(&preset, factors)).to_vec();
+            front.insert(2, preset);
+            let numbers = |q: &Quality| {
+                [q.entry_points, q.cells, q.cache_points, q.gather_rays, q.gap_rounds, q.edge_samples]
+            };
+            for pair in front.windows(2) {
+                assert!(numbers(&pair[0]).iter().zip(numbers(&pair[1])).all(|(a, b)| *a <= b), "{pair:?}");
+            }
+            assert_eq!((front[4].gap_rounds, front[4].edge_samples), (GAP_ROUNDS, 64));
+            assert!(arguments(&front[4]).contains(" --set quality.gap_rounds=4"));
+        }
+        let end = arguments(&scaled(&Quality::PAPER, FRONT[3]));
+        assert!(end.ends_with(" --set quality.edge_samples=64"), "{end}");
     }
 
     #[test]

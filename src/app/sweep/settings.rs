@@ -8,16 +8,38 @@ const ALONE: [f64; 3] = [0.25, 0.5, 2.0];
 /// The same for cells, which only come in powers of two.
 const CELLS_ALONE: [f64; 3] = [0.25, 0.5, 2.0];
 
-/// Factors of entry points, cells, cache points and gather rays along the front, coarse to fine; the preset itself is one of them.
-const FRONT: [[f64; 4]; 4] =
-    [[1.0 / 16.0, 0.5, 0.25, 0.25], [1.0 / 4.0, 0.5, 0.5, 0.5], [2.0, 1.0, 1.5, 1.5], [4.0, 2.0, 3.0, 3.0]];
+/// A setting along the front.
+struct Step {
+    /// Of entry points, cells, cache points and gather rays.
+    factors: [f64; 4],
+    /// Rounds of gathering in gaps and shadows, if the preset has fewer.
+    gap_rounds: u32,
+    /// Samples of pixels at edges, if the preset has fewer.
+    edge_samples: u32,
+}
 
-/// Rounds of gathering at the front's fine end.
-const GAP_ROUNDS: u32 = 4;
+impl Step {
+    const fn new(factors: [f64; 4], gap_rounds: u32, edge_samples: u32) -> Self {
+        Self { factors, gap_rounds, edge_samples }
+    }
 
-/// Samples of pixels at edges there, as a multiple of the preset's, and at most.
-const EDGE_SAMPLES: u32 = 4;
-const EDGE_SAMPLES_MAX: u32 = 64;
+    fn of(&self, preset: &Quality) -> Quality {
+        Quality {
+            gap_rounds: preset.gap_rounds.max(self.gap_rounds),
+            edge_samples: preset.edge_samples.max(self.edge_samples),
+            ..scaled(preset, self.factors)
+        }
+    }
+}
+
+/// From coarse to fine; the preset itself is one of them. Where paths and cells grow finer, light that stays in narrow gaps and shadows
+/// is what is left, and in the end edges.
+const FRONT: [Step; 4] = [
+    Step::new([1.0 / 16.0, 0.5, 0.25, 0.25], 0, 0),
+    Step::new([1.0 / 4.0, 0.5, 0.5, 0.5], 0, 0),
+    Step::new([2.0, 1.0, 1.5, 1.5], 1, 0),
+    Step::new([4.0, 2.0, 3.0, 3.0], 4, 64),
+];
 
 /// Series of the preset itself.
 pub(super) const PRESET: &str = "preset";
@@ -37,8 +59,7 @@ pub(super) struct Trial {
 /// The preset, then each quantity alone, then the front; settings that come out alike are tried once.
 pub(super) fn trials(preset: &Quality) -> Vec<Trial> {
     let mut trials = vec![Trial { series: PRESET, factor: 1.0, quality: preset.clone() }];
-    let mut add = |series, factor, factors: [f64; 4]| {
-        let quality = scaled(preset, factors);
+    let mut add = |series, factor, quality: Quality| {
         if trials.iter().all(|trial| trial.quality != quality) {
             trials.push(Trial { series, factor, quality });
         }
@@ -47,11 +68,11 @@ pub(super) fn trials(preset: &Quality) -> Vec<Trial> {
         for factor in if series == "cells" { CELLS_ALONE } else { ALONE } {
             let mut factors = [1.0; 4];
             factors[index] = factor;
-            add(series, factor, factors);
+            add(series, factor, scaled(preset, factors));
         }
     }
-    for factors in FRONT {
-        add(FRONT_SERIES, factors[0], factors);
+    for step in FRONT {
+        add(FRONT_SERIES, step.factors[0], step.of(preset));
     }
     trials
 }
@@ -61,17 +82,12 @@ fn scaled(preset: &Quality, [entry_points, cells, cache_points, gather_rays]: [f
     let scale = |value: u32, factor: f64, least: u32, most: u32| {
         ((f64::from(value) * factor).round() as u32).clamp(least, most)
     };
-    // In finer cells and among many paths what is left is the light in narrow gaps and shadows, and edges.
-    let is_fine = entry_points > 2.0 && cells > 1.0;
-    let edge_samples = (EDGE_SAMPLES * preset.edge_samples).min(EDGE_SAMPLES_MAX).max(preset.edge_samples);
     let rings = (f64::from(preset.gather_rays) * gather_rays / 4.0).sqrt().round().clamp(1.0, 128.0) as u32;
     Quality {
         entry_points: scale(preset.entry_points, entry_points, 1, 1 << 24),
         cells: scale(preset.cells, cells, 8, 256).next_power_of_two(),
         cache_points: scale(preset.cache_points, cache_points, 1, 1_000_000),
         gather_rays: 4 * rings * rings,
-        gap_rounds: if is_fine { preset.gap_rounds.max(GAP_ROUNDS) } else { preset.gap_rounds },
-        edge_samples: if is_fine { edge_samples } else { preset.edge_samples },
         ..preset.clone()
     }
 }
@@ -139,7 +155,7 @@ mod tests {
     fn the_front_grows_in_everything_and_ends_where_gaps_and_edges_are_resolved() {
         for name in Quality::PRESETS {
             let preset = Quality::preset(name).unwrap();
-            let mut front = FRONT.map(|factors| scaled(&preset, factors)).to_vec();
+            let mut front = FRONT.map(|step| step.of(&preset)).to_vec();
             front.insert(2, preset);
             let numbers = |q: &Quality| {
                 [q.entry_points, q.cells, q.cache_points, q.gather_rays, q.gap_rounds, q.edge_samples]
@@ -147,10 +163,10 @@ mod tests {
             for pair in front.windows(2) {
                 assert!(numbers(&pair[0]).iter().zip(numbers(&pair[1])).all(|(a, b)| *a <= b), "{pair:?}");
             }
-            assert_eq!((front[4].gap_rounds, front[4].edge_samples), (GAP_ROUNDS, 64));
+            assert_eq!((front[4].gap_rounds, front[4].edge_samples), (4, 64));
             assert!(arguments(&front[4]).contains(" --set quality.gap_rounds=4"));
         }
-        let end = arguments(&scaled(&Quality::PAPER, FRONT[3]));
+        let end = arguments(&FRONT[3].of(&Quality::PAPER));
         assert!(end.ends_with(" --set quality.edge_samples=64"), "{end}");
     }
 

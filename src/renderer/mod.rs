@@ -315,13 +315,15 @@ impl Renderer {
         take(rec, part_count);
     }
 
-    /// Records that are gathered again, round by round, their number, and the parts of clusters that they read: where few paths come,
-    /// all of them read what other records have found; then, as light goes to and fro there, those in narrow gaps.
+    /// Records that are gathered again, round by round, their number, and the parts of clusters that they read: if there are several
+    /// rounds, all of them first, because few paths tell what light comes to shadows; then, as it goes to and fro there, those in
+    /// narrow gaps.
     fn gathered_again<'a>(&self, scope: &'a Scope) -> impl Iterator<Item = (&'a RecordList, u32, u32)> {
         let all = (&scope.sources, scope.source_count, scope.near_field.part_count());
         let gaps = (&scope.gaps, scope.gap_count, self.tight_parts);
-        let round = move |round| if round == 0 { all } else { gaps };
-        (0..self.scene.quality.gap_rounds).map(round).filter(|again| again.1 > 0)
+        let rounds = self.scene.quality.gap_rounds;
+        let round = move |round| if round == 0 && rounds > 1 { all } else { gaps };
+        (0..rounds).map(round).filter(|again| again.1 > 0)
     }
 
     fn gather_sources(&self) -> GatherSources<'_> {

@@ -192,7 +192,7 @@ pub(super) fn precompute(
     watch.lap("cache points");
 
     let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
-    let extent = if has_gaps { Extent::SHADOWS } else { Extent::CONTACTS };
+    let extent = if quality.gap_rounds > 1 { Extent::SHADOWS } else { Extent::CONTACTS };
     let patches = near_clusters::patches(&hvds, &clearances, normal, extent);
     let near_clusters = near_clusters::find(&patches, extent, cell_size, &placement.points);
     let hemisphere = Hemisphere::new(quality.gather_rays);

@@ -265,7 +265,8 @@ pub fn trace(
     progress: &mut dyn Progress,
 ) -> Result<RayTable> {
     let [rings, sectors] = hemisphere.constants();
-    let pipeline = Pipeline::new(context, STEM, &[rings, sectors, scene.textures.constant()])?;
+    let constants = [rings, sectors, scene.textures.constant(), context.waiting_group()];
+    let pipeline = Pipeline::new(context, STEM, &constants)?;
     let table = RayTable::new(context, scene, point_count, hemisphere)?;
     progress.stage("gather rays", u64::from(point_count));
     let mut chunks = Chunks::new(64, point_count.max(1));

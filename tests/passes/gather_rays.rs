@@ -129,7 +129,8 @@ fn clearances_equal_the_twin() {
     let world = World::room();
     let mut random = Random::new(42);
     let far = 0.4;
-    for (rings, count) in [(1, 0), (1, 1), (4, 63), (4, 64), (4, 65), (8, 31)] {
+    // Workgroups of a CPU device, of a GPU, and of one thread.
+    for (rings, count, group) in [(1, 0, 8), (1, 1, 64), (4, 63, 64), (4, 64, 8), (4, 65, 1), (8, 31, 64)] {
         let points = world.cache_points(&mut random, count, 0.1);
         let tracing = tracing(&world, rings);
         let candidates = Buffer::from_slice(&world.context, "candidates", &points).unwrap();
@@ -137,7 +138,7 @@ fn clearances_equal_the_twin() {
             Buffer::from_slice(&world.context, "clearances", &vec![UNTOUCHED; count + 2]).unwrap();
         world.dispatch(
             "clearance",
-            &[("RINGS", rings), ("SECTORS", 4 * rings)],
+            &[("RINGS", rings), ("SECTORS", 4 * rings), ("local_size_x", group)],
             |pipeline| count as u32 * pipeline.local_size()[0],
             &ClearancePush { candidate_count: count as u32, seed: SEED, scene_size: far },
             &[

@@ -5,7 +5,6 @@ use super::reaches::Reaches;
 use super::shares;
 use crate::passes::frame::near_field::NearCluster;
 use crate::scene::hvds::Hvds;
-use crate::types::CachePoint;
 use glam::Vec3;
 
 /// Levels of the hierarchy, from the finest, whose clusters are small enough.
@@ -14,6 +13,9 @@ const LEVELS: usize = 2;
 const CLOSE: f32 = 3.0;
 /// How far a record may be, in its validity radii.
 const REACH: f32 = 1.5;
+/// Another surface begins so far over the record or under it, in clearances, if it is as steep to reach as that.
+const ROOM: f32 = 0.5;
+const SLOPE: f32 = 0.1;
 /// Cosine of how far its normal may lean from the cluster's.
 const LEAN: f32 = 0.8;
 
@@ -80,9 +82,15 @@ pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3) ->
     patches.into_iter().zip(areas).map(mean).collect()
 }
 
-/// Whether a record speaks for a place on a cluster.
-pub(super) fn fits(point: &CachePoint, place: Vec3, patch: &Patch) -> bool {
+/// Whether a record speaks for a place on a cluster: not if it lies behind what the cluster sees, nor the other way round.
+pub(super) fn fits(placed: &Placed, place: Vec3, patch: &Patch) -> bool {
+    let point = &placed.point;
     let apart = place - point.position;
+    let height = apart.dot(point.normal);
+    let room = if height > 0.0 { placed.clearance } else { patch.clearance };
+    if height.abs() > ROOM * room && height.abs() > SLOPE * apart.length() {
+        return false;
+    }
     (point.side % 2 == 1) == patch.is_back
         && apart.length() <= REACH * point.radius
         && point.normal.dot(patch.normal) >= LEAN
@@ -104,9 +112,9 @@ pub fn find(patches: &[Patch], cell_size: f32, points: &[Placed]) -> Vec<NearClu
         }
         let mut best = (f32::INFINITY, 0);
         map.any(patch.middle, |index| {
-            let point = &points[index as usize].point;
-            let found = (point.position.distance(patch.middle), index);
-            if found < best && fits(point, patch.middle, patch) {
+            let placed = &points[index as usize];
+            let found = (placed.point.position.distance(patch.middle), index);
+            if found < best && fits(placed, patch.middle, patch) {
                 best = found;
             }
             false

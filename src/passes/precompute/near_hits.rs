@@ -195,9 +195,9 @@ impl<'a> Records<'a> {
         for offset in 0..27 {
             let step = IVec3::new(offset % 3, offset / 3 % 3, offset / 9) - 1;
             for &index in self.cells.get(&(centre + step)).into_iter().flatten() {
-                let point = &self.points[index as usize].point;
-                let distance = point.position.distance(place);
-                if distance < best.0 && fits(point, place, patch) {
+                let placed = &self.points[index as usize];
+                let distance = placed.point.position.distance(place);
+                if distance < best.0 && fits(placed, place, patch) {
                     best = (distance, Some(index));
                 }
             }

@@ -14,7 +14,8 @@ use crate::passes::precompute::gloss::{self, GlossTables};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
 use crate::passes::precompute::{
-    Progress, light_paths, narrow_gaps, near_clusters,
+    Progress, light_paths, narrow_gaps,
+    near_clusters::{self, Extent},
     near_hits::{self, NearHits},
     rays::Rays,
     sides,
@@ -149,7 +150,8 @@ pub(super) fn precompute(
         }
     }
     let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
-    let patches = near_clusters::patches(&hvds, &clearances, normal);
+    let extent = if has_gaps { Extent::SHADOWS } else { Extent::CONTACTS };
+    let patches = near_clusters::patches(&hvds, &clearances, normal, extent);
     let hemisphere = Hemisphere::new(quality.gather_rays);
     let resolved = narrow_gaps::resolved((high - low).length(), hvds.grid.cell_size() as f32, hemisphere);
     let told: Vec<String> = undersampled(scene, &gaps, resolved, strata.area_m2, cell_size).collect();
@@ -197,7 +199,7 @@ pub(super) fn precompute(
     }
     watch.lap("cache points");
 
-    let near_clusters = near_clusters::find(&patches, cell_size, &placement.points);
+    let near_clusters = near_clusters::find(&patches, extent, cell_size, &placement.points);
     let code = GatherCode::new(hvds.cluster_count(), scene.materials.len(), placement.least_radius)?;
     let point_count = placement.points.len() as u32;
     let rays = gather_rays::trace(
@@ -212,7 +214,7 @@ pub(super) fn precompute(
         progress,
     )?;
     let near = near_hits::Sources {
-        patches: &patches,
+        patches: &patches[..Extent::CONTACTS.end(&hvds)],
         materials: &scene.materials,
         points: &placement.points,
         near_count,

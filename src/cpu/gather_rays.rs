@@ -78,10 +78,10 @@ impl Tracing<'_> {
     fn coarsen(&self, base: u32, footprint: f64) -> u32 {
         let mut cluster = base;
         let mut cell = self.hvds.grid.cell_size();
-        while self.hvds.parents[cluster as usize] != NO_CLUSTER
+        while self.hvds.coarser(cluster) != NO_CLUSTER
             && (footprint >= SQRT_2 * cell || self.entry_points[cluster as usize] < self.least_entry_points)
         {
-            cluster = self.hvds.parents[cluster as usize];
+            cluster = self.hvds.coarser(cluster);
             cell *= 2.0;
         }
         cluster

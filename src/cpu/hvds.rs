@@ -41,8 +41,8 @@ pub fn indirect_sources(hvds: &Hvds, first_deposits: &[u32], least: u32) -> Vec<
     }
     let source = |cluster: u32| {
         let mut source = cluster;
-        while vertices[source as usize] < least && hvds.parents[source as usize] != NO_CLUSTER {
-            source = hvds.parents[source as usize];
+        while vertices[source as usize] < least && hvds.coarser(source) != NO_CLUSTER {
+            source = hvds.coarser(source);
         }
         source
     };

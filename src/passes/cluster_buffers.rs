@@ -15,7 +15,7 @@ pub struct ClusterBuffers {
     pub cell_first: Buffer,
     /// `code << 26 | cluster` of the base cells.
     pub cell_clusters: Buffer,
-    /// `ClusterLink` of each cluster.
+    /// `ClusterLink` of each cluster: its parent, if that may stand for it.
     pub links: Buffer,
 }
 
@@ -25,11 +25,9 @@ impl ClusterBuffers {
     /// # Errors
     /// The device lacks memory.
     pub fn new(context: &Arc<Context>, hvds: &Hvds, entry_points: &[f32]) -> Result<Self> {
-        let links: Vec<ClusterLink> = hvds
-            .parents
-            .iter()
+        let links: Vec<ClusterLink> = (0..)
             .zip(entry_points)
-            .map(|(&parent, &entry_points)| ClusterLink { parent, entry_points })
+            .map(|(cluster, &entry_points)| ClusterLink { parent: hvds.coarser(cluster), entry_points })
             .collect();
         Ok(Self {
             grid: hvds.grid,

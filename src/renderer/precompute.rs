@@ -1,7 +1,7 @@
 //! The precomputation, in the paper's order. [Yue §1, §2]
 
 use super::Statistics;
-use super::resolution::{blurred, outgoing_directions, unresolved};
+use super::resolution::{blurred, outgoing_directions, undersampled};
 use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
@@ -31,7 +31,7 @@ use std::time::Instant;
 /// smaller than one.
 const REFINED: u32 = 2;
 /// And in all: the table of cells is dense.
-pub(super) const FINEST: u32 = 256;
+const FINEST: u32 = 256;
 
 /// Cache points that have a surface within so many base cells see parts of clusters.
 const SEES_NEAR: f32 = 2.0;
@@ -125,8 +125,6 @@ pub(super) fn precompute(
     let finest = (REFINED * quality.cells).min(FINEST);
     let mut hvds = build(finest);
     let gaps = narrow_gaps::find(&Rays::new(context)?, &buffers, &scene.lights)?;
-    let warnings: Vec<String> = unresolved(scene, &gaps, hvds.grid.cell_size() as f32, finest).collect();
-    scene.warnings.extend(warnings);
     watch.lap("cells");
 
     let seed = quality.seed;
@@ -150,6 +148,16 @@ pub(super) fn precompute(
         if *entry_points >= LEAST_APART {
             *entry_points = entry_points.max(LEAST_ENTRY_POINTS);
         }
+    }
+    let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
+    let extent = if quality.gap_rounds > 1 { Extent::SHADOWS } else { Extent::CONTACTS };
+    let patches = near_clusters::patches(&hvds, &clearances, normal, extent);
+    let hemisphere = Hemisphere::new(quality.gather_rays);
+    let resolved = narrow_gaps::resolved((high - low).length(), hvds.grid.cell_size() as f32, hemisphere);
+    let told: Vec<String> = undersampled(scene, &gaps, resolved, strata.area_m2, cell_size).collect();
+    scene.warnings.extend(told);
+    if quality.occlusion {
+        hvds.mixed = narrow_gaps::mixed(&hvds, &patches, &scene.lights, &gaps, resolved);
     }
     let clusters = ClusterBuffers::new(context, &hvds, &trusted)?;
     let area_m2 = (strata.area_m2 / f64::from(quality.entry_points)) as f32;
@@ -191,11 +199,7 @@ pub(super) fn precompute(
     }
     watch.lap("cache points");
 
-    let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
-    let extent = if quality.gap_rounds > 1 { Extent::SHADOWS } else { Extent::CONTACTS };
-    let patches = near_clusters::patches(&hvds, &clearances, normal, extent);
     let near_clusters = near_clusters::find(&patches, extent, cell_size, &placement.points);
-    let hemisphere = Hemisphere::new(quality.gather_rays);
     let code = GatherCode::new(hvds.cluster_count(), scene.materials.len(), placement.least_radius)?;
     let point_count = placement.points.len() as u32;
     let rays = gather_rays::trace(
@@ -281,6 +285,10 @@ pub(super) fn precompute(
     statistics.counts.insert("near clusters".into(), near_clusters.len() as u64);
     statistics.counts.insert("near parts of clusters".into(), u64::from(part_count));
     statistics.counts.insert("gather rays that read near parts".into(), near_readers);
+    if !hvds.mixed.is_empty() {
+        let mixed = hvds.mixed.iter().filter(|mixed| **mixed).count() as u64;
+        statistics.counts.insert("clusters that mix a narrow gap and its outside".into(), mixed);
+    }
     if let Some(views) = &views {
         statistics.counts.extend(views.counts());
     }

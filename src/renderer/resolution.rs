@@ -1,6 +1,5 @@
 //! What the settings resolve of a scene, and what to say where that is too little.
 
-use super::precompute::FINEST;
 use crate::passes::precompute::narrow_gaps;
 use crate::scene::directions::{Directions, directions_for, resolved_exponent};
 use crate::scene::{Material, Scene};
@@ -34,26 +33,33 @@ pub(super) fn blurred(materials: &[Material], directions: Directions) -> impl It
     })
 }
 
-/// What to say of lights in gaps that cells of that size, so many along the longest axis, do not resolve.
-pub(super) fn unresolved(
+/// Entry points on a square as wide as a gap that tell well enough how bright a light in it makes it. Measured (`hidden_light`): with 26 the
+/// walls around get what they should within 3 %, with 6 within 35 %.
+const ENOUGH: f32 = 16.0;
+
+/// What to say of lights in gaps so narrow that few entry points are next to them. `gaps` of the lights, metres, those below `resolved`
+/// count; so many entry points stand for `area_m2`, in cells of that size.
+pub(super) fn undersampled(
     scene: &Scene,
     gaps: &[f32],
+    resolved: f32,
+    area_m2: f64,
     cell_size: f32,
-    finest: u32,
 ) -> impl Iterator<Item = String> {
-    let needed = move |gap: f32| narrow_gaps::RESOLVED * cell_size / gap;
-    let narrow = scene.lights.iter().zip(gaps).filter(move |(_, gap)| needed(**gap) > 1.0);
-    narrow.map(move |(light, gap)| {
-        let factor = (needed(*gap).ceil() as u32).next_power_of_two();
-        let cells = scene.quality.cells.saturating_mul(factor);
-        let advice = match finest.saturating_mul(factor) <= FINEST {
-            true => format!("raise quality.cells to {cells}, and quality.gather_rays where the light still leaks"),
-            false => "no number of cells does; move it or what hides it".to_owned(),
+    let count = scene.quality.entry_points;
+    let narrow = scene.lights.iter().zip(gaps).filter(move |(_, gap)| **gap < resolved);
+    narrow.filter_map(move |(light, &gap)| {
+        let found = narrow_gaps::entry_points_in(gap, count, area_m2, cell_size);
+        let needed = (f64::from(count) * f64::from(ENOUGH / found)).ceil();
+        let advice = match needed <= f64::from(1 << 24) {
+            true => format!("raise quality.entry_points to {needed}"),
+            false => "no number of them does; move it or what hides it".to_owned(),
         };
-        format!(
-            "light `{}` stands in a gap of {gap:.3} m, and cells of {cell_size:.3} m tell its two sides apart from {:.3} m on: light may leak past what hides it; {advice}",
-            light.name,
-            narrow_gaps::RESOLVED * cell_size
-        )
+        (found < ENOUGH).then(|| {
+            format!(
+                "light `{}` stands in a gap of {gap:.3} m with few entry points next to it: the light in there and what leaves it is noisy; {advice}",
+                light.name
+            )
+        })
     })
 }

@@ -44,6 +44,8 @@ pub struct Hvds {
     pub first_children: Vec<u32>,
     /// Parts of active sides in base cells.
     pub pieces: Vec<Piece>,
+    /// Of each cluster, whether it holds surface so different that it stands for none below it; empty where all may.
+    pub mixed: Vec<bool>,
 }
 
 /// Key of a base cluster: cluster code, then Morton index of the cell, then three bits for the part of a split one. One level up, and
@@ -59,25 +61,37 @@ fn key_up(key: u64) -> u64 {
 }
 
 impl Hvds {
-    /// Builds the clusters of all active sides. `surfaces` goes with `triangles`; `cells` is a power of two.
+    /// Builds the clusters of all active sides; base clusters are split between surfaces of which one covers the other. `surfaces` goes with
+    /// `triangles`; `cells` is a power of two.
     pub fn build(triangles: &[Triangle], surfaces: &[types::Surface], grid: types::Grid, cells: u32) -> Self {
-        let (parts, pieces) = cut_sides(triangles, surfaces, &grid);
-        Self::from_pieces(grid, cells, parts, pieces, &HashMap::new())
+        Self::build_with(triangles, surfaces, grid, cells, false)
     }
 
-    /// The same; base clusters that a wall stands on are split along it.
+    /// The same; base clusters that a wall stands on are split along it, too.
     pub fn build_split(
         triangles: &[Triangle],
         surfaces: &[types::Surface],
         grid: types::Grid,
         cells: u32,
     ) -> Self {
+        Self::build_with(triangles, surfaces, grid, cells, true)
+    }
+
+    fn build_with(
+        triangles: &[Triangle],
+        surfaces: &[types::Surface],
+        grid: types::Grid,
+        cells: u32,
+        has_walls: bool,
+    ) -> Self {
         let (mut parts, mut pieces) = cut_sides(triangles, surfaces, &grid);
         let normal_of = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
-        let planes = walls::split(&mut pieces, grid.cell_size(), normal_of, walls::cell_key);
-        // Cells that a triangle only grazes count, too; what is split counts part by part.
-        parts.retain(|part| part.1 == 0.0 && !planes.contains_key(&part.0));
-        parts.extend(pieces.iter().map(|(key, piece)| (*key, piece.area_m2)));
+        let planes = walls::split(&mut pieces, grid.cell_size(), normal_of, walls::cell_key, has_walls);
+        if has_walls || !planes.is_empty() {
+            // Cells that a triangle only grazes count, too; what is split counts part by part.
+            parts.retain(|part| part.1 == 0.0 && !planes.contains_key(&part.0));
+            parts.extend(pieces.iter().map(|(key, piece)| (*key, piece.area_m2)));
+        }
         Self::from_pieces(grid, cells, parts, pieces, &planes)
     }
 
@@ -103,6 +117,7 @@ impl Hvds {
             parents: Vec::new(),
             first_children: vec![0],
             pieces: pieces.into_iter().map(|(_, piece)| piece).collect(),
+            mixed: Vec::new(),
         };
         hvds.cell_table(&level, planes);
         for depth in 0..=cells.ilog2() {
@@ -133,6 +148,13 @@ impl Hvds {
     /// Clusters in all.
     pub fn cluster_count(&self) -> u32 {
         self.areas_m2.len() as u32
+    }
+
+    /// The cluster one level up if it may stand for this one; else [`types::NO_CLUSTER`].
+    pub fn coarser(&self, cluster: u32) -> u32 {
+        let parent = self.parents[cluster as usize];
+        let is_mixed = self.mixed.get(parent as usize).is_some_and(|&mixed| mixed);
+        if is_mixed { types::NO_CLUSTER } else { parent }
     }
 
     /// Sums a quantity of the pieces over every cluster of every level.

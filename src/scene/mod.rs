@@ -16,6 +16,7 @@ mod fit;
 mod geometry;
 pub mod grid;
 pub mod hvds;
+mod layers;
 pub mod light;
 pub mod material;
 mod models;

@@ -40,7 +40,7 @@ impl Quality {
         cache_points: 16_000,
         gather_rays: 144,
         directions: 144,
-        gloss_rays: 16,
+        gloss_rays: 32,
         cells: 32,
         occlusion: true,
         gap_rounds: 0,

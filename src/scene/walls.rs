@@ -1,7 +1,8 @@
-//! Where a wall stands on a surface, light differs on its two sides, however near they are: the cluster is split along the wall.
+//! Where a wall stands on a surface, light differs on its two sides, however near they are: the cluster is split along the wall. Where one
+//! surface of a cluster covers another, it is split between the two.
 
-use super::clip;
 use super::hvds::{Keyed, Piece};
+use super::{clip, layers};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
@@ -13,7 +14,7 @@ const HEIGHT: f64 = 0.1;
 /// What a wall cuts off is a part of its own from this share of the cluster's area on.
 const LEAST_SHARE: f64 = 0.02;
 
-/// The plane of a wall: `normal·x = w`; what lies in front of it is the second part.
+/// The plane that splits a cluster: `normal·x = w`; what lies in front of it is the second part.
 pub type Plane = [f32; 4];
 
 fn over(plane: Plane, point: DVec3) -> f64 {
@@ -21,13 +22,14 @@ fn over(plane: Plane, point: DVec3) -> f64 {
     DVec3::new(x, y, z).dot(point) - w
 }
 
-/// Splits the pieces of each cluster that a wall in the same cell stands on. Keys have room for the part in their lowest bits. Returns the
-/// plane of each cluster that is split, by the key of its first part.
+/// Splits the pieces of each cluster in which one surface covers another, and if `has_walls` of each that a wall in the same cell stands on.
+/// Keys have room for the part in their lowest bits. Returns the plane of each cluster that is split, by the key of its first part.
 pub(super) fn split(
     pieces: &mut Keyed<Piece>,
     cell_size: f64,
     normal_of: impl Fn(u32) -> Vec3,
     cell_of: impl Fn(u64) -> u64,
+    has_walls: bool,
 ) -> HashMap<u64, Plane> {
     let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
     order.sort_by_key(|&index| (cell_of(pieces[index as usize].0), pieces[index as usize].0));
@@ -35,10 +37,14 @@ pub(super) fn split(
     for cell in order.chunk_by(|&a, &b| cell_of(pieces[a as usize].0) == cell_of(pieces[b as usize].0)) {
         let all: Vec<&(u64, Piece)> = cell.iter().map(|&index| &pieces[index as usize]).collect();
         for cluster in all.chunk_by(|a, b| a.0 == b.0) {
-            if let Some(plane) = wall_on(cluster, &all, cell_size, &normal_of) {
+            let wall = || has_walls.then(|| wall_on(cluster, &all, cell_size, &normal_of)).flatten();
+            if let Some(plane) = layers::between(cluster, cell_size, &normal_of).or_else(wall) {
                 planes.insert(cluster[0].0, plane);
             }
         }
+    }
+    if planes.is_empty() {
+        return planes;
     }
     let mut cut = Vec::with_capacity(pieces.len());
     for (key, piece) in pieces.drain(..) {

@@ -26,6 +26,7 @@ fn two_levels(count: u32) -> Hvds {
         parents,
         first_children,
         pieces: Vec::new(),
+        mixed: Vec::new(),
     }
 }
 

@@ -350,3 +350,59 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
     pixels_of_what_shines_equal_the_twin(&shining, &gloss, around, sent);
     assert_silent(&world.context);
 }
+
+/// A light of so many point samples that a cluster's vertices are taken in several dispatches: later ones add to what the first found.
+#[test]
+fn a_light_of_many_samples_adds_up_over_dispatches() {
+    let shining = Shining::new(World::shining_room());
+    let context = &shining.world.context;
+    let gloss = Gloss::new(
+        context,
+        &shining.world.buffers,
+        &shining.tables,
+        shining.entry_points.len() as u32,
+        0.017,
+    )
+    .unwrap();
+    let mut random = Random::new(63);
+    let beams: Vec<GlossBeam> = (0..shining.tables.entries.len())
+        .map(|_| GlossBeam { mirror: random.cube().normalize(), factor: random.unit() })
+        .collect();
+    let mut deposits = shining.paths.deposits.clone();
+    deposits.iter_mut().for_each(|deposit| deposit.throughput = 0.5 * (1.0 + random.cube()));
+    let deposits = Buffer::from_slice(context, "deposits", &deposits).unwrap();
+    let first = Buffer::from_slice(context, "first deposits", &shining.paths.first_deposits).unwrap();
+    // The same light: all of it comes from the first of its samples.
+    let [one, many] = [1, 256].map(|samples| {
+        let dark = GlossBeam { mirror: Vec3::X, factor: 0.0 };
+        let mut rows = vec![dark; beams.len() * samples];
+        rows.iter_mut().step_by(samples).zip(&beams).for_each(|(row, beam)| *row = *beam);
+        let beams = Buffer::from_slice(context, "beams", &rows).unwrap();
+        let slots = Buffer::storage(context, "light slots", 12 * u64::from(gloss.leaf_count)).unwrap();
+        let hits = Buffer::storage(context, "light hits", 12).unwrap();
+        let light = GlossLight {
+            emission: Vec3::ONE,
+            samples: samples as u32,
+            beams: &beams,
+            slots: &slots,
+            hits: &hits,
+        };
+        context
+            .run(|rec| {
+                gloss.record(rec, &shining.world.buffers.materials, (&first, &deposits), &[light], &[]);
+            })
+            .unwrap();
+        slots.read::<Vec3>().unwrap()
+    });
+    // 8 192 turns a dispatch: 32 vertices of 256 samples.
+    assert!(shining.tables.most_vertices > 32, "{}", shining.tables.most_vertices);
+    // Slots of base clusters come first. Those of coarser ones turn more often than lavapipe's loops do, and so do all in their group.
+    let base = shining.tables.slots.partition_point(|slot| slot.cluster < shining.world.hvds.levels[0].end);
+    let compared = base / 64 * 64;
+    let lit = one[..compared].iter().filter(|flux| flux.max_element() > 0.0).count();
+    assert!(lit > 500, "{lit} of {compared} slots have light");
+    for (one, &many) in one.iter().zip(&many[..compared]) {
+        assert_near(many, one.as_dvec3(), SUM, 1e-9, "slot");
+    }
+    assert_silent(context);
+}

@@ -168,10 +168,14 @@ fn near_clusters_of(extent: Extent) {
     let distance_if_fit = |cluster: &Cluster, placed: &Placed, slack: f64| {
         let point = &placed.point;
         let apart = cluster.middle - point.position.as_dvec3();
+        let height = apart.dot(point.normal.as_dvec3());
+        let room = if height > 0.0 { f64::from(placed.clearance) } else { cluster.clearance };
         let fits = (point.side % 2 == 1) == cluster.is_back
             && apart.length() <= 1.5 * f64::from(point.radius) * (1.0 + slack)
             && point.normal.as_dvec3().dot(cluster.normal) >= 0.8 - slack
-            && apart.dot(point.wall.as_dvec3()) <= 1.0 + slack;
+            && apart.dot(point.wall.as_dvec3()) <= 1.0 + slack
+            // No other surface lies between: what is that much higher or lower is another's.
+            && (height.abs() <= 0.5 * room * (1.0 + slack) || height.abs() <= 0.1 * apart.length() * (1.0 + slack));
         fits.then_some(apart.length())
     };
     let mut listed = near.iter().peekable();

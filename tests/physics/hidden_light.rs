@@ -7,6 +7,9 @@ use lightpaths::renderer::{Exact, Renderer, Stage};
 use lightpaths::scene::{Quality, shapes};
 use lightpaths::types::{CachePoint, Record};
 
+/// What the statistics call clusters that hold surface in a gap with a light, and surface outside.
+const MIXED: &str = "clusters that mix a narrow gap and its outside";
+
 /// Relative errors of the irradiance gathered at cache points of a kind: of the mean, and RMS.
 fn errors(renderer: &Renderer, exact: &[Vec3], is_meant: fn(&CachePoint) -> bool) -> [f64; 2] {
     let points: Vec<CachePoint> = renderer.stages().cache_points.read().unwrap();
@@ -42,48 +45,61 @@ fn light_behind_a_screen_stays_there() {
         let quality = Quality { entry_points: 100_000, gather_rays: 16, occlusion, ..SMALL };
         let renderer = render(shapes::hidden_light(0.8, 0.16, 0.5), quality);
         let statistics = renderer.statistics().unwrap();
-        let views = statistics.counts.get("cluster views").copied().unwrap_or_default();
-        assert_eq!(views > 0, occlusion, "detected at precompute");
+        let count = |name| statistics.counts.get(name).copied().unwrap_or_default();
+        assert_eq!(count("cluster views") > 0, occlusion, "detected at precompute");
+        assert_eq!(count(MIXED) > 0, occlusion, "and so is the gap with the light");
         let exact = Exact { stage: Stage::Clusters, samples: 16, sequence: 0 };
         let exact = renderer.exact_irradiance(exact).unwrap();
         let kinds = [errors(&renderer, &exact, faces_the_screen), errors(&renderer, &exact, stands_beside)];
-        println!("occlusion {occlusion}, {views} views: mean and RMS error facing, beside: {kinds:.3?}");
+        println!("occlusion {occlusion}: mean and RMS error facing, beside: {kinds:.3?}");
         kinds
     });
-    // Wrong by about as much as there is of it; then right in the mean, and in each point but for the noise of sixteen rays, which hides
-    // more than a factor of about four.
+    // Wrong by more than there is of it; then right in the mean, and in each point but for the noise of sixteen rays.
     assert!(without[0][0] > 0.8, "without views the hidden light shines through: {without:?}");
     assert!(with[0][0].abs() < 0.12 && with[1][0].abs() < 0.12, "{with:?}");
+    assert!(with[0][1] < 0.6 && with[1][1] < 0.6, "{with:?}");
     for kind in 0..2 {
-        assert!(3.5 * with[kind][1] < without[kind][1], "{without:?}, {with:?}");
+        assert!(4.0 * with[kind][1] < without[kind][1], "{without:?}, {with:?}");
     }
     assert_silent(&context());
 }
 
-/// The paper's Figure 3 with a gap that the cells do not resolve is found before the first frame; the advice that is given helps.
+/// The paper's Figure 3 in gaps that hold both surfaces in one cell of the finest level: found at precompute, and refined.
 #[test]
-fn a_gap_too_narrow_for_the_cells_is_told() {
-    for (gap, advice) in [(0.3, None), (0.17, None), (0.1, Some(32)), (0.04, Some(64)), (0.004, Some(0))] {
-        let quality = Quality { entry_points: 1_000, cache_points: 50, gather_rays: 16, ..SMALL };
+fn gaps_narrower_than_a_cell_are_refined() {
+    for gap in [0.04, 0.1] {
+        let quality = Quality { entry_points: 200_000, gather_rays: 144, ..SMALL };
         let renderer = render(shapes::hidden_light(0.8, gap, 0.5), quality);
-        let warnings: Vec<&String> =
-            renderer.scene().warnings.iter().filter(|warning| warning.contains("stands in a gap")).collect();
-        match advice {
-            None => assert!(warnings.is_empty(), "{gap}: {warnings:?}"),
-            Some(cells) => {
-                let told = format!("raise quality.cells to {cells}, and quality.gather_rays");
-                assert!(warnings.len() == 1 && warnings[0].contains(&told) == (cells > 0), "{warnings:?}");
-            }
+        assert_eq!(renderer.scene().warnings, [""; 0]);
+        let exact = Exact { stage: Stage::Clusters, samples: 16, sequence: 0 };
+        let exact = renderer.exact_irradiance(exact).unwrap();
+        let kinds = [errors(&renderer, &exact, faces_the_screen), errors(&renderer, &exact, stands_beside)];
+        println!("gap {gap}: mean and RMS error facing, beside: {kinds:.3?}");
+        // Before there was any of it: +2 443 % and +662 % in the narrower one, +58 % and +20 % in the other.
+        for [mean, rms] in kinds {
+            assert!(mean.abs() < 0.12 && rms < 0.4, "{kinds:?}");
         }
     }
-    // What the advice is worth: +34 % with half the cells.
-    let quality = Quality { entry_points: 200_000, gather_rays: 144, cells: 32, ..SMALL };
-    let renderer = render(shapes::hidden_light(0.8, 0.1, 0.5), quality);
-    let exact = Exact { stage: Stage::Clusters, samples: 16, sequence: 0 };
-    let exact = renderer.exact_irradiance(exact).unwrap();
-    let found = errors(&renderer, &exact, faces_the_screen);
-    println!("gap 0.1, twice the cells: mean and RMS error facing {found:.3?}");
-    assert!(found[0].abs() < 0.15 && found[1] < 0.4, "{found:?}");
+    assert_silent(&context());
+}
+
+/// Where few entry points are as near to a light as its gap is wide, the number that is told is enough.
+#[test]
+fn a_light_in_too_narrow_a_gap_is_told() {
+    let warning = |gap, entry_points| {
+        let quality = Quality { entry_points, cache_points: 50, gather_rays: 16, ..SMALL };
+        let renderer = render(shapes::hidden_light(0.8, gap, 0.5), quality);
+        let warnings = renderer.scene().warnings.iter();
+        warnings.filter(|warning| warning.contains("stands in a gap")).cloned().collect::<Vec<String>>()
+    };
+    assert_eq!(warning(0.3, 20_000), [""; 0]);
+    let told = warning(0.04, 10_000);
+    assert_eq!(told.len(), 1);
+    let advice = told[0].rsplit(' ').next().unwrap();
+    let enough: u32 = advice.parse().expect("the warning ends in a number");
+    assert!((20_000..100_000).contains(&enough), "{told:?}");
+    assert_eq!(warning(0.04, enough), [""; 0], "the advice is taken");
+    assert!(warning(0.001, 10_000)[0].ends_with("move it or what hides it"));
     assert_silent(&context());
 }
 
@@ -93,6 +109,7 @@ fn an_empty_room_pays_nothing() {
         let scene = shapes::closed_box(Vec3::new(2.0, 1.5, 1.0), 0.7);
         let mut renderer = render(scene, Quality { occlusion, ..SMALL });
         let statistics = renderer.statistics().unwrap();
+        assert!(!statistics.counts.contains_key(MIXED));
         assert_eq!(statistics.counts.get("cluster views").copied().unwrap_or_default(), 0);
         renderer.force(lightpaths::renderer::Work::Everything);
         let report = renderer.frame().unwrap();

@@ -242,7 +242,7 @@ impl Pyramid {
     }
 }
 
-/// For each cluster, the smallest one around it that holds `least` path vertices that are no entry points.
+/// For each cluster, the smallest one around it that holds `least` path vertices that are no entry points; none that is mixed.
 pub fn indirect_sources(hvds: &Hvds, first_deposits: &[u32], least: u32) -> Vec<u32> {
     unmixed_sources(hvds, first_deposits, [least; 2], &vec![false; hvds.cluster_count() as usize])
 }
@@ -266,7 +266,7 @@ pub fn unmixed_sources(
     // From the root down: what a parent takes is known before its children ask.
     let mut sources: Vec<u32> = (0..hvds.cluster_count()).collect();
     for cluster in (0..counts.len()).rev() {
-        let parent = hvds.parents[cluster];
+        let parent = hvds.coarser(cluster as u32);
         if parent == NO_CLUSTER {
             continue;
         }

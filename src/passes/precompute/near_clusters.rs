@@ -31,6 +31,9 @@ impl Extent {
 
 /// How far a record may be, in its validity radii.
 const REACH: f32 = 1.5;
+/// Another surface begins so far over the record or under it, in clearances, if it is as steep to reach as that.
+const ROOM: f32 = 0.5;
+const SLOPE: f32 = 0.1;
 /// Cosine of how far its normal may lean from the cluster's.
 const LEAN: f32 = 0.8;
 
@@ -102,9 +105,15 @@ pub(super) fn record_reach(point: &CachePoint) -> f32 {
     REACH * point.radius
 }
 
-/// Whether a record speaks for a place on a cluster.
-pub(super) fn fits(point: &CachePoint, place: Vec3, patch: &Patch) -> bool {
+/// Whether a record speaks for a place on a cluster: not if it lies behind what the cluster sees, nor the other way round.
+pub(super) fn fits(placed: &Placed, place: Vec3, patch: &Patch) -> bool {
+    let point = &placed.point;
     let apart = place - point.position;
+    let height = apart.dot(point.normal);
+    let room = if height > 0.0 { placed.clearance } else { patch.clearance };
+    if height.abs() > ROOM * room && height.abs() > SLOPE * apart.length() {
+        return false;
+    }
     (point.side % 2 == 1) == patch.is_back
         && apart.length() <= record_reach(point)
         && point.normal.dot(patch.normal) >= LEAN
@@ -126,9 +135,9 @@ pub fn find(patches: &[Patch], extent: Extent, cell_size: f32, points: &[Placed]
         }
         let mut best = (f32::INFINITY, 0);
         map.any(patch.middle, |index| {
-            let point = &points[index as usize].point;
-            let found = (point.position.distance(patch.middle), index);
-            if found < best && fits(point, patch.middle, patch) {
+            let placed = &points[index as usize];
+            let found = (placed.point.position.distance(patch.middle), index);
+            if found < best && fits(placed, patch.middle, patch) {
                 best = found;
             }
             false

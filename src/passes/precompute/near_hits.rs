@@ -210,9 +210,9 @@ impl<'a> Records<'a> {
     fn nearest(&self, place: Vec3, patch: &Patch) -> Option<u32> {
         let mut best = (self.farthest, 0);
         self.map.any(place, |index| {
-            let point = &self.points[index as usize].point;
-            let found = (point.position.distance(place), index);
-            if found < best && fits(point, place, patch) {
+            let placed = &self.points[index as usize];
+            let found = (placed.point.position.distance(place), index);
+            if found < best && fits(placed, place, patch) {
                 best = found;
             }
             false

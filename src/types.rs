@@ -140,6 +140,19 @@ gpu_struct! {
     }
 }
 
+/// Rays of a cache point that meet one reflector, a cluster with a material, in three words that the device reads as one vector. In
+/// scenes with images they have one colour, too.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct RayBundle {
+    /// `reflector | (number of rays - 1) << reflector_bits`.
+    pub reflector: u32,
+    /// Two halves: the sum of the rays' shares in the translational gradient, as [`GatherRay::gradient`] has them.
+    pub gradient: u32,
+    /// Two halves: the sum of the rays' shares in the rotational gradient along tangent and bitangent: tanθ across each azimuth.
+    pub turn: u32,
+}
+
 gpu_struct! {
     /// Irradiance at a cache point and its first-order change, a column for each channel of RGB: W/m² and W/m³.
     pub struct Record {

@@ -2,7 +2,7 @@
 
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::cpu::textures::unpack_colour;
-use crate::types::{GatherRay, NO_TARGET};
+use crate::types::RayBundle;
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
 
@@ -17,14 +17,18 @@ pub struct Gathered {
     pub rotation: DMat3,
 }
 
-/// How rays are packed, and what they read.
+/// How bundles of rays are packed, and what they read.
 #[derive(Clone, Copy)]
 pub struct Sources<'a> {
     /// Albedo of each material.
     pub albedos: &'a [Vec3],
     /// Of each cluster, W/m².
     pub irradiance: &'a [Vec3],
-    /// Bits of the cluster index in a target.
+    /// Target of each reflector.
+    pub reflectors: &'a [u32],
+    /// Bits of the reflector in a bundle.
+    pub reflector_bits: u32,
+    /// Bits of the cluster in a target.
     pub cluster_bits: u32,
     /// Unit of the rays' gradients, metres.
     pub least_distance: f32,
@@ -32,41 +36,39 @@ pub struct Sources<'a> {
     pub slots: &'a [(u32, DVec3)],
 }
 
-/// Gathers the rays of one point with that shading normal. `colours`: packed, of the images that they met; none at all without images.
+/// Gathers the rays of one point with that shading normal. `colours`: packed, of the images that bundles met; none at all without images.
 pub fn gather(
     sources: Sources<'_>,
     strata: Strata,
     normal: Vec3,
-    rays: &[GatherRay],
+    bundles: &[RayBundle],
     colours: &[u32],
 ) -> Gathered {
     let frame = frame(normal);
     let stratum = PI / f64::from(strata.rays());
     let mut irradiance = DVec3::ZERO;
     let [mut translation, mut turn] = [[DVec3::ZERO; 3]; 2];
-    for (index, ray) in (0_u32..).zip(rays) {
-        if ray.target == NO_TARGET {
-            continue;
-        }
-        let material = ray.target >> sources.cluster_bits;
-        let read = (ray.target & ((1 << sources.cluster_bits) - 1)) as usize;
+    for (index, bundle) in bundles.iter().enumerate() {
+        let reflector = bundle.reflector & ((1 << sources.reflector_bits) - 1);
+        let rays = f64::from(bundle.reflector >> sources.reflector_bits) + 1.0;
+        let target = sources.reflectors[reflector as usize];
+        let material = target >> sources.cluster_bits;
+        let read = (target & ((1 << sources.cluster_bits) - 1)) as usize;
         let (cluster, shine) = match sources.irradiance.len() {
             clusters if read < clusters => (read, DVec3::ZERO),
             clusters => (sources.slots[read - clusters].0 as usize, sources.slots[read - clusters].1),
         };
-        let colour = colours.get(index as usize).map_or(DVec3::ONE, |&packed| unpack_colour(packed));
+        let colour = colours.get(index).map_or(DVec3::ONE, |&packed| unpack_colour(packed));
         let albedo = colour * sources.albedos[material as usize].as_dvec3();
         let radiance = (albedo * sources.irradiance[cluster].as_dvec3() + shine) / PI;
-        irradiance += stratum * radiance;
+        irradiance += stratum * rays * radiance;
 
         // [Krivanek]
-        let [ring, sector] = strata.of(index);
-        let azimuth = strata.azimuth_middle(sector);
-        let across = frame * DVec3::new(-azimuth.sin(), azimuth.cos(), 0.0);
-        let movement = unpack(ray.gradient) / f64::from(sources.least_distance);
+        let across = frame * unpack(bundle.turn).extend(0.0);
+        let movement = unpack(bundle.gradient) / f64::from(sources.least_distance);
         for channel in 0..3 {
             translation[channel] += radiance[channel] * (frame * movement.extend(0.0));
-            turn[channel] += stratum * strata.polar_middle(ring).tan() * radiance[channel] * across;
+            turn[channel] += stratum * radiance[channel] * across;
         }
     }
     let rotation = turn.map(|gradient| gradient.cross(normal.as_dvec3()));

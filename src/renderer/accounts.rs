@@ -58,7 +58,7 @@ impl Renderer {
                 PathScan::STEM => 2 * steps + once + deposits,
                 Pyramid::STEM => deposits + 12 * paths + 3 * clusters,
                 ClusterViews::STEM => self.views.bytes(),
-                Gather::STEM => gathered * (self.gather.rays.bytes() + records) / in_all + clusters,
+                Gather::STEM => gathered * (self.gather.bundles.bytes() + records) / in_all + clusters,
                 Blend::STEM => self.blend.list_bytes() + 2 * records + self.gather.cache_points.bytes(),
                 Splat::STEM => {
                     surface + self.gather.cache_points.bytes() + 4 * self.splat.pair_bytes() + weights

@@ -3,7 +3,7 @@
 use super::{Layer, Renderer, Statistics};
 use crate::error::Result;
 use crate::gpu::Buffer;
-use crate::passes::precompute::gather_rays::RayTable;
+use crate::passes::precompute::ray_bundles::RayBundles;
 use crate::types::{NO_SIDE, PixelSurface};
 use glam::Vec3;
 
@@ -92,7 +92,7 @@ impl Renderer {
             cluster_flux: &self.pyramid.flux,
             cluster_irradiance: &self.pyramid.irradiance,
             cache_points: &self.gather.cache_points,
-            gather_rays: &self.gather.rays,
+            ray_bundles: &self.gather.bundles,
             gathered: &self.gather.records,
             records: &self.blend.records,
         }
@@ -113,8 +113,8 @@ pub struct StageBuffers<'a> {
     pub cluster_irradiance: &'a Buffer,
     /// `CachePoint`s.
     pub cache_points: &'a Buffer,
-    /// `GatherRay`s, a row a cache point.
-    pub gather_rays: &'a RayTable,
+    /// The gather rays, those of a cache point that meet the same cluster and material in one.
+    pub ray_bundles: &'a RayBundles,
     /// `Record`s of the cache points as gathered.
     pub gathered: &'a Buffer,
     /// `Record`s of the cache points, blended.

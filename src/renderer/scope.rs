@@ -9,6 +9,7 @@ use crate::passes::frame::hvds::{ClusterLists, Pyramid};
 use crate::passes::frame::near_field::{NearCluster, NearField};
 use crate::passes::frame::needed_records::RecordList;
 use crate::passes::precompute::gloss::GlossTables;
+use crate::passes::precompute::ray_bundles::rows_per_part;
 use crate::passes::precompute::reads::Reads;
 use crate::scene::directions::Directions;
 use crate::scene::hvds::Hvds;
@@ -35,7 +36,7 @@ pub(super) struct Scope {
 impl Scope {
     /// All of it, and what something reads.
     pub(super) fn both(context: &Arc<Context>, made: &Precomputed, reads: &Reads) -> Result<[Self; 2]> {
-        let rows = made.rays.rows_per_buffer;
+        let rows = rows_per_part(context, &made.rays, made.hemisphere);
         let scope = |reads: &Reads| {
             let is_read = |near: &&NearCluster| reads.irradiance[near.cluster as usize];
             let near: Vec<NearCluster> = made.near_clusters.iter().filter(is_read).copied().collect();

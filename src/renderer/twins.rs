@@ -185,7 +185,7 @@ impl Renderer {
         self.views.redirect(&rays, points, self)?;
         // These rays read clusters, not slots: what surfaces shine is not in it.
         let gather = Gather::new(&self.context, buffer, count, rays, hemisphere, code, false)?;
-        let list = RecordList::all(&self.context, count, gather.rays.rows_per_buffer)?;
+        let list = RecordList::all(&self.context, count, gather.bundles.rows_per_part)?;
         self.context.run(|rec| gather.record(rec, self.gather_sources(), &list))?;
         gather.records.read()
     }

@@ -9,19 +9,30 @@ use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
-use lightpaths::types::{CachePoint, GatherRay, NO_TARGET, Record, Reflectance};
+use lightpaths::passes::precompute::ray_bundles::BundleCode;
+use lightpaths::types::{CachePoint, GatherRay, NO_TARGET, RayBundle, Record, Reflectance};
 
 const CLUSTERS: u32 = 501;
 const ALBEDOS: [Vec3; 3] = [Vec3::new(0.9, 0.5, 0.1), Vec3::ZERO, Vec3::new(0.2, 0.4, 0.8)];
 
 /// Rays that read anything, and gradients of any sign and size up to 2, subnormal halves among them.
-fn random_rays(random: &mut Random, code: GatherCode, count: u32) -> Vec<GatherRay> {
+pub(crate) fn random_rays(
+    random: &mut Random,
+    code: GatherCode,
+    clusters: u32,
+    count: u32,
+) -> Vec<GatherRay> {
     let ray = |_| {
-        let target = random.below(CLUSTERS) | random.below(3) << code.cluster_bits;
+        let target = random.below(clusters) | random.below(3) << code.cluster_bits;
         let target = if random.below(5) == 0 { NO_TARGET } else { target };
         GatherRay { target, gradient: random.word() & 0xbfff_bfff }
     };
     (0..count).map(ray).collect()
+}
+
+/// What they read.
+pub(crate) fn targets(rays: &[GatherRay]) -> Vec<u32> {
+    rays.iter().map(|ray| ray.target).filter(|&target| target != NO_TARGET).collect()
 }
 
 fn random_points(random: &mut Random, count: u32) -> Vec<CachePoint> {
@@ -44,13 +55,6 @@ fn irradiance_and_gradients_equal_the_twin() {
     let irradiance: Vec<Vec3> =
         (0..CLUSTERS).map(|_| (1.0 + random.cube()) * 10f32.powf(8.0 * random.unit() - 4.0)).collect();
     let irradiance_buffer = Buffer::from_slice(&context, "irradiance", &irradiance).unwrap();
-    let sources = Sources {
-        albedos: &ALBEDOS,
-        irradiance: &irradiance,
-        cluster_bits: code.cluster_bits,
-        least_distance: code.least_distance,
-        slots: &[],
-    };
     let inverse_areas = Buffer::from_slice(&context, "inverse areas", &[1.0_f32; CLUSTERS as usize]).unwrap();
     for (rings, point_count, has_colours) in [
         (1, 0, false),
@@ -64,7 +68,7 @@ fn irradiance_and_gradients_equal_the_twin() {
     ] {
         let strata = Strata { rings, sectors: 4 * rings };
         let points = random_points(&mut random, point_count);
-        let mut rays = random_rays(&mut random, code, point_count * strata.rays());
+        let mut rays = random_rays(&mut random, code, CLUSTERS, point_count * strata.rays());
         if let Some(last) = rays.last_chunk_mut::<4>().filter(|_| rings == 1) {
             last.fill(GatherRay { target: NO_TARGET, gradient: 0x3c00_3c00 });
         }
@@ -76,6 +80,17 @@ fn irradiance_and_gradients_equal_the_twin() {
         let colour_parts = colours.chunks((rows * strata.rays()) as usize);
         let colour_buffers =
             colour_parts.map(|part| Buffer::from_slice(&context, "ray colours", part).unwrap());
+        let hemisphere = Hemisphere { rings, sectors: strata.sectors };
+        let packing = BundleCode::new(targets(&rays), hemisphere);
+        let sources = Sources {
+            albedos: &ALBEDOS,
+            irradiance: &irradiance,
+            reflectors: &packing.reflectors,
+            reflector_bits: packing.reflector_bits,
+            cluster_bits: code.cluster_bits,
+            least_distance: code.least_distance,
+            slots: &[],
+        };
         let pass = Gather::new(
             &context,
             Buffer::from_slice(&context, "cache points", &points).unwrap(),
@@ -86,7 +101,7 @@ fn irradiance_and_gradients_equal_the_twin() {
                 colours: colour_buffers.collect(),
                 has_colours,
             },
-            Hemisphere { rings, sectors: strata.sectors },
+            hemisphere,
             code,
             false,
         )
@@ -108,7 +123,10 @@ fn irradiance_and_gradients_equal_the_twin() {
         {
             assert_eq!(record.position, point.position);
             let colours = if has_colours { colours } else { &[] };
-            let twin = gather(sources, strata, point.normal, row, colours);
+            let (bundles, colours): (Vec<RayBundle>, Vec<u32>) =
+                packing.bundles(row, colours).into_iter().unzip();
+            let colours = if has_colours { &colours[..] } else { &[] };
+            let twin = gather(sources, strata, point.normal, &bundles, colours);
             assert_near(record.irradiance, twin.irradiance, SUM, 0.0, "irradiance");
             // Terms of both signs cancel in a gradient: an error is relative to what they would add up to. Steepest is
             // the outermost ring, a turn of which counts √(2·rings) times.
@@ -160,9 +178,12 @@ fn the_rotational_gradient_is_a_derivative() {
     let strata = Strata { rings: 64, sectors: 256 };
     // A radiance field that depends on the direction in the world only, one cluster for each of 64 steps of height.
     let irradiance: Vec<Vec3> = (0..64).map(|step| Vec3::splat(step as f32)).collect();
+    let packing = BundleCode::new((0..64).collect(), Hemisphere { rings: 64, sectors: 256 });
     let sources = Sources {
         albedos: &[Vec3::ONE],
         irradiance: &irradiance,
+        reflectors: &packing.reflectors,
+        reflector_bits: packing.reflector_bits,
         cluster_bits: 8,
         least_distance: 1.0,
         slots: &[],
@@ -173,7 +194,10 @@ fn the_rotational_gradient_is_a_derivative() {
             let direction = frame * strata.direction(ray, 0, 0);
             GatherRay { target: (32.0 * (1.0 + direction.x)) as u32, gradient: 0 }
         };
-        gather(sources, strata, normal, &(0..strata.rays()).map(ray).collect::<Vec<_>>(), &[])
+        let rays: Vec<GatherRay> = (0..strata.rays()).map(ray).collect();
+        let bundles: Vec<RayBundle> =
+            packing.bundles(&rays, &[]).into_iter().map(|(bundle, _)| bundle).collect();
+        gather(sources, strata, normal, &bundles, &[])
     };
     let at = gathered(Vec3::Z);
     for turned in [Vec3::new(0.05, 0.0, 1.0), Vec3::new(0.0, 0.05, 1.0), Vec3::new(-0.03, 0.04, 1.0)] {

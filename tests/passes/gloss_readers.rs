@@ -13,8 +13,9 @@ use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, GlossShine,
 use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::precompute::gather_rays::RayTable;
+use lightpaths::passes::precompute::ray_bundles::BundleCode;
 use lightpaths::scene::Camera;
-use lightpaths::types::{NO_TARGET, PixelSurface, Record, View};
+use lightpaths::types::{NO_TARGET, PixelSurface, RayBundle, Record, View};
 use std::f64::consts::PI;
 
 /// What records gather where rays read slots: albedo times irradiance of the slot's cluster, and what the slot has over its area.
@@ -52,9 +53,13 @@ pub(crate) fn gathered_slots_equal_the_twin(shining: &Shining, gloss: &Gloss, fl
         };
         context.run(|rec| pass.record(rec, sources, &list)).unwrap();
         let records: Vec<Record> = pass.records.read().unwrap();
+        let targets = shining.packed.iter().map(|ray| ray.target).filter(|&target| target != NO_TARGET);
+        let packing = BundleCode::new(targets.collect(), HEMISPHERE);
         let sources = gather::Sources {
             albedos: &albedos,
             irradiance: &irradiance,
+            reflectors: &packing.reflectors,
+            reflector_bits: packing.reflector_bits,
             cluster_bits: code.cluster_bits,
             least_distance: code.least_distance,
             slots: &slots,
@@ -66,7 +71,10 @@ pub(crate) fn gathered_slots_equal_the_twin(shining: &Shining, gloss: &Gloss, fl
             records.iter().zip(&shining.points).zip(rows.zip(colour_rows))
         {
             let colours = if has_colours { colours } else { &[] };
-            let twin = gather::gather(sources, strata, point.normal, row, colours);
+            let (bundles, colours): (Vec<RayBundle>, Vec<u32>) =
+                packing.bundles(row, colours).into_iter().unzip();
+            let colours = if has_colours { &colours[..] } else { &[] };
+            let twin = gather::gather(sources, strata, point.normal, &bundles, colours);
             assert_near(record.irradiance, twin.irradiance, SUM, 0.0, "gathered slots");
         }
     }

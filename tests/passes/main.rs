@@ -33,6 +33,7 @@ mod photon_gather;
 mod photons;
 mod pixels;
 mod prefix_sum;
+mod ray_bundles;
 mod rays;
 mod reads;
 mod splat;

@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use lightpaths::passes::frame::hvds::ClusterFlux;
 use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::{Light, LightKind, LoadOptions, Scene, Triangle, shapes};
-use lightpaths::types::{Deposit, GatherRay, NO_TARGET};
+use lightpaths::types::Deposit;
 
 /// The room, loaded from files with a scale and a place; its lamp as bright on the walls as before.
 fn placed(scale: f64, to: DVec3) -> Scene {
@@ -87,9 +87,8 @@ fn walls_on_cell_boundaries_lose_no_energy() {
             renderer.set_skipping(false);
             renderer.frame().unwrap();
             assert_eq!(count(&renderer, "path vertices outside all clusters"), 0, "{size}");
-            let rays: Vec<GatherRay> = renderer.stages().gather_rays.read().unwrap();
-            let lost = rays.iter().filter(|ray| ray.target == NO_TARGET).count();
-            assert_eq!(lost, 0, "{size}: gather rays without a target, of {}", rays.len());
+            let met = renderer.stages().ray_bundles.ray_count;
+            assert_eq!(met, count(&renderer, "gather rays"), "{size}: gather rays with a target");
             let [deposited, held] = energies(&renderer);
             let flux = 4.0 * std::f64::consts::PI;
             println!("{size}: deposited {:.5}", deposited / flux / 2.0);

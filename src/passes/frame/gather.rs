@@ -1,5 +1,5 @@
 //! Final gathering at the cache points. [Yue §3, Tfg; Krivanek]
-//! In: gather rays, cluster irradiance (W/m²), reflectances. Out: records: irradiance and its gradients.
+//! In: bundles of gather rays, cluster irradiance (W/m²), reflectances. Out: records: irradiance and its gradients.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -9,29 +9,41 @@ use crate::passes::frame::gloss::Gloss;
 use crate::passes::frame::needed_records::RecordList;
 use crate::passes::has_textures;
 use crate::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
+use crate::passes::precompute::ray_bundles::RayBundles;
 use crate::types::Record;
 use bytemuck::Zeroable;
-use glam::{DVec2, Vec2};
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Push constants.
-    pub struct GatherPush {
-        /// First cache point of the bound part of the table of rays.
-        pub first_point: u32,
-        /// Its end.
-        pub end_point: u32,
+    /// Push constants of the first step.
+    pub struct GatherRadiancePush {
+        /// Reflectors.
+        pub reflector_count: u32,
         /// Width of the cluster field in `GatherRay::target`.
         pub cluster_bits: u32,
-        /// Unit of `GatherRay::gradient`, metres.
-        pub least_distance: f32,
-        /// Clusters and views of clusters; targets beyond are slots.
+        /// Clusters, and views and parts of clusters; targets beyond are slots.
         pub cluster_count: u32,
     }
 }
 
-/// What this pass shares with its shader.
-pub const LAYOUTS: &[Layout] = &[GatherPush::LAYOUT];
+gpu_struct! {
+    /// Push constants of the second step.
+    pub struct GatherPush {
+        /// First cache point of the bound part of the bundles.
+        pub first_point: u32,
+        /// Its end.
+        pub end_point: u32,
+        /// Width of the reflector field in `RayBundle::reflector`.
+        pub reflector_bits: u32,
+        /// Unit of `RayBundle::gradient`, metres.
+        pub least_distance: f32,
+        /// π over the rays of a hemisphere.
+        pub stratum: f32,
+    }
+}
+
+/// What this pass shares with its shaders.
+pub const LAYOUTS: &[Layout] = &[GatherRadiancePush::LAYOUT, GatherPush::LAYOUT];
 
 /// Where the radiance at the ends of gather rays comes from.
 #[derive(Clone, Copy)]
@@ -46,25 +58,29 @@ pub struct GatherSources<'a> {
     pub gloss: Option<&'a Gloss>,
 }
 
-/// The pipeline, the cache points with their rays, and the result.
+/// The pipelines, the cache points with their rays, and the result.
 pub struct Gather {
+    radiance: Pipeline,
     pipeline: Pipeline,
     point_count: u32,
-    /// How the rays are packed.
+    /// How the rays were packed.
     pub code: GatherCode,
     /// How a hemisphere is stratified.
     pub hemisphere: Hemisphere,
-    turns: Buffer,
     /// `CachePoint`s.
     pub cache_points: Buffer,
-    /// A row of rays for each cache point.
-    pub rays: RayTable,
+    /// The rays of each cache point.
+    pub bundles: RayBundles,
+    /// Radiance of each reflector without its lobe, W/m²/sr; three floats.
+    radiances: Buffer,
+    /// By its lobe; where nothing shines, nobody reads it.
+    shines: Buffer,
     /// `Record` of each cache point.
     pub records: Buffer,
 }
 
 impl Gather {
-    /// The name that shader, twin and timing share.
+    /// The name that shaders, twin and timing share.
     pub const STEM: &str = "gather";
 
     /// Takes over what the precomputation found; `shines` where some rays read slots.
@@ -80,17 +96,20 @@ impl Gather {
         code: GatherCode,
         shines: bool,
     ) -> Result<Self> {
-        let [rings, sectors] = hemisphere.constants();
-        let shines = ("SHINES", u32::from(shines));
-        let constants = [rings, sectors, shines, has_textures(rays.has_colours), context.waiting_group()];
+        let bundles = RayBundles::new(context, rays, hemisphere)?;
+        let does_shine = ("SHINES", u32::from(shines));
+        let constants = [does_shine, has_textures(bundles.has_colours), context.waiting_group()];
+        let room = |count: u32| Buffer::storage(context, "reflected radiance", 12 * u64::from(count.max(1)));
         Ok(Self {
+            radiance: Pipeline::new(context, "gather_radiance", &[does_shine])?,
             pipeline: Pipeline::new(context, Self::STEM, &constants)?,
             point_count,
             code,
             hemisphere,
-            turns: Buffer::from_slice(context, "turns", &turns(hemisphere))?,
             cache_points,
-            rays,
+            radiances: room(bundles.reflector_count)?,
+            shines: room(if shines { bundles.reflector_count } else { 1 })?,
+            bundles,
             // Records that no view has needed yet are never written.
             records: Buffer::from_slice(context, "records", &vec![Record::zeroed(); point_count as usize])?,
         })
@@ -104,53 +123,54 @@ impl Gather {
     /// Gathers at the cache points of a list.
     pub fn record(&self, rec: &mut Recorder, sources: GatherSources<'_>, list: &RecordList) {
         let GatherSources { materials, irradiance, inverse_areas, gloss } = sources;
-        let cluster_count = (irradiance.bytes() / 12) as u32;
         // Where no ray reads a slot nobody looks at what is bound for it.
         let (slots, fluxes) = gloss.map_or((irradiance, irradiance), |gloss| (&gloss.slots, &gloss.fluxes));
+        let reflector_count = self.bundles.reflector_count;
         let mut pass = rec.pass(Self::STEM);
-        for (part, (first_point, rows, [rays, colours])) in (0..).zip(self.rays.parts(self.point_count)) {
-            let push = GatherPush {
-                first_point,
-                end_point: first_point + rows,
+        pass.dispatch(
+            &self.radiance,
+            [reflector_count, 1, 1],
+            &GatherRadiancePush {
+                reflector_count,
                 cluster_bits: self.code.cluster_bits,
-                least_distance: self.code.least_distance,
-                cluster_count,
-            };
-            if first_point > 0 {
-                // The parts write different records, but the hazard check counts in buffers.
-                pass.barrier(COMPUTE_TO_COMPUTE);
-            }
+                cluster_count: (irradiance.bytes() / 12) as u32,
+            },
+            &[
+                ("Reflectors", &self.bundles.reflectors),
+                ("Materials", materials),
+                ("Irradiance", irradiance),
+                ("InverseAreas", inverse_areas),
+                ("GlossSlots", slots),
+                ("GlossFluxes", fluxes),
+                ("Radiances", &self.radiances),
+                ("Shines", &self.shines),
+            ],
+        );
+        for (part, bundles) in (0..).zip(&self.bundles.parts) {
+            // Behind the first step; and the parts write different records, but the hazard check counts in buffers.
+            pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch_indirect(
                 &self.pipeline,
                 (&list.groups, 12 * part),
-                &push,
+                &GatherPush {
+                    first_point: bundles.points.start,
+                    end_point: bundles.points.end,
+                    reflector_bits: self.bundles.reflector_bits,
+                    least_distance: self.code.least_distance,
+                    stratum: std::f32::consts::PI / self.hemisphere.rays() as f32,
+                },
                 &[
                     ("CachePoints", &self.cache_points),
-                    ("Turns", &self.turns),
-                    ("GatherRays", rays),
-                    ("Materials", materials),
-                    ("Irradiance", irradiance),
-                    ("InverseAreas", inverse_areas),
-                    ("GlossSlots", slots),
-                    ("GlossFluxes", fluxes),
+                    ("FirstBundles", &bundles.first_bundles),
+                    ("Bundles", &bundles.bundles),
+                    ("BundleColours", &bundles.colours),
+                    ("Radiances", &self.radiances),
+                    ("Shines", &self.shines),
                     ("Records", &self.records),
-                    ("RayColours", colours),
                     ("RecordOffsets", &list.offsets),
                     ("ListedRecords", &list.records),
                 ],
             );
         }
     }
-}
-
-/// What the radiance of each stratum adds to the rotational gradient, along tangent and bitangent: turning the normal by dω
-/// changes a ray's cosine by dω·(n×ω), which is tanθ across its azimuth, at the stratum's middle. [Krivanek]
-fn turns(hemisphere: Hemisphere) -> Vec<Vec2> {
-    let turn = |ray: u32| {
-        let (ring, sector) = (ray / hemisphere.sectors, ray % hemisphere.sectors);
-        let sin2 = (f64::from(ring) + 0.5) / f64::from(hemisphere.rings);
-        let azimuth = std::f64::consts::TAU * (f64::from(sector) + 0.5) / f64::from(hemisphere.sectors);
-        ((sin2 / (1.0 - sin2)).sqrt() * DVec2::new(-azimuth.sin(), azimuth.cos())).as_vec2()
-    };
-    (0..hemisphere.rays()).map(turn).collect()
 }

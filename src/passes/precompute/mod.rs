@@ -16,6 +16,7 @@ pub mod near_hits;
 pub mod neighbours;
 pub mod occlusion;
 pub mod path_orders;
+pub mod ray_bundles;
 pub mod rays;
 mod reaches;
 pub mod reads;

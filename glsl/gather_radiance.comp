@@ -1,0 +1,48 @@
+// Final gathering, step 1: radiance that comes back along the rays that meet a reflector, a cluster with a material, once for all
+// rays that do. [Yue §3] Deterministic. One invocation = one reflector. In: cluster irradiance (W/m²), flux of slots (W), reflectances.
+// Out: W/m²/sr.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+#include "include/brdf.glsl"
+#include "include/gloss.glsl"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint SHINES = 0;  // 1: targets beyond the clusters are slots
+
+struct GatherRadiancePush {
+    uint reflector_count;
+    uint cluster_bits;   // width of the cluster field in a target
+    uint cluster_count;  // views and parts of clusters included
+};
+
+layout(scalar, binding = 0) readonly buffer Reflectors { uint reflectors[]; };  // targets of gather rays, in ascending order
+layout(scalar, binding = 1) readonly buffer Materials { Reflectance materials[]; };
+layout(scalar, binding = 2) readonly buffer Irradiance { vec3 irradiance[]; };
+layout(scalar, binding = 3) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
+layout(scalar, binding = 4) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
+layout(scalar, binding = 5) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };     // of slots, W
+layout(scalar, binding = 6) writeonly buffer Radiances { vec3 radiances[]; };  // reflected evenly; the image's colour is still to come
+layout(scalar, binding = 7) writeonly buffer Shines { vec3 shines[]; };        // by lobes, which images do not colour
+layout(scalar, push_constant) uniform Push { GatherRadiancePush push; };
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= push.reflector_count) return;
+    uint target = reflectors[index];
+    uint cluster = target & ((1u << push.cluster_bits) - 1u);
+    if (SHINES == 1u) {
+        vec3 shine = vec3(0.0);
+        if (cluster >= push.cluster_count) {
+            uint slot = cluster - push.cluster_count;
+            cluster = gloss_slots[slot].cluster;
+            shine = gloss_fluxes[slot] * inverse_areas[cluster] * (1.0 / PI);
+        }
+        shines[index] = shine;
+    }
+    radiances[index] = materials[target >> push.cluster_bits].diffuse * irradiance[cluster] * (1.0 / PI);
+}

@@ -1,0 +1,242 @@
+//! Gather rays as frames read them: those of one cache point that meet the same cluster and material bring the same light, so that
+//! they are one *bundle*, with the sums of their shares. A cluster with a material is a *reflector*; its radiance is worked out once
+//! for all bundles that name it.
+//! In: gather rays. Out: bundles, a list a cache point; reflectors.
+
+use super::gather_rays::{Hemisphere, RayTable};
+use super::shares;
+use crate::error::Result;
+use crate::gpu::{Buffer, Context};
+use crate::types::{GatherRay, NO_TARGET, RayBundle};
+use glam::{DVec2, Vec2};
+use std::f64::consts::TAU;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Rays that the host looks at together, at most, unless a row has more.
+const PIECE_RAYS: usize = 1 << 20;
+
+/// Cache points whose rays one thread looks at together.
+const SHARE: usize = 64;
+
+/// What all bundles of a table have in common.
+pub struct BundleCode {
+    /// Targets of gather rays that occur, in ascending order.
+    pub reflectors: Vec<u32>,
+    /// Bits of a reflector's index in a bundle.
+    pub reflector_bits: u32,
+    /// Rays of a bundle at most.
+    most_rays: usize,
+    turns: Vec<Vec2>,
+}
+
+impl BundleCode {
+    /// For rays of that hemisphere with these targets, which may come in any order and more than once.
+    pub fn new(mut targets: Vec<u32>, hemisphere: Hemisphere) -> Self {
+        targets.sort_unstable();
+        targets.dedup();
+        let reflector_bits = u32::BITS - (targets.len() as u32).saturating_sub(1).leading_zeros();
+        let most_rays = 1_u64 << (u32::BITS - reflector_bits);
+        Self { reflectors: targets, reflector_bits, most_rays: most_rays as usize, turns: turns(hemisphere) }
+    }
+
+    /// The bundles of one cache point, ordered by reflector, each with its colour; `colours` of the rays, or none at all.
+    pub fn bundles(&self, rays: &[GatherRay], colours: &[u32]) -> Vec<(RayBundle, u32)> {
+        let colour = |ray: u32| colours.get(ray as usize).copied().unwrap_or(0);
+        let met = (0_u32..).zip(rays).filter(|(_, ray)| ray.target != NO_TARGET);
+        let mut order: Vec<(u32, u32, u32)> =
+            met.map(|(index, ray)| (ray.target, colour(index), index)).collect();
+        order.sort_unstable();
+        let alike = order.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
+        let bundle = |run: &[(u32, u32, u32)]| {
+            let (target, colour, _) = run[0];
+            let reflector = self.reflectors.partition_point(|&other| other < target) as u32;
+            let sum =
+                |share: &dyn Fn(usize) -> DVec2| run.iter().map(|ray| share(ray.2 as usize)).sum::<DVec2>();
+            let count = (run.len() - 1) as u32;
+            let bundle = RayBundle {
+                reflector: reflector | count.checked_shl(self.reflector_bits).unwrap_or(0),
+                gradient: pack_halves(sum(&|ray| unpack_halves(rays[ray].gradient))),
+                turn: pack_halves(sum(&|ray| self.turns[ray].as_dvec2())),
+            };
+            (bundle, colour)
+        };
+        alike.flat_map(|run| run.chunks(self.most_rays)).map(bundle).collect()
+    }
+}
+
+/// Bundles of a run of cache points, in one binding each.
+pub struct BundlePart {
+    /// The cache points.
+    pub points: Range<u32>,
+    /// First bundle of each, and the end.
+    pub first_bundles: Buffer,
+    /// [`RayBundle`]s.
+    pub bundles: Buffer,
+    /// Beside each, the packed colour of the image that its rays met; a word that nobody reads in scenes without images.
+    pub colours: Buffer,
+}
+
+/// The bundles of all cache points, in as many parts as the device's bindings need.
+pub struct RayBundles {
+    /// Cache points of each part; the last may have fewer.
+    pub rows_per_part: u32,
+    /// The parts, in order.
+    pub parts: Vec<BundlePart>,
+    /// Target, as gather rays have it, of each reflector.
+    pub reflectors: Buffer,
+    /// How many.
+    pub reflector_count: u32,
+    /// Bits of a reflector's index in a bundle.
+    pub reflector_bits: u32,
+    /// Whether there are images.
+    pub has_colours: bool,
+    /// Rays in all bundles: those that met a cluster.
+    pub ray_count: u64,
+    /// Bundles of all cache points.
+    pub bundle_count: u64,
+}
+
+/// Cache points of a part: of as many rays, were each a bundle of its own, as a binding holds.
+pub fn rows_per_part(context: &Context, table: &RayTable, hemisphere: Hemisphere) -> u32 {
+    let row_bytes = u64::from(hemisphere.rays()) * size_of::<RayBundle>() as u64;
+    let limit = (context.limits().storage_range_bytes / row_bytes).max(1);
+    u64::from(table.rows_per_buffer).min(limit) as u32
+}
+
+impl RayBundles {
+    /// Bundles the rays of a table, which goes part by part as they are.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn new(context: &Arc<Context>, table: RayTable, hemisphere: Hemisphere) -> Result<Self> {
+        let rows_per_part = rows_per_part(context, &table, hemisphere);
+        let (per_row, has_colours) = (hemisphere.rays() as usize, table.has_colours);
+        let mut targets = Vec::new();
+        table.scan(hemisphere.rays(), |_, rays| targets.extend(distinct(rays)))?;
+        let code = BundleCode::new(targets, hemisphere);
+        let mut found = Self {
+            rows_per_part,
+            parts: Vec::new(),
+            reflectors: Buffer::from_slice(context, "reflectors", &code.reflectors)?,
+            reflector_count: code.reflectors.len() as u32,
+            reflector_bits: code.reflector_bits,
+            has_colours,
+            ray_count: 0,
+            bundle_count: 0,
+        };
+        let piece = (PIECE_RAYS / per_row).max(1) * per_row;
+        let mut rows: Vec<Vec<(RayBundle, u32)>> = Vec::new();
+        for (rays, colours) in table.buffers.into_iter().zip(table.colours) {
+            let count = rays.bytes() as usize / size_of::<GatherRay>();
+            for place in (0..count).step_by(piece) {
+                let length = piece.min(count - place);
+                let read: Vec<GatherRay> = rays.read_range(place, length)?;
+                let tints: Vec<u32> =
+                    if has_colours { colours.read_range(place, length)? } else { Vec::new() };
+                rows.extend(shares::in_shares_of(SHARE, length / per_row, |share| {
+                    let bundles = |row: usize| {
+                        let own = row * per_row..(row + 1) * per_row;
+                        code.bundles(&read[own.clone()], tints.get(own).unwrap_or(&[]))
+                    };
+                    share.map(bundles).collect()
+                }));
+                while rows.len() >= rows_per_part as usize {
+                    let rest = rows.split_off(rows_per_part as usize);
+                    found.add(context, &std::mem::replace(&mut rows, rest))?;
+                }
+            }
+        }
+        if !rows.is_empty() {
+            found.add(context, &rows)?;
+        }
+        Ok(found)
+    }
+
+    /// Uploads the next part.
+    fn add(&mut self, context: &Arc<Context>, rows: &[Vec<(RayBundle, u32)>]) -> Result<()> {
+        let first_point = self.parts.last().map_or(0, |part| part.points.end);
+        let mut first_bundles = vec![0_u32];
+        for row in rows {
+            first_bundles.push(first_bundles[first_bundles.len() - 1] + row.len() as u32);
+        }
+        let (bundles, colours): (Vec<RayBundle>, Vec<u32>) = rows.iter().flatten().copied().unzip();
+        self.bundle_count += bundles.len() as u64;
+        let rays = |bundle: &RayBundle| {
+            u64::from(bundle.reflector.checked_shr(self.reflector_bits).unwrap_or(0)) + 1
+        };
+        self.ray_count += bundles.iter().map(rays).sum::<u64>();
+        self.parts.push(BundlePart {
+            points: first_point..first_point + rows.len() as u32,
+            first_bundles: Buffer::from_slice(context, "first bundles", &first_bundles)?,
+            bundles: Buffer::from_slice(context, "ray bundles", &bundles)?,
+            colours: Buffer::from_slice(
+                context,
+                "bundle colours",
+                if self.has_colours { &colours } else { &[0] },
+            )?,
+        });
+        Ok(())
+    }
+
+    /// Bytes of all parts.
+    pub fn bytes(&self) -> u64 {
+        self.parts
+            .iter()
+            .map(|part| part.first_bundles.bytes() + part.bundles.bytes() + part.colours.bytes())
+            .sum()
+    }
+}
+
+/// The targets of some rays, each once or a few times.
+fn distinct(rays: &[GatherRay]) -> Vec<u32> {
+    shares::in_shares(rays.len(), |share| {
+        let mut targets: Vec<u32> = rays[share].iter().map(|ray| ray.target).collect();
+        targets.retain(|&target| target != NO_TARGET);
+        targets.sort_unstable();
+        targets.dedup();
+        targets
+    })
+}
+
+/// What the radiance of each stratum adds to the rotational gradient, along tangent and bitangent: turning the normal by dω
+/// changes a ray's cosine by dω·(n×ω), which is tanθ across its azimuth, at the stratum's middle. [Krivanek]
+fn turns(hemisphere: Hemisphere) -> Vec<Vec2> {
+    let turn = |ray: u32| {
+        let (ring, sector) = (ray / hemisphere.sectors, ray % hemisphere.sectors);
+        let sin2 = (f64::from(ring) + 0.5) / f64::from(hemisphere.rings);
+        let azimuth = TAU * (f64::from(sector) + 0.5) / f64::from(hemisphere.sectors);
+        ((sin2 / (1.0 - sin2)).sqrt() * DVec2::new(-azimuth.sin(), azimuth.cos())).as_vec2()
+    };
+    (0..hemisphere.rays()).map(turn).collect()
+}
+
+/// Two numbers as halves, the first in the low bits.
+fn pack_halves(values: DVec2) -> u32 {
+    pack_half(values.x as f32) | pack_half(values.y as f32) << 16
+}
+
+/// The nearest half; of what is larger than any, the largest.
+fn pack_half(value: f32) -> u32 {
+    let sign = value.to_bits() >> 16 & 0x8000;
+    let size = value.abs().min(65_504.0);
+    if size < 2_f32.powi(-14) {
+        // Subnormal; what rounds up to 1024 is the smallest normal one.
+        return sign | (size * 2_f32.powi(24)).round_ties_even() as u32;
+    }
+    let bits = size.to_bits();
+    sign | (bits + 0xfff + (bits >> 13 & 1) >> 13) - (112 << 10)
+}
+
+/// The two halves of a word, low bits first.
+fn unpack_halves(word: u32) -> DVec2 {
+    let half = |bits: u32| {
+        let (exponent, fraction) = (bits >> 10 & 31, f64::from(bits & 0x3ff) / 1024.0);
+        let size = match exponent {
+            0 => fraction * 2_f64.powi(-14),
+            _ => (1.0 + fraction) * 2_f64.powi(exponent as i32 - 15),
+        };
+        if bits >> 15 == 1 { -size } else { size }
+    };
+    DVec2::new(half(word & 0xffff), half(word >> 16))
+}

@@ -1,0 +1,101 @@
+//! Bundles of gather rays: what they hold, and where they stand.
+
+use crate::common::context;
+use crate::gather::{random_rays, targets};
+use crate::world::Random;
+use glam::DVec2;
+use lightpaths::cpu::gather::unpack;
+use lightpaths::cpu::hemisphere::Strata;
+use lightpaths::gpu::Buffer;
+use lightpaths::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
+use lightpaths::passes::precompute::ray_bundles::{BundleCode, RayBundles};
+use lightpaths::types::{NO_TARGET, RayBundle};
+use std::collections::BTreeMap;
+
+/// Bundles hold all rays that meet anything, each once, and the sums of what they count for, but for the rounding to halves.
+#[test]
+fn bundles_add_up_the_rays_that_meet_one_reflector() {
+    let mut random = Random::new(37);
+    for (rings, clusters, colour_count, reflectors) in
+        [(8, 7, 0, 21), (8, 7, 3, 21), (3, 1, 0, 3), (1, 100_000, 0, 9_000)]
+    {
+        let strata = Strata { rings, sectors: 4 * rings };
+        let code = GatherCode::new(clusters, 3, 1.0).unwrap();
+        let rows = if rings == 1 { 4_000 } else { 40 };
+        let rays = random_rays(&mut random, code, clusters, rows * strata.rays());
+        let tinted = rays.iter().filter(|_| colour_count > 0);
+        let colours: Vec<u32> = tinted.map(|_| random.below(colour_count.max(1))).collect();
+        let packing = BundleCode::new(targets(&rays), Hemisphere { rings, sectors: 4 * rings });
+        assert!(packing.reflectors.is_sorted_by(|a, b| a < b));
+        assert!(packing.reflectors.len() >= reflectors, "{} reflectors", packing.reflectors.len());
+        let per_row = strata.rays() as usize;
+        for (row, rays) in rays.chunks_exact(per_row).enumerate() {
+            let colours = colours.get(row * per_row..(row + 1) * per_row).unwrap_or(&[]);
+            // Rays, gradient and turn, and what these would be were all signs alike.
+            let mut sums: BTreeMap<(u32, u32), (u32, [DVec2; 2], [DVec2; 2])> = BTreeMap::new();
+            for (index, ray) in (0_u32..).zip(rays).filter(|(_, ray)| ray.target != NO_TARGET) {
+                let [ring, sector] = strata.of(index);
+                let azimuth = strata.azimuth_middle(sector);
+                let turn = strata.polar_middle(ring).tan() * DVec2::new(-azimuth.sin(), azimuth.cos());
+                let colour = colours.get(index as usize).copied().unwrap_or(0);
+                let sum = sums.entry((ray.target, colour)).or_default();
+                sum.0 += 1;
+                for (k, share) in [unpack(ray.gradient), turn].into_iter().enumerate() {
+                    sum.1[k] += share;
+                    sum.2[k] += share.abs();
+                }
+            }
+            let bundles = packing.bundles(rays, colours);
+            assert_eq!(bundles.len(), sums.len());
+            for ((bundle, colour), (alike, (count, sum, size))) in bundles.iter().zip(&sums) {
+                let reflector = bundle.reflector & ((1 << packing.reflector_bits) - 1);
+                assert_eq!((packing.reflectors[reflector as usize], *colour), *alike);
+                assert_eq!((bundle.reflector >> packing.reflector_bits) + 1, *count);
+                for (k, packed) in [bundle.gradient, bundle.turn].into_iter().enumerate() {
+                    // Half of the last bit of a half, and f32's of the terms; 2⁻²⁵ where it is subnormal.
+                    let bound = sum[k].abs() / 2048.0 + size[k] * 1e-6 + DVec2::splat(2f64.powi(-25));
+                    let apart = (unpack(packed) - sum[k]).abs();
+                    assert!(apart.cmple(bound).all(), "{k}: {apart} of {}", sum[k]);
+                }
+            }
+        }
+    }
+}
+
+/// However the table is cut, as bindings ask for, each point has its own.
+#[test]
+fn bundles_stand_point_by_point_in_parts() {
+    let (context, mut random) = (context(), Random::new(41));
+    let hemisphere = Hemisphere { rings: 2, sectors: 8 };
+    let code = GatherCode::new(501, 3, 1.0).unwrap();
+    for (points, rows) in [(0, 1), (1, 1), (7, 7), (7, 3), (64, 63)] {
+        let rays = random_rays(&mut random, code, 501, points * hemisphere.rays());
+        let parts = rays.chunks((rows * hemisphere.rays()) as usize);
+        let buffers: Vec<Buffer> =
+            parts.map(|part| Buffer::from_slice(&context, "gather rays", part).unwrap()).collect();
+        let colours =
+            buffers.iter().map(|_| Buffer::from_slice(&context, "ray colours", &[0_u32]).unwrap()).collect();
+        let table = RayTable { rows_per_buffer: rows, buffers, colours, has_colours: false };
+        let found = RayBundles::new(&context, table, hemisphere).unwrap();
+        let packing = BundleCode::new(targets(&rays), hemisphere);
+        let reflectors: Vec<u32> = found.reflectors.read_range(0, packing.reflectors.len()).unwrap();
+        assert_eq!(reflectors, packing.reflectors);
+        assert_eq!(found.ray_count, targets(&rays).len() as u64);
+        let mut point = 0;
+        for part in &found.parts {
+            assert_eq!(part.points.start, point);
+            let first: Vec<u32> = part.first_bundles.read().unwrap();
+            assert_eq!(first.len(), part.points.len() + 1);
+            let bundles: Vec<RayBundle> =
+                part.bundles.read_range(0, first[first.len() - 1] as usize).unwrap();
+            for run in first.windows(2) {
+                let row = (point * hemisphere.rays()) as usize;
+                let expected = packing.bundles(&rays[row..row + hemisphere.rays() as usize], &[]);
+                let own = &bundles[run[0] as usize..run[1] as usize];
+                assert!(own.iter().eq(expected.iter().map(|(bundle, _)| bundle)), "point {point}");
+                point += 1;
+            }
+        }
+        assert_eq!(point, points);
+    }
+}

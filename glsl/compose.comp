@@ -1,5 +1,6 @@
 // Radiance towards the camera: albedo times direct and indirect irradiance, averaged over the samples where a pixel shows an
-// edge. Deterministic. One invocation = one pixel. In: irradiances (W/m²; direct ones of the pixels, then of the edge samples),
+// edge. Deterministic. One invocation = one pixel, or, in a second dispatch, one edge pixel: there are few, and side by side none
+// waits for another's samples. In: irradiances (W/m²; direct ones of the pixels, then of the edge samples),
 // reflectances, edge samples.
 // Out: radiance, W/m²/sr; black where a ray left the scene.
 #version 460
@@ -14,6 +15,7 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint SHINES = 0;  // 1: some surfaces may shine
+layout(constant_id = 1) const uint AT_EDGES = 0;  // 1: only pixels that show an edge, over what they had
 
 struct ComposePush {
     uint pixel_count;
@@ -36,6 +38,7 @@ layout(scalar, binding = 8) readonly buffer GlossRadiance { GlossShine gloss_rad
 layout(scalar, binding = 9) writeonly buffer Radiance { vec3 radiance[]; };
 layout(scalar, binding = 10) readonly buffer PixelColours { uint pixel_colours[]; };  // packed; only in scenes with images
 layout(scalar, binding = 11) readonly buffer EdgeColours { uint edge_colours[]; };
+layout(scalar, binding = 12) readonly buffer EdgePixels { uint edge_pixels[]; };  // their indices
 layout(scalar, push_constant) uniform Push { ComposePush push; };
 
 uint material_of(uint side) { return surfaces[side >> 1].material; }
@@ -60,12 +63,14 @@ uint shiner_of(uint side, uint source, uint index) {
     return material_of(side) == material_of(centre) ? index : source;
 }
 
-void main() {
-    uint index = flat_invocation();
-    if (index >= push.pixel_count) return;
-    uint edge = edge_offsets[index];
-    uint count = samples_per_edge(edge_offsets[push.pixel_count], push.most_samples, push.capacity);
-    if (edge_offsets[index + 1u] == edge) count = 0u;
+// What the centre of a pixel sees.
+vec3 centre(uint index) {
+    vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(pixel_colours[index]) : vec3(1.0);
+    return reflected(pixels[index].side, colour, direct_irradiance[index], index, index);
+}
+
+// What `count` samples of the edge pixel that is number `edge` of all see on average.
+vec3 mean_of_samples(uint edge, uint count, uint index) {
     vec3 sum = vec3(0.0);
     for (uint i = edge * count; i < (edge + 1u) * count; ++i) {
         uint side = edge_surfaces[i].side;
@@ -74,7 +79,18 @@ void main() {
         vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(edge_colours[i]) : vec3(1.0);
         sum += source.share * reflected(side, colour, direct_irradiance[push.pixel_count + i], source.pixel, shiner);
     }
-    vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(pixel_colours[index]) : vec3(1.0);
-    vec3 centre = reflected(pixels[index].side, colour, direct_irradiance[index], index, index);
-    radiance[index] = push.tint * (count == 0u ? centre : sum / float(count));
+    return sum / float(count);
+}
+
+void main() {
+    uint index = flat_invocation();
+    if (AT_EDGES == 0u) {
+        if (index < push.pixel_count) radiance[index] = push.tint * centre(index);
+        return;
+    }
+    uint edge_count = edge_offsets[push.pixel_count];
+    uint count = samples_per_edge(edge_count, push.most_samples, push.capacity);
+    if (index >= edge_count || count == 0u) return;
+    uint pixel = edge_pixels[index];
+    radiance[pixel] = push.tint * mean_of_samples(index, count, pixel);
 }

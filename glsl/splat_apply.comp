@@ -18,9 +18,11 @@ struct SplatApplyPush {
 layout(scalar, binding = 0) readonly buffer Pixels { PixelSurface pixels[]; };
 layout(scalar, binding = 1) readonly buffer FirstWeights { uint first_weights[]; };  // of each pixel, and the end
 layout(scalar, binding = 2) readonly buffer Weights { SplatWeight weights[]; };
-layout(scalar, binding = 3) readonly buffer Records { Record records[]; };
+layout(scalar, binding = 3) readonly buffer Records { vec4 record_vectors[]; };  // `Record`s
 layout(scalar, binding = 4) writeonly buffer IndirectIrradiance { vec3 indirect_irradiance[]; };
 layout(scalar, push_constant) uniform Push { SplatApplyPush push; };
+
+#include "include/record_vectors.glsl"
 
 void main() {
     uint index = flat_invocation();
@@ -31,7 +33,7 @@ void main() {
     mat3 translation = mat3(0.0);
     uint end = min(first_weights[index + 1u], push.weight_capacity);
     for (uint i = first_weights[index]; i < end; ++i) {
-        Record record = records[weights[i].record];
+        Record record = record_at(weights[i].record);
         float weight = weights[i].weight;
         // Half of the way by the gradient at the record; below, half by that at the pixel: curvature cancels.
         vec3 moved = pixel.position - record.position;

@@ -7,7 +7,8 @@ struct EdgeSource {
     float share;  // of the points that were asked for it, those that met a surface
 };
 
-// Samples of each edge pixel: as many as there is room for, if that is enough to be better than the centre alone.
+// Samples of each edge pixel: as many as there is room for, if that is enough to be better than the centre alone: LEAST_SAMPLES in
+// src/passes/frame/antialias.rs.
 uint samples_per_edge(uint edge_count, uint most, uint capacity) {
     uint count = min(most, capacity / max(edge_count, 1u));
     return count < 4u ? 0u : count;

@@ -93,6 +93,8 @@ pub const CONTRAST: f32 = 0.1;
 pub const OUTLINE_POINTS: u32 = 8;
 /// An average pixel has room for the share 1/`SPREAD` of the samples that an edge pixel asks for.
 const SPREAD: u64 = 16;
+/// Samples of an edge pixel at the least; where there is room for fewer, no pixel has any.
+pub const LEAST_SAMPLES: u32 = 4;
 /// But there is room for so many at the least, 9 MiB: in a small picture light changes much from pixel to pixel, and most show an
 /// edge.
 const LEAST_ROOM: u64 = 1 << 18;
@@ -105,10 +107,12 @@ pub struct Antialias {
     samples: Pipeline,
     shadow_edges: Pipeline,
     prefix_sum: PrefixSum,
-    /// Index of each edge pixel, of the edges that were listed last.
+    /// Index of each edge pixel.
     pub edge_pixels: Buffer,
     /// Workgroups along each axis that take four of them each; their number.
     edge_groups: Buffer,
+    /// Index of each pixel at the shadow edges of the light that was taken last.
+    shadow_pixels: Buffer,
     /// Shadow edges of the light that was taken last before each pixel, and their number.
     shadow_offsets: Buffer,
     size: [u32; 2],
@@ -154,6 +158,7 @@ impl Antialias {
             prefix_sum: PrefixSum::new(context, pixel_count)?,
             edge_pixels: Buffer::storage(context, "edge pixels", 4 * u64::from(pixel_count))?,
             edge_groups: Self::groups(context)?,
+            shadow_pixels: Buffer::storage(context, "shadow pixels", 4 * u64::from(pixel_count))?,
             shadow_offsets: Buffer::from_slice(context, "shadow offsets", &no_edges)?,
             size,
             most_samples,
@@ -181,7 +186,7 @@ impl Antialias {
             &EdgeMarkPush { width, height },
             &[("Surfaces", &scene.surfaces), ("Pixels", pixels), ("EdgeOffsets", &self.offsets)],
         );
-        self.record_list(&mut pass, &self.offsets, &self.edge_groups);
+        self.record_list(&mut pass, &self.offsets, &self.edge_pixels, &self.edge_groups);
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.samples,
@@ -221,7 +226,7 @@ impl Antialias {
             &EdgeMarkPush { width, height },
             &[("LightLayer", layer), ("EdgeOffsets", &self.offsets), ("ShadowOffsets", &self.shadow_offsets)],
         );
-        self.record_list(pass, &self.shadow_offsets, groups);
+        self.record_list(pass, &self.shadow_offsets, &self.shadow_pixels, groups);
         pass.barrier(COMPUTE_TO_INDIRECT);
         for (first_sample, end_sample) in light.spans() {
             let push = ShadowEdgesPush {
@@ -247,7 +252,7 @@ impl Antialias {
                     ("Lights", light.table),
                     ("Pixels", pixels),
                     ("ShadowOffsets", &self.shadow_offsets),
-                    ("ShadowPixels", &self.edge_pixels),
+                    ("ShadowPixels", &self.shadow_pixels),
                     ("LightLayer", layer),
                 ],
             );
@@ -255,12 +260,12 @@ impl Antialias {
     }
 
     /// Turns marks into a list of the marked pixels.
-    fn record_list(&self, pass: &mut PassScope<'_>, offsets: &Buffer, groups: &Buffer) {
+    fn record_list(&self, pass: &mut PassScope<'_>, offsets: &Buffer, pixels: &Buffer, groups: &Buffer) {
         let pixel_count = self.size[0] * self.size[1];
         pass.barrier(COMPUTE_TO_COMPUTE);
         self.prefix_sum.record(pass, offsets, pixel_count);
         pass.barrier(COMPUTE_TO_COMPUTE);
-        let edges = [("EdgeOffsets", offsets), ("EdgePixels", &self.edge_pixels), ("EdgeGroups", groups)];
+        let edges = [("EdgeOffsets", offsets), ("EdgePixels", pixels), ("EdgeGroups", groups)];
         pass.dispatch(&self.list, [pixel_count, 1, 1], &EdgeListPush { pixel_count }, &edges);
     }
 

@@ -2,10 +2,12 @@
 //! reflectances. Out: W/m²/sr.
 
 use crate::error::Result;
+use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
-use crate::passes::frame::{antialias::Antialias, pixel_colours::PixelColours};
+use crate::passes::frame::antialias::{Antialias, LEAST_SAMPLES};
+use crate::passes::frame::pixel_colours::PixelColours;
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -49,9 +51,10 @@ pub struct Irradiances<'a> {
     pub tint: Vec3,
 }
 
-/// The pipeline and the picture.
+/// The pipelines and the picture.
 pub struct Compose {
-    pipeline: Pipeline,
+    centres: Pipeline,
+    edges: Pipeline,
     pixel_count: u32,
     /// Radiance of each pixel, W/m²/sr; three floats.
     pub radiance: Buffer,
@@ -66,9 +69,14 @@ impl Compose {
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, scene: &SceneBuffers, pixel_count: u32, shines: bool) -> Result<Self> {
-        let constants = [("SHINES", u32::from(shines)), scene.textures.constant()];
+        let pipeline = |at_edges: u32| {
+            let constants =
+                [("SHINES", u32::from(shines)), ("AT_EDGES", at_edges), scene.textures.constant()];
+            Pipeline::new(context, Self::STEM, &constants)
+        };
         Ok(Self {
-            pipeline: Pipeline::new(context, Self::STEM, &constants)?,
+            centres: pipeline(0)?,
+            edges: pipeline(1)?,
             pixel_count,
             radiance: Buffer::storage(context, "radiance", u64::from(pixel_count) * 12)?,
         })
@@ -83,32 +91,37 @@ impl Compose {
         [direct_share, indirect_share]: [f32; 2],
     ) {
         let Irradiances { pixels, direct, indirect, gloss, antialias, colours, tint } = irradiances;
-        rec.pass(Self::STEM).dispatch(
-            &self.pipeline,
-            [self.pixel_count, 1, 1],
-            &ComposePush {
-                pixel_count: self.pixel_count,
-                most_samples: antialias.most_samples,
-                capacity: antialias.capacity,
-                tint,
-                direct_share,
-                indirect_share,
-            },
-            &[
-                ("Surfaces", &scene.surfaces),
-                ("Materials", &scene.materials),
-                ("Pixels", pixels),
-                ("DirectIrradiance", direct),
-                ("IndirectIrradiance", indirect),
-                ("EdgeOffsets", &antialias.offsets),
-                ("EdgeSurfaces", &antialias.edge_surfaces),
-                ("EdgeSources", &antialias.edge_sources),
-                // Where nothing shines nobody reads it.
-                ("GlossRadiance", gloss.unwrap_or(indirect)),
-                ("Radiance", &self.radiance),
-                ("PixelColours", &colours.of_pixels),
-                ("EdgeColours", &colours.of_edges),
-            ],
-        );
+        let push = ComposePush {
+            pixel_count: self.pixel_count,
+            most_samples: antialias.most_samples,
+            capacity: antialias.capacity,
+            tint,
+            direct_share,
+            indirect_share,
+        };
+        let bindings = [
+            ("Surfaces", &scene.surfaces),
+            ("Materials", &scene.materials),
+            ("Pixels", pixels),
+            ("DirectIrradiance", direct),
+            ("IndirectIrradiance", indirect),
+            ("EdgeOffsets", &antialias.offsets),
+            ("EdgeSurfaces", &antialias.edge_surfaces),
+            ("EdgeSources", &antialias.edge_sources),
+            // Where nothing shines nobody reads it.
+            ("GlossRadiance", gloss.unwrap_or(indirect)),
+            ("Radiance", &self.radiance),
+            ("PixelColours", &colours.of_pixels),
+            ("EdgeColours", &colours.of_edges),
+            ("EdgePixels", &antialias.edge_pixels),
+        ];
+        let mut pass = rec.pass(Self::STEM);
+        pass.dispatch(&self.centres, [self.pixel_count, 1, 1], &push, &bindings);
+        // As many as can have samples; how many there are, the device knows.
+        let most_edges = self.pixel_count.min(antialias.capacity / LEAST_SAMPLES);
+        if most_edges > 0 {
+            pass.barrier(COMPUTE_TO_COMPUTE);
+            pass.dispatch(&self.edges, [most_edges, 1, 1], &push, &bindings);
+        }
     }
 }

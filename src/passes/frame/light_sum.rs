@@ -26,18 +26,28 @@ gpu_struct! {
         pub emission_2: Vec3,
         /// Of the fourth.
         pub emission_3: Vec3,
+        /// Of the fifth; where four rows do, nobody reads it, or what follows.
+        pub emission_4: Vec3,
+        /// Of the sixth.
+        pub emission_5: Vec3,
+        /// Of the seventh.
+        pub emission_6: Vec3,
+        /// Of the eighth.
+        pub emission_7: Vec3,
     }
 }
 
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[LightSumPush::LAYOUT];
 
-/// Rows that one dispatch reads.
-const ROWS: usize = 4;
+/// Rows that one dispatch reads, where there are few and where there are many. What is left over is read for nothing, but between
+/// dispatches the sums go through memory.
+const ROWS: [usize; 2] = [4, 8];
 
-/// The pipeline.
+/// The pipelines.
 pub struct LightSum {
-    pipeline: Pipeline,
+    few: Pipeline,
+    many: Pipeline,
     /// The row of no light: one value.
     no_row: Buffer,
 }
@@ -51,10 +61,8 @@ impl LightSum {
     /// # Errors
     /// A Vulkan call failed.
     pub fn new(context: &Arc<Context>) -> Result<Self> {
-        Ok(Self {
-            pipeline: Pipeline::new(context, Self::STEM, &[])?,
-            no_row: Buffer::from_slice(context, "no row", &[0.0_f32])?,
-        })
+        let [few, many] = ROWS.map(|rows| Pipeline::new(context, Self::STEM, &[("ROWS", rows as u32)]));
+        Ok(Self { few: few?, many: many?, no_row: Buffer::from_slice(context, "no row", &[0.0_f32])? })
     }
 
     /// Sums the first `count` values of every row, in order, each times its light's emission, and scales the whole; without
@@ -69,8 +77,9 @@ impl LightSum {
     ) {
         let no_rows = [(Vec3::ZERO, &self.no_row)];
         let (rows, step) = if rows.is_empty() { (&no_rows[..], 0) } else { (rows, 1) };
-        let groups = rows.len().div_ceil(ROWS);
-        for (group, rows) in rows.chunks(ROWS).enumerate() {
+        let [few, many] = ROWS;
+        let groups = rows.len().div_ceil(many);
+        for (group, rows) in rows.chunks(many).enumerate() {
             let emission = |place: usize| rows.get(place).map_or(Vec3::ZERO, |row| row.0);
             let row = |place: usize| rows.get(place).unwrap_or(&rows[0]).1;
             let push = LightSumPush {
@@ -82,13 +91,27 @@ impl LightSum {
                 emission_1: emission(1),
                 emission_2: emission(2),
                 emission_3: emission(3),
+                emission_4: emission(4),
+                emission_5: emission(5),
+                emission_6: emission(6),
+                emission_7: emission(7),
             };
             if group > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
-            let bindings =
-                [("Row0", row(0)), ("Row1", row(1)), ("Row2", row(2)), ("Row3", row(3)), ("LightSums", sums)];
-            pass.dispatch(&self.pipeline, [count, 1, 1], &push, &bindings);
+            let pipeline = if rows.len() <= few { &self.few } else { &self.many };
+            let bindings = [
+                ("Row0", row(0)),
+                ("Row1", row(1)),
+                ("Row2", row(2)),
+                ("Row3", row(3)),
+                ("Row4", row(4)),
+                ("Row5", row(5)),
+                ("Row6", row(6)),
+                ("Row7", row(7)),
+                ("LightSums", sums),
+            ];
+            pass.dispatch(pipeline, [count, 1, 1], &push, &bindings);
         }
     }
 }

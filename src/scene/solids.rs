@@ -208,7 +208,7 @@ mod tests {
         let room = cube(2.0);
         let mut all = room.clone();
         all.extend(cube(0.5).iter().map(turned));
-        let found = |all: &[Triangle], eye| Solids::new(all, eye).backs().collect::<Vec<bool>>();
+        let found = |all: &[Triangle], eye: &[Vec3]| Solids::new(all, eye).backs().collect::<Vec<bool>>();
         let with_block = found(&all, &[Vec3::new(0.6, 0.0, 0.0)]);
         assert!(with_block[..room.len()].iter().all(|solid| !solid));
         assert!(with_block[room.len()..].iter().all(|solid| *solid));
@@ -229,7 +229,9 @@ mod tests {
             }));
         };
         let block: Vec<Triangle> = cube(1.0).iter().map(turned).collect();
-        [2.0, 2.75, 5.0].map(|x| add(&block, Vec3::X * x));
+        for x in [2.0, 2.75, 5.0] {
+            add(&block, Vec3::X * x);
+        }
         add(&cube(0.5), Vec3::X * 5.0);
         let solids = Solids::new(&all, &[Vec3::new(0.0, 3.0, 0.0)]);
         let inside = |point: Vec3| {

@@ -113,7 +113,6 @@ fn surveyed(pieces: &[Piece], base_clusters: usize) -> Vec<usize> {
 ///
 /// # Errors
 /// The device lacks memory or failed.
-#[expect(clippy::too_many_arguments, reason = "one call, at one place")]
 pub fn place(
     survey: &Survey,
     buffers: &SceneBuffers,

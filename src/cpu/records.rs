@@ -15,7 +15,7 @@ pub struct Tolerance {
 }
 
 impl Tolerance {
-    /// What a record is valid for: 1 / sqrt(1 - cos 10°) between normals. [Tabellion]
+    /// What a record is valid for: 1 / sqrt(1 - cos 10°) between normals. [Tabellion §4]
     pub const VALID: Self = Self { height2: 0.1, facets: FACETS_ALIKE, inverse_normal_error: 8.1131 };
     /// Where no other record does: 45° over its plane, 60° between facets, 30° between normals.
     pub const STRETCHED: Self = Self { height2: 0.5, facets: 0.5, inverse_normal_error: 2.7321 };

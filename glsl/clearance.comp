@@ -9,7 +9,7 @@
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x_id = 3) in;
 layout(constant_id = 0) const uint RINGS = 0;
 layout(constant_id = 1) const uint SECTORS = 0;
 

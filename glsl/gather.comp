@@ -11,7 +11,7 @@
 #include "include/gloss.glsl"
 #include "include/colour.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x_id = 3) in;
 layout(constant_id = 0) const uint RINGS = 0;
 layout(constant_id = 1) const uint SECTORS = 0;
 layout(constant_id = 2) const uint SHINES = 0;  // 1: targets beyond the clusters are slots

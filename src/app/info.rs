@@ -57,6 +57,7 @@ fn describe_device(text: &mut String, device: &DeviceSummary) {
     row(text, "buffers bound at once", limits.storage_buffers.to_string());
     row(text, "push constants", format!("{} B", limits.push_bytes));
     row(text, "shared memory", format!("{} B", limits.shared_bytes));
+    row(text, "subgroup", format!("{} invocations", limits.subgroup_size));
     let invocations = limits.workgroup_invocations;
     row(text, "workgroup", format!("{invocations} invocations, at most {}", product(limits.workgroup_size)));
     row(text, "workgroups", product(limits.workgroup_count));

@@ -71,19 +71,22 @@ impl Buffer {
     /// # Errors
     /// A Vulkan call failed, or there is no memory to stage the transfer in.
     pub fn write<T: Pod>(&self, data: &[T]) -> Result<()> {
+        self.write_range(0, data)
+    }
+
+    /// Overwrites elements from number `first` on. Panics if the buffer ends before the data.
+    ///
+    /// # Errors
+    /// As [`Buffer::write`].
+    pub fn write_range<T: Pod>(&self, first: usize, data: &[T]) -> Result<()> {
+        let mut offset = (first * size_of::<T>()) as u64;
         let data: &[u8] = bytemuck::cast_slice(data);
-        let name = &self.allocated.name;
-        assert!(
-            data.len() as u64 <= self.bytes(),
-            "`{name}` holds {} bytes, {} given",
-            self.bytes(),
-            data.len()
-        );
+        let (end, name) = (offset + data.len() as u64, &self.allocated.name);
+        assert!(end <= self.bytes(), "`{name}` holds {} bytes, {end} given", self.bytes());
         if data.is_empty() {
             return Ok(());
         }
         let staging = self.staging(data.len() as u64, MemoryLocation::CpuToGpu)?;
-        let mut offset = 0;
         for piece in data.chunks(STAGING_BYTES as usize) {
             staging.allocated.store(piece);
             let bytes = piece.len() as u64;

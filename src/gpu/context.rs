@@ -11,6 +11,7 @@ use super::VkResultExt;
 use super::device::{self, CPU, DeviceSummary, Limits};
 use super::instance::Instance;
 use super::recorder::Recorder;
+use super::spirv::LOCAL_SIZE;
 use super::submission::Submission;
 use super::timing::PassTiming;
 use crate::error::{Error, Result};
@@ -138,6 +139,14 @@ impl Context {
     /// The device's limits that matter here.
     pub fn limits(&self) -> &Limits {
         &self.summary.limits
+    }
+
+    /// The specialisation constant of a workgroup, along x, whose invocations wait for one another. A CPU device runs the
+    /// subgroups of a workgroup in turn and changes between them at every barrier, which costs more than short sums: one
+    /// subgroup. A GPU hides the waiting of one subgroup behind others: 64 invocations.
+    pub fn waiting_group(&self) -> (&'static str, u32) {
+        let size = if self.is_cpu() { self.limits().subgroup_size } else { 64 };
+        (LOCAL_SIZE[0], size)
     }
 
     /// Memory in use by buffers, and its peak.

@@ -23,6 +23,8 @@ pub struct Limits {
     pub workgroup_size: [u32; 3],
     /// Invocations of a workgroup in all.
     pub workgroup_invocations: u32,
+    /// Invocations that run in lockstep.
+    pub subgroup_size: u32,
     /// Workgroups of a dispatch along each axis.
     pub workgroup_count: [u32; 3],
     /// Nanoseconds a timestamp tick.
@@ -77,7 +79,11 @@ pub(super) fn candidates(instance: &Instance) -> Result<Vec<Candidate>> {
 fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Result<Candidate> {
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut push = vk::PhysicalDevicePushDescriptorPropertiesKHR::default();
-    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut push);
+    let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+    let mut properties = vk::PhysicalDeviceProperties2::default()
+        .push_next(&mut driver)
+        .push_next(&mut push)
+        .push_next(&mut subgroup);
     unsafe { instance.raw.get_physical_device_properties2(handle, &mut properties) };
     let properties = properties.properties;
     let memory = unsafe { instance.raw.get_physical_device_memory_properties(handle) };
@@ -97,6 +103,7 @@ fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Res
         shared_bytes: properties.limits.max_compute_shared_memory_size,
         workgroup_size: properties.limits.max_compute_work_group_size,
         workgroup_invocations: properties.limits.max_compute_work_group_invocations,
+        subgroup_size: subgroup.subgroup_size,
         workgroup_count: properties.limits.max_compute_work_group_count,
         timestamp_period_ns: properties.limits.timestamp_period,
         timestamp_bits: family.map_or(0, |(_, family)| family.timestamp_valid_bits),

@@ -33,7 +33,10 @@ impl Pipeline {
     /// The shader is beyond the device's limits, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, stem: &'static str, constants: &[(&str, u32)]) -> Result<Self> {
         let words = Shader::named(stem).words();
-        let module = spirv::reflect(&words);
+        let mut module = spirv::reflect(&words);
+        for (size, name) in module.local_size.iter_mut().zip(spirv::LOCAL_SIZE) {
+            *size = constants.iter().find(|(given, _)| *given == name).map_or(*size, |(_, value)| *value);
+        }
         check_limits(stem, &module, context.limits())?;
         let (entries, values) = specialisation(stem, &module, constants);
 
@@ -49,7 +52,7 @@ impl Pipeline {
         Ok(Self { stem, module, handles: Arc::new(handles) })
     }
 
-    /// Invocations of a workgroup along each axis, from the shader.
+    /// Invocations of a workgroup along each axis.
     pub fn local_size(&self) -> [u32; 3] {
         self.module.local_size
     }

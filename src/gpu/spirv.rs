@@ -69,14 +69,14 @@ pub struct Member {
 pub struct Constant {
     /// Its `constant_id`.
     pub id: u32,
-    /// Its name.
+    /// Its name; a workgroup's size that the host gives has none in GLSL, and is called `local_size_x`, `_y` or `_z`.
     pub name: String,
 }
 
 /// What a compute shader declares.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Module {
-    /// Invocations of a workgroup along each axis.
+    /// Invocations of a workgroup along each axis, before specialisation.
     pub local_size: [u32; 3],
     /// Storage buffers by set and binding.
     pub bindings: Vec<Binding>,
@@ -115,6 +115,7 @@ mod code {
     pub(super) const SPEC_CONSTANT_TRUE: u16 = 48;
     pub(super) const SPEC_CONSTANT_FALSE: u16 = 49;
     pub(super) const SPEC_CONSTANT: u16 = 50;
+    pub(super) const SPEC_CONSTANT_COMPOSITE: u16 = 51;
     pub(super) const VARIABLE: u16 = 59;
     pub(super) const DECORATE: u16 = 71;
     pub(super) const MEMBER_DECORATE: u16 = 72;
@@ -133,9 +134,13 @@ mod code {
     pub(super) const OFFSET: u32 = 35;
 
     pub(super) const NUM_WORKGROUPS: u32 = 24;
+    pub(super) const WORKGROUP_SIZE: u32 = 25;
     pub(super) const PUSH_CONSTANT: u32 = 9;
     pub(super) const STORAGE_BUFFER: u32 = 12;
 }
+
+/// What specialisation constants are called that are a workgroup's size along x, y and z.
+pub const LOCAL_SIZE: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
 /// Reads a module.
 pub fn reflect(words: &[u32]) -> Module {
@@ -204,6 +209,11 @@ impl Reader {
             (code::CONSTANT | code::SPEC_CONSTANT, &[_, id, value, ..]) => self.constant(opcode, id, value),
             (code::SPEC_CONSTANT_TRUE, &[_, id]) => self.constant(opcode, id, 1),
             (code::SPEC_CONSTANT_FALSE, &[_, id]) => self.constant(opcode, id, 0),
+            (code::SPEC_CONSTANT_COMPOSITE, &[_, id, ref parts @ ..])
+                if self.decorations.get(&(id, code::BUILT_IN)) == Some(&code::WORKGROUP_SIZE) =>
+            {
+                self.name_local_size(parts);
+            }
             (code::VARIABLE, &[type_id, id, class, ..]) => self.variables.push((id, type_id, class)),
             (_, &[id, ref rest @ ..]) => {
                 if let Some(declared) = declared_type(opcode, rest) {
@@ -220,6 +230,17 @@ impl Reader {
         if let (true, Some(&spec_id)) = (opcode != code::CONSTANT, self.decorations.get(&(id, code::SPEC_ID)))
         {
             self.found.constants.push(Constant { id: spec_id, name: self.name(id) });
+        }
+    }
+
+    /// Names the specialisation constants that are a workgroup's size.
+    fn name_local_size(&mut self, parts: &[u32]) {
+        for (part, name) in parts.iter().zip(LOCAL_SIZE) {
+            let spec_id = self.decorations.get(&(*part, code::SPEC_ID));
+            let constant = self.found.constants.iter_mut().find(|constant| spec_id == Some(&constant.id));
+            if let Some(constant) = constant {
+                name.clone_into(&mut constant.name);
+            }
         }
     }
 

@@ -7,10 +7,17 @@ use super::{EPSILON, mean};
 /// below 0 where the image is as good as the reference; in the denominator it stays, and raises the figure where r is about as
 /// small as its noise.
 pub fn debiased_relmse(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2]) -> f64 {
-    let of_halves = triples(image, halves).map(|[v, a, b]| {
-        let r = 0.5 * (a + b);
-        (v - a) * (v - b) / (r + EPSILON).powi(2)
-    });
+    let r = |(a, b): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| 0.5 * (a[c] + b[c]));
+    let mean: Vec<[f32; 3]> = halves[0].iter().zip(halves[1]).map(r).collect();
+    debiased_relmse_at(image, halves, &mean)
+}
+
+/// The same relative to a picture that does not know the reference's noise, but is about what the reference would be without it: then
+/// that noise cancels whatever is dark.
+pub fn debiased_relmse_at(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2], scale: &[[f32; 3]]) -> f64 {
+    assert_eq!(image.len(), scale.len(), "images of one comparison have one size");
+    let scales = scale.iter().flatten().map(|&s| f64::from(s) + EPSILON);
+    let of_halves = triples(image, halves).zip(scales).map(|([v, a, b], s)| (v - a) * (v - b) / (s * s));
     of_halves.sum::<f64>() / (3 * image.len()).max(1) as f64
 }
 
@@ -126,6 +133,17 @@ mod tests {
         near(debiased_relmse(&image, halves), 0.000_4);
         let exact = debiased_relmse(&vec![[0.99f32; 3]; PIXELS], halves);
         assert!(exact.abs() < 8e-6, "of an exact image: {exact}");
+    }
+
+    #[test]
+    fn noise_as_large_as_the_reference_cancels_where_the_scale_does_not_know_it() {
+        let mut normal = Normal(3);
+        let [a, b] = [0, 1].map(|_| normal.image(0.03, 0.015, PIXELS));
+        let halves = [a.as_slice(), b.as_slice()];
+        // A tenth of 0.03 + 0.01 off: 0.01. The noise of a half is 0.14, its scatter over all values below 0.001.
+        let (image, scale) = (vec![[0.034f32; 3]; PIXELS], vec![[0.03f32; 3]; PIXELS]);
+        let [at, of_mean] = [debiased_relmse_at(&image, halves, &scale), debiased_relmse(&image, halves)];
+        assert!((at - 0.01).abs() < 0.002 && of_mean > 0.03, "{at} {of_mean}");
     }
 
     #[test]

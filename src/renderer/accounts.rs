@@ -33,7 +33,7 @@ impl Renderer {
         // Passes of one name share an account: of records gathered ahead of the others, again in narrow gaps, and the others, the mean.
         let gathers = passes.iter().filter(|pass| pass.name == Gather::STEM).count();
         let scope = if self.skips { &self.read } else { &self.whole };
-        let ahead = scope.source_count + self.gap_rounds(scope) * scope.gap_count;
+        let ahead = scope.source_count + self.gathered_again(scope).map(|again| again.1).sum::<u32>();
         let ahead = if gathers > 1 { ahead } else { 0 };
         let gathered = u64::from(self.needs.gathered() + ahead) / gathers.max(1) as u64;
         let in_all = u64::from(self.gather.point_count().max(1));

@@ -33,6 +33,7 @@ use crate::passes::frame::{
     form_factors::FormFactors,
     gather::{Gather, GatherSources},
     hvds::Pyramid,
+    needed_records::RecordList,
     path_scan::PathScan,
     pixel_colours::PixelColours,
     primary::Primary,
@@ -292,7 +293,7 @@ impl Renderer {
     }
 
     /// Views of clusters; then small clusters, and parts of them, take the light of the records beside them, and views are seen
-    /// again. In narrow gaps light goes to and fro many times; once is enough elsewhere.
+    /// again; and so on with records that are gathered again.
     fn record_near_field(&self, rec: &mut Recorder, scope: &Scope) {
         let (near_field, records) = (&scope.near_field, &self.gather.records);
         let part_count = near_field.part_count();
@@ -300,23 +301,27 @@ impl Renderer {
         near_field.record_parts(rec, &self.pyramid, None, part_count);
         self.gather.record(rec, self.gather_sources(), &scope.sources);
         rec.barrier(COMPUTE_TO_COMPUTE);
-        let rounds = self.gap_rounds(scope);
-        for round in 0..=rounds {
+        let take = |rec: &mut Recorder, parts| {
             near_field.record(rec, &self.pyramid, records);
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.views.record(rec, &self.pyramid);
-            let parts = if round < rounds { self.tight_parts } else { part_count };
             near_field.record_parts(rec, &self.pyramid, Some(records), parts);
-            if round < rounds {
-                self.gather.record(rec, self.gather_sources(), &scope.gaps);
-                rec.barrier(COMPUTE_TO_COMPUTE);
-            }
+        };
+        for (list, _, parts) in self.gathered_again(scope) {
+            take(rec, parts);
+            self.gather.record(rec, self.gather_sources(), list);
+            rec.barrier(COMPUTE_TO_COMPUTE);
         }
+        take(rec, part_count);
     }
 
-    /// How often the cache points in narrow gaps are gathered again.
-    fn gap_rounds(&self, scope: &Scope) -> u32 {
-        if scope.gap_count > 0 { self.scene.quality.gap_rounds } else { 0 }
+    /// Records that are gathered again, round by round, their number, and the parts of clusters that they read: where few paths come,
+    /// all of them read what other records have found; then, as light goes to and fro there, those in narrow gaps.
+    fn gathered_again<'a>(&self, scope: &'a Scope) -> impl Iterator<Item = (&'a RecordList, u32, u32)> {
+        let all = (&scope.sources, scope.source_count, scope.near_field.part_count());
+        let gaps = (&scope.gaps, scope.gap_count, self.tight_parts);
+        let round = move |round| if round == 0 { all } else { gaps };
+        (0..self.scene.quality.gap_rounds).map(round).filter(|again| again.1 > 0)
     }
 
     fn gather_sources(&self) -> GatherSources<'_> {

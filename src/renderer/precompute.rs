@@ -15,7 +15,8 @@ use crate::passes::precompute::gloss::{self, GlossTables};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
 use crate::passes::precompute::{
-    Progress, concession, light_paths, narrow_gaps, near_clusters,
+    Progress, concession, light_paths, narrow_gaps,
+    near_clusters::{self, Extent},
     near_hits::{self, NearHits},
     open_shares,
     rays::Rays,
@@ -200,8 +201,9 @@ pub(super) fn precompute(
     watch.lap("cache points");
 
     let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
-    let patches = near_clusters::patches(&hvds, &clearances, normal);
-    let near_clusters = near_clusters::find(&patches, cell_size, &placement.points);
+    let extent = if has_gaps { Extent::SHADOWS } else { Extent::CONTACTS };
+    let patches = near_clusters::patches(&hvds, &clearances, normal, extent);
+    let near_clusters = near_clusters::find(&patches, extent, cell_size, &placement.points);
     let hemisphere = Hemisphere::new(quality.gather_rays);
     let code = GatherCode::new(hvds.cluster_count(), scene.materials.len(), placement.least_radius)?;
     let point_count = placement.points.len() as u32;
@@ -217,7 +219,7 @@ pub(super) fn precompute(
         progress,
     )?;
     let near = near_hits::Sources {
-        patches: &patches,
+        patches: &patches[..Extent::CONTACTS.end(&hvds)],
         materials: &scene.materials,
         points: &placement.points,
         near_count,

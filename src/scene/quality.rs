@@ -22,8 +22,9 @@ pub struct Quality {
     pub cells: u32,
     /// Clusters of which other surface in their cell hides a part are read as what shows towards the reader.
     pub occlusion: bool,
-    /// Times that cache points in narrow gaps are gathered again, because light goes to and fro there. With none, clusters are neither
-    /// split along the walls that stand on them nor read in parts by what is near.
+    /// Times that cache points are gathered again: first all beside which clusters take their light from them, then those in narrow
+    /// gaps, because light goes to and fro there. With none, clusters are neither split along the walls that stand on them nor read in
+    /// parts by what is near, and those in the shadow of something keep the light of their paths.
     pub gap_rounds: u32,
     /// Samples of a pixel that shows an edge; 0 turns antialiasing off.
     pub edge_samples: u32,

@@ -9,7 +9,7 @@ use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::hvds::{ClusterFlux, Pyramid};
 use lightpaths::passes::frame::near_field::{NearCluster, NearField};
 use lightpaths::passes::precompute::cache_points::Placed;
-use lightpaths::passes::precompute::near_clusters;
+use lightpaths::passes::precompute::near_clusters::{self, Extent};
 use lightpaths::scene::hvds::Piece;
 use lightpaths::types::{Deposit, NO_CLUSTER, Record};
 
@@ -144,19 +144,26 @@ fn cluster(world: &World, clearances: &[f32], index: u32) -> Cluster {
 
 #[test]
 fn near_clusters_have_the_nearest_record_that_sees_what_they_see() {
+    near_clusters_of(Extent::CONTACTS);
+    near_clusters_of(Extent { levels: 3, close: 6.0 });
+}
+
+fn near_clusters_of(extent: Extent) {
     let world = World::room();
     let mut random = Random::new(92);
-    // Close surfaces on one side of the room only: within three cells of 0.1 m.
+    // The nearest surfaces on one side of the room are within three cells of 0.1 m, on the other within six.
     const CELL_SIZE: f32 = 0.1;
     let clearance = |piece: &Piece| if piece.corners[0].x > 0.0 { 0.2 } else { 0.5 };
     let clearances: Vec<f32> = world.hvds.pieces.iter().map(clearance).collect();
     let place = |point| Placed { point, clearance: 0.1 };
     let placed: Vec<Placed> = world.cache_points(&mut random, 800, 0.12).into_iter().map(place).collect();
     let normal = |side: u32| world.geometry().normal(side);
-    let patches = near_clusters::patches(&world.hvds, &clearances, normal);
-    let near = near_clusters::find(&patches, CELL_SIZE, &placed);
+    let patches = near_clusters::patches(&world.hvds, &clearances, normal, extent);
+    let near = near_clusters::find(&patches, extent, CELL_SIZE, &placed);
     assert!(near.is_sorted_by(|a, b| a.cluster < b.cluster), "each cluster once");
-    assert!(near.iter().all(|near| near.cluster < world.hvds.levels[1].end), "the two finest levels");
+    let end = world.hvds.levels[extent.levels - 1].end;
+    assert!(near.iter().all(|near| near.cluster < end), "the finest levels");
+    let close = f64::from(extent.close * CELL_SIZE);
     assert!(near.iter().all(|near| near.target == near.cluster));
     let distance_if_fit = |cluster: &Cluster, placed: &Placed, slack: f64| {
         let point = &placed.point;
@@ -169,7 +176,7 @@ fn near_clusters_have_the_nearest_record_that_sees_what_they_see() {
     };
     let mut listed = near.iter().peekable();
     let (mut with, mut without) = (0, 0);
-    for index in 0..world.hvds.levels[1].end {
+    for index in 0..end {
         let found = listed.next_if(|near| near.cluster == index);
         // Every fifth cluster in full: the twin looks at every pair.
         if index % 5 != 0 {
@@ -182,14 +189,14 @@ fn near_clusters_have_the_nearest_record_that_sees_what_they_see() {
         };
         if let Some(found) = found {
             let record = &placed[found.record as usize];
-            assert!(cluster.clearance < 0.3001, "cluster {index} is near: {}", cluster.clearance);
+            assert!(cluster.clearance < close + 1e-4, "cluster {index} is near: {}", cluster.clearance);
             let distance = distance_if_fit(&cluster, record, 1e-3).expect("the record fits the cluster");
             assert!(distance <= nearest(-1e-3) + 1e-5, "cluster {index} has the nearest record");
             let offset = cluster.middle - record.point.position.as_dvec3();
             assert!(offset.distance(found.offset.as_dvec3()) < 1e-5);
             with += 1;
         } else {
-            let is_open = cluster.clearance > 0.2999;
+            let is_open = cluster.clearance > close - 1e-4;
             assert!(is_open || nearest(-1e-3).is_infinite(), "cluster {index} has a record beside it");
             without += usize::from(!is_open);
         }

@@ -5,10 +5,11 @@ use crate::world::{Random, World};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu::hemisphere::{Strata, frame};
 use lightpaths::gpu::Buffer;
+use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::cache_points::Placed;
 use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
+use lightpaths::passes::precompute::near_clusters::{self, Extent};
 use lightpaths::passes::precompute::near_hits::{NearHits, Sources};
-use lightpaths::passes::precompute::{Silent, near_clusters};
 use lightpaths::types::{GatherRay, MAY_SHINE, NO_TARGET};
 use std::collections::HashMap;
 
@@ -49,7 +50,12 @@ fn near_hits_of(world: &World) {
     .unwrap();
     let before: Vec<GatherRay> = table.read().unwrap();
     let clearances = vec![0.1; world.hvds.pieces.len()];
-    let patches = near_clusters::patches(&world.hvds, &clearances, |side| world.geometry().normal(side));
+    let patches = near_clusters::patches(
+        &world.hvds,
+        &clearances,
+        |side| world.geometry().normal(side),
+        Extent::CONTACTS,
+    );
     let sources = Sources {
         patches: &patches,
         materials: &world.materials,

@@ -70,9 +70,10 @@ impl Figures {
     /// The page of a scene; its pictures are written beside it.
     fn figure(&self, scene: &Scene, spec: &str, device: &str, cache: &std::path::Path) -> Result<String> {
         let budget = self.reference_args.budget(DEFAULT_SECONDS);
-        let reference = Reference::find(scene, budget, cache, &self.device_args)?;
+        let mut reference = Reference::find(scene, budget, cache, &self.device_args)?;
         let preset = settings::trials(&scene.quality).swap_remove(0);
         let preset = measure(preset, scene, &reference, &self.device_args)?;
+        reference.set_scale(preset.picture.pixels.clone());
         let preset = Preset::new(preset, &reference, None)?;
         let compare = |method: &rivals::Method| {
             let outcome = rivals::compare(method, scene, &preset.setting, &reference, &self.device_args)?;

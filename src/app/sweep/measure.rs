@@ -13,8 +13,9 @@ use crate::metrics;
 use crate::renderer::{FrameReport, Layer, Renderer, Work};
 use crate::scene::Scene;
 
-/// Frames timed after a light moved; enough for a median.
+/// Frames timed after a light moved, enough for a median; none begins after so many seconds: long frames vary little.
 const LIGHT_FRAMES: usize = 3;
+const LIGHT_S: f64 = 1.0;
 /// Frames timed after the camera moved, and from scratch: they vary little, and cost more.
 const OTHER_FRAMES: usize = 1;
 
@@ -54,11 +55,13 @@ pub(super) fn measure(
     let first_frame_ms = 1e3 * start.elapsed().as_secs_f64();
 
     let mut frames = |work, count: usize| {
-        let frame = |_| {
+        let start = Instant::now();
+        let mut timed = Vec::new();
+        while timed.is_empty() || timed.len() < count && start.elapsed().as_secs_f64() < LIGHT_S {
             renderer.force(work);
-            renderer.frame()
-        };
-        (0..count).map(frame).collect::<Result<Vec<_>>>()
+            timed.push(renderer.frame()?);
+        }
+        Ok::<_, Error>(timed)
     };
     let [light, whole, view] = [
         frames(Work::Light(0), LIGHT_FRAMES)?,

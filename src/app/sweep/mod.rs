@@ -126,9 +126,9 @@ impl Sweep {
             cores: std::thread::available_parallelism().map_or(1, usize::from),
         };
         drop(context);
-        let reference =
+        let mut reference =
             Reference::find(&scene, self.reference_args.budget(DEFAULT_SECONDS), &cache, &self.device_args)?;
-        let (mut preset, others) = self.try_settings(&scene, &reference)?;
+        let (mut preset, others) = self.try_settings(&scene, &mut reference)?;
         let mut settings = vec![preset.setting.clone()];
         settings.extend(others);
         mark_pareto_front(&mut settings, &reference.facts);
@@ -159,7 +159,7 @@ impl Sweep {
     }
 
     /// The preset, and what the other settings gave. A setting that the device has no room for is left out, with a warning.
-    fn try_settings(&self, scene: &Scene, reference: &Reference) -> Result<(Preset, Vec<Setting>)> {
+    fn try_settings(&self, scene: &Scene, reference: &mut Reference) -> Result<(Preset, Vec<Setting>)> {
         let trials = settings::trials(&scene.quality);
         let count = trials.len();
         let (mut preset, mut others) = (None, Vec::new());
@@ -176,6 +176,7 @@ impl Sweep {
                         setting.error.relmse_debiased,
                     ));
                     if preset.is_none() {
+                        reference.set_scale(measured.picture.pixels.clone());
                         preset = Some(Preset::new(measured, reference, Some(&self.device_args))?);
                     } else {
                         others.push(measured.setting);

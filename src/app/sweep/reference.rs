@@ -17,6 +17,8 @@ pub(super) struct Reference {
     flip: metrics::Flip,
     halves: [Vec<[f32; 3]>; 2],
     mean: Vec<[f32; 3]>,
+    /// What errors are relative to, once it is known.
+    scale: Option<Vec<[f32; 3]>>,
     indirect: Vec<[f32; 3]>,
 }
 
@@ -61,7 +63,7 @@ impl Reference {
         let flip = metrics::Flip::new(&shown, size, metrics::PIXELS_PER_DEGREE);
         let noise_relmse = metrics::half_noise([&a, &b]);
         let facts = ReferenceFacts { method: "path tracing", spp, seconds, noise_relmse, from_cache };
-        Self { facts, flip, halves: [a, b], mean, indirect }
+        Self { facts, flip, halves: [a, b], mean, scale: None, indirect }
     }
 
     /// The mean of the halves.
@@ -69,11 +71,17 @@ impl Reference {
         &self.mean
     }
 
+    /// Errors are relative to this picture from now on: about that of the reference, and free of its noise.
+    pub(super) fn set_scale(&mut self, picture: Vec<[f32; 3]>) {
+        self.scale = Some(picture);
+    }
+
     pub(super) fn judge(&self) -> Judge<'_> {
         Judge {
             flip: &self.flip,
             halves: [&self.halves[0], &self.halves[1]],
             mean: &self.mean,
+            scale: self.scale.as_deref(),
             indirect: &self.indirect,
         }
     }

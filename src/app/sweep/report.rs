@@ -261,9 +261,9 @@ fn method(results: &Results) -> String {
     format!(
         "<h2 id=\"method\">How it was measured</h2>\n<p>relMSE is the mean over pixels and channels of (v−r)²/(r+0.01)². The reference \
          comes in two independent halves a and b; its noise, {noise}, is the mean of ((a−b)/2)²/(r+0.01)². The relMSE shown is \
-         the mean of (v−a)(v−b)/(r+0.01)², from which that noise cancels; only in the denominator it stays, and makes errors in dark \
-         places come out high (measured on the Box: by a twentieth at a noise of 7e-3, a tenth at 1.3e-2). A figure far below the noise can be \
-         negative; plots show it at a twentieth of the noise. FLIP is LDR-FLIP at 67 pixels a degree of the tone-mapped pictures, the reference's noise \
+         the mean of (v−a)(v−b)/(s+0.01)², from which that noise cancels; s is our picture at the preset, which has none: with r the noise \
+         stays in the denominator and hides what is below a quarter of it. A figure far below the noise can be \
+         negative; plots show it at a two-hundredth of the noise. FLIP is LDR-FLIP at 67 pixels a degree of the tone-mapped pictures, the reference's noise \
          included. Energy is the ratio of the pictures' sums.</p>\n"
     )
 }

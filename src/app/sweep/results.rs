@@ -57,7 +57,7 @@ pub(super) struct ReferenceFacts {
 pub(super) struct ErrorFigures {
     /// Against the mean of the reference's halves: the reference's own noise is part of it.
     pub(super) relmse: f64,
-    /// Without that noise, which can make a good picture's figure negative.
+    /// Without that noise, which can make a good picture's figure negative; relative to our picture at the preset, which has none.
     pub(super) relmse_debiased: f64,
     /// Of indirect light alone, the reference's noise included; none for a picture that holds no indirect light.
     pub(super) relmse_indirect: Option<f64>,
@@ -68,8 +68,9 @@ pub(super) struct ErrorFigures {
 }
 
 impl ErrorFigures {
-    /// Part of the reference's noise below which a debiased figure means nothing.
-    const TRUSTED: f64 = 0.05;
+    /// Part of the reference's noise below which a debiased figure means nothing: three times its scatter, √(2/values) for a picture of
+    /// 512×512 pixels.
+    const TRUSTED: f64 = 0.005;
 
     /// The error without the reference's noise, but not below what that noise allows to be told.
     pub(super) fn told(&self, reference: &ReferenceFacts) -> f64 {
@@ -189,10 +190,17 @@ pub(super) struct Judge<'a> {
     pub(super) flip: &'a metrics::Flip,
     pub(super) halves: [&'a [[f32; 3]]; 2],
     pub(super) mean: &'a [[f32; 3]],
+    /// What errors are relative to, if not to the picture itself.
+    pub(super) scale: Option<&'a [[f32; 3]]>,
     pub(super) indirect: &'a [[f32; 3]],
 }
 
 impl Judge<'_> {
+    /// Without the reference's noise.
+    pub(super) fn debiased_relmse(&self, picture: &[[f32; 3]]) -> f64 {
+        metrics::debiased_relmse_at(picture, self.halves, self.scale.unwrap_or(picture))
+    }
+
     /// The figures, and the FLIP error of each pixel. All values must be finite.
     pub(super) fn judge(
         &self,
@@ -202,7 +210,7 @@ impl Judge<'_> {
         let flip = self.flip.map(&crate::app::compare::displayed(picture, 0.0));
         let figures = ErrorFigures {
             relmse: metrics::relmse(picture, self.mean),
-            relmse_debiased: metrics::debiased_relmse(picture, self.halves),
+            relmse_debiased: self.debiased_relmse(picture),
             relmse_indirect: indirect.map(|indirect| metrics::relmse(indirect, self.indirect)),
             rmse: metrics::rmse(picture, self.mean),
             smape: metrics::smape(picture, self.mean),

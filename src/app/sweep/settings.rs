@@ -8,12 +8,38 @@ const ALONE: [f64; 3] = [0.25, 0.5, 2.0];
 /// The same for cells, which only come in powers of two.
 const CELLS_ALONE: [f64; 3] = [0.25, 0.5, 2.0];
 
-/// Factors of entry points, cells, cache points and gather rays along the front, coarse to fine; the preset itself is one of them.
-const FRONT: [[f64; 4]; 4] =
-    [[1.0 / 16.0, 0.5, 0.25, 0.25], [1.0 / 4.0, 0.5, 0.5, 0.5], [2.0, 1.0, 1.5, 1.5], [4.0, 2.0, 3.0, 3.0]];
+/// A setting along the front.
+struct Step {
+    /// Of entry points, cells, cache points and gather rays.
+    factors: [f64; 4],
+    /// Rounds of gathering in gaps and shadows, if the preset has fewer.
+    gap_rounds: u32,
+    /// Samples of pixels at edges, if the preset has fewer.
+    edge_samples: u32,
+}
 
-/// Rounds of narrow gaps at the front's fine end.
-const GAP_ROUNDS: u32 = 8;
+impl Step {
+    const fn new(factors: [f64; 4], gap_rounds: u32, edge_samples: u32) -> Self {
+        Self { factors, gap_rounds, edge_samples }
+    }
+
+    fn of(&self, preset: &Quality) -> Quality {
+        Quality {
+            gap_rounds: preset.gap_rounds.max(self.gap_rounds),
+            edge_samples: preset.edge_samples.max(self.edge_samples),
+            ..scaled(preset, self.factors)
+        }
+    }
+}
+
+/// From coarse to fine; the preset itself is one of them. Where paths and cells grow finer, light that stays in narrow gaps and shadows
+/// is what is left, and in the end edges.
+const FRONT: [Step; 4] = [
+    Step::new([1.0 / 16.0, 0.5, 0.25, 0.25], 0, 0),
+    Step::new([1.0 / 4.0, 0.5, 0.5, 0.5], 0, 0),
+    Step::new([2.0, 1.0, 1.5, 1.5], 1, 0),
+    Step::new([4.0, 2.0, 3.0, 3.0], 4, 64),
+];
 
 /// Series of the preset itself.
 pub(super) const PRESET: &str = "preset";
@@ -33,8 +59,7 @@ pub(super) struct Trial {
 /// The preset, then each quantity alone, then the front; settings that come out alike are tried once.
 pub(super) fn trials(preset: &Quality) -> Vec<Trial> {
     let mut trials = vec![Trial { series: PRESET, factor: 1.0, quality: preset.clone() }];
-    let mut add = |series, factor, factors: [f64; 4]| {
-        let quality = scaled(preset, factors);
+    let mut add = |series, factor, quality: Quality| {
         if trials.iter().all(|trial| trial.quality != quality) {
             trials.push(Trial { series, factor, quality });
         }
@@ -43,11 +68,11 @@ pub(super) fn trials(preset: &Quality) -> Vec<Trial> {
         for factor in if series == "cells" { CELLS_ALONE } else { ALONE } {
             let mut factors = [1.0; 4];
             factors[index] = factor;
-            add(series, factor, factors);
+            add(series, factor, scaled(preset, factors));
         }
     }
-    for factors in FRONT {
-        add(FRONT_SERIES, factors[0], factors);
+    for step in FRONT {
+        add(FRONT_SERIES, step.factors[0], step.of(preset));
     }
     trials
 }
@@ -63,8 +88,6 @@ fn scaled(preset: &Quality, [entry_points, cells, cache_points, gather_rays]: [f
         cells: scale(preset.cells, cells, 8, 256).next_power_of_two(),
         cache_points: scale(preset.cache_points, cache_points, 1, 1_000_000),
         gather_rays: 4 * rings * rings,
-        // In finer cells and among many paths what is left is the light in narrow gaps.
-        gap_rounds: if entry_points > 2.0 && cells > 1.0 { GAP_ROUNDS } else { preset.gap_rounds },
         ..preset.clone()
     }
 }
@@ -78,6 +101,7 @@ pub(super) fn arguments(quality: &Quality) -> String {
         ("cache_points", quality.cache_points, preset.cache_points),
         ("gather_rays", quality.gather_rays, preset.gather_rays),
         ("gap_rounds", quality.gap_rounds, preset.gap_rounds),
+        ("edge_samples", quality.edge_samples, preset.edge_samples),
         ("seed", quality.seed, preset.seed),
     ];
     let changed = pairs.into_iter().filter(|(_, value, preset)| value != preset);
@@ -125,6 +149,25 @@ mod tests {
                 assert!((0..4).all(|other| changed[other] == (other == index)), "{trial:?}");
             }
         }
+    }
+
+    #[test]
+    fn the_front_grows_in_everything_and_ends_where_gaps_and_edges_are_resolved() {
+        for name in Quality::PRESETS {
+            let preset = Quality::preset(name).unwrap();
+            let mut front = FRONT.map(|step| step.of(&preset)).to_vec();
+            front.insert(2, preset);
+            let numbers = |q: &Quality| {
+                [q.entry_points, q.cells, q.cache_points, q.gather_rays, q.gap_rounds, q.edge_samples]
+            };
+            for pair in front.windows(2) {
+                assert!(numbers(&pair[0]).iter().zip(numbers(&pair[1])).all(|(a, b)| *a <= b), "{pair:?}");
+            }
+            assert_eq!((front[4].gap_rounds, front[4].edge_samples), (4, 64));
+            assert!(arguments(&front[4]).contains(" --set quality.gap_rounds=4"));
+        }
+        let end = arguments(&FRONT[3].of(&Quality::PAPER));
+        assert!(end.ends_with(" --set quality.edge_samples=64"), "{end}");
     }
 
     #[test]

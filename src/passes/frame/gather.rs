@@ -81,7 +81,8 @@ impl Gather {
         shines: bool,
     ) -> Result<Self> {
         let [rings, sectors] = hemisphere.constants();
-        let constants = [rings, sectors, ("SHINES", u32::from(shines)), has_textures(rays.has_colours)];
+        let shines = ("SHINES", u32::from(shines));
+        let constants = [rings, sectors, shines, has_textures(rays.has_colours), context.waiting_group()];
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &constants)?,
             point_count,

@@ -57,7 +57,8 @@ impl Surveyor {
     const LIMIT: u32 = 1 << 15;
 
     pub(super) fn new(context: &Arc<Context>, scene_size: f32, seed: u32) -> Result<Self> {
-        let constants = Hemisphere::new(CLEARANCE_RAYS).constants();
+        let [rings, sectors] = Hemisphere::new(CLEARANCE_RAYS).constants();
+        let constants = [rings, sectors, context.waiting_group()];
         Ok(Self {
             context: context.clone(),
             pipeline: Pipeline::new(context, STEM, &constants)?,

@@ -104,8 +104,7 @@ pub fn build(
 ) -> Result<(ViewTables, GatherCode)> {
     let mut tables = ViewTables { first_parts: vec![0], ..ViewTables::default() };
     let mut cells = Cells::new(sources.hvds, sources.surfaces, sources.clear_distance);
-    let mut rows = table.read()?;
-    let readers = readers(&sources, &cells, &rows, code);
+    let readers = readers(&sources, &cells, table, code)?;
     let runs: Vec<&[(u64, u32)]> = readers.chunk_by(|a, b| a.0 == b.0).collect();
 
     progress.stage("occlusion", runs.len() as u64);
@@ -147,14 +146,20 @@ pub fn build(
     let clusters = sources.hvds.cluster_count();
     let packed = GatherCode::new(clusters + tables.count(), sources.materials.len(), code.least_distance)?;
     let mask = (1 << code.cluster_bits) - 1;
-    for row in rows.iter_mut().filter(|row| row.target != NO_TARGET) {
-        row.target = row.target & mask | row.target >> code.cluster_bits << packed.cluster_bits;
-    }
-    for (ray, view) in redirected {
-        let target = &mut rows[ray as usize].target;
-        *target = *target >> packed.cluster_bits << packed.cluster_bits | (clusters + view);
-    }
-    table.write(&rows)?;
+    redirected.sort_unstable();
+    let mut redirected = redirected.as_slice();
+    table.revise(1, |first, rays| {
+        for ray in rays.iter_mut().filter(|ray| ray.target != NO_TARGET) {
+            ray.target = ray.target & mask | ray.target >> code.cluster_bits << packed.cluster_bits;
+        }
+        let of_piece = redirected.partition_point(|&(ray, _)| (ray as usize) < first + rays.len());
+        let (here, others) = redirected.split_at(of_piece);
+        for &(ray, view) in here {
+            let target = &mut rays[ray as usize - first].target;
+            *target = *target >> packed.cluster_bits << packed.cluster_bits | (clusters + view);
+        }
+        redirected = others;
+    })?;
     Ok((tables, packed))
 }
 
@@ -162,9 +167,9 @@ pub fn build(
 fn readers(
     sources: &Sources<'_>,
     cells: &Cells<'_>,
-    rows: &[GatherRay],
+    table: &RayTable,
     code: GatherCode,
-) -> Vec<(u64, u32)> {
+) -> Result<Vec<(u64, u32)>> {
     let base = sources.hvds.levels[0].end;
     let directions = sources.ray_directions();
     let cluster_of = |row: &GatherRay| {
@@ -176,26 +181,31 @@ fn readers(
         (!material.may_shine()).then_some(cluster)
     };
     let mut is_read = vec![false; sources.hvds.cluster_count() as usize];
-    rows.iter().filter_map(cluster_of).for_each(|cluster| is_read[cluster as usize] = true);
+    table.scan(1, |_, rays| {
+        rays.iter().filter_map(cluster_of).for_each(|cluster| is_read[cluster as usize] = true);
+    })?;
     let hidings = shares::each(is_read.len(), |cluster| match is_read[cluster] {
         true => cells.hiding(cluster as u32),
         false => Hiding::Nothing,
     });
-    let mut readers = shares::in_shares(rows.len(), |share| {
-        let read = share.filter_map(|ray| {
-            let cluster = cluster_of(&rows[ray])?;
-            let hiding = &hidings[cluster as usize];
-            if matches!(hiding, Hiding::Nothing) {
-                return None;
-            }
-            let back = directions.back(ray);
-            let pair = u64::from(cluster) << 32 | u64::from(sources.directions.bin(back));
-            hiding.is_possible_along(back).then_some((pair, ray as u32))
-        });
-        read.collect()
-    });
+    let mut readers = Vec::new();
+    table.scan(1, |first, rays| {
+        readers.extend(shares::in_shares(rays.len(), |share| {
+            let read = share.filter_map(|index| {
+                let (cluster, ray) = (cluster_of(&rays[index])?, first + index);
+                let hiding = &hidings[cluster as usize];
+                if matches!(hiding, Hiding::Nothing) {
+                    return None;
+                }
+                let back = directions.back(ray);
+                let pair = u64::from(cluster) << 32 | u64::from(sources.directions.bin(back));
+                hiding.is_possible_along(back).then_some((pair, ray as u32))
+            });
+            read.collect()
+        }));
+    })?;
     readers.sort_unstable();
-    readers
+    Ok(readers)
 }
 
 /// A pair before it is measured.

@@ -52,6 +52,9 @@ pub const STEM: &str = "gather_rays";
 /// Entry points that a cluster must hold, in expectation, before a gather ray reads it: fewer make fireflies.
 pub const LEAST_ENTRY_POINTS: f32 = 8.0;
 
+/// Rays that the host looks at together, at most, unless a row has more.
+const PIECE_RAYS: usize = 1 << 20;
+
 /// The stratification of a gather hemisphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hemisphere {
@@ -181,6 +184,47 @@ impl RayTable {
         self.buffers.iter().chain(&self.colours).map(Buffer::bytes).sum()
     }
 
+    /// Shows all rays in order, some rows of `row` rays at a time, with the number of the first: the whole table may be large.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn scan(&self, row: u32, mut look: impl FnMut(usize, &[GatherRay])) -> Result<()> {
+        self.pieces(row, |first, _, rays| {
+            look(first, rays);
+            Ok(())
+        })
+    }
+
+    /// Lets all rays be changed in order, some rows of `row` rays at a time, with the number of the first.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn revise(&self, row: u32, mut change: impl FnMut(usize, &mut [GatherRay])) -> Result<()> {
+        self.pieces(row, |first, (buffer, place), rays| {
+            change(first, rays);
+            buffer.write_range(place, rays)
+        })
+    }
+
+    /// Reads piece by piece; `visit` is told the number of the first ray and where it stands.
+    fn pieces(
+        &self,
+        row: u32,
+        mut visit: impl FnMut(usize, (&Buffer, usize), &mut [GatherRay]) -> Result<()>,
+    ) -> Result<()> {
+        let piece = (PIECE_RAYS / row as usize).max(1) * row as usize;
+        let mut before = 0;
+        for buffer in &self.buffers {
+            let count = buffer.bytes() as usize / size_of::<GatherRay>();
+            for place in (0..count).step_by(piece) {
+                let mut rays = buffer.read_range(place, piece.min(count - place))?;
+                visit(before + place, (buffer, place), &mut rays)?;
+            }
+            before += count;
+        }
+        Ok(())
+    }
+
     /// Replaces all rows.
     ///
     /// # Errors
@@ -221,7 +265,8 @@ pub fn trace(
     progress: &mut dyn Progress,
 ) -> Result<RayTable> {
     let [rings, sectors] = hemisphere.constants();
-    let pipeline = Pipeline::new(context, STEM, &[rings, sectors, scene.textures.constant()])?;
+    let constants = [rings, sectors, scene.textures.constant(), context.waiting_group()];
+    let pipeline = Pipeline::new(context, STEM, &constants)?;
     let table = RayTable::new(context, scene, point_count, hemisphere)?;
     progress.stage("gather rays", u64::from(point_count));
     let mut chunks = Chunks::new(64, point_count.max(1));

@@ -8,10 +8,27 @@ use crate::scene::hvds::Hvds;
 use crate::types::CachePoint;
 use glam::Vec3;
 
-/// Levels of the hierarchy, from the finest, whose clusters are small enough.
-const LEVELS: usize = 2;
-/// Clearance up to which surfaces count as close, in base cells.
-const CLOSE: f32 = 3.0;
+/// Which clusters take their light from the records beside them.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// Levels of the hierarchy, from the finest, whose clusters are small enough.
+    pub levels: usize,
+    /// Clearance up to which surfaces count as close, in base cells.
+    pub close: f32,
+}
+
+impl Extent {
+    /// Where light varies within what path vertices resolve.
+    pub const CONTACTS: Self = Self { levels: 2, close: 3.0 };
+    /// Also where the same few path vertices light all that lies in the shadow of something.
+    pub const SHADOWS: Self = Self { levels: 4, close: 12.0 };
+
+    /// Behind the last cluster of its levels.
+    pub fn end(self, hvds: &Hvds) -> usize {
+        hvds.levels[self.levels.min(hvds.levels.len()) - 1].end as usize
+    }
+}
+
 /// How far a record may be, in its validity radii.
 const REACH: f32 = 1.5;
 /// Cosine of how far its normal may lean from the cluster's.
@@ -46,9 +63,9 @@ impl Patch {
     };
 }
 
-/// The clusters of the finest levels, in order. `clearances` of the pieces, metres; `normal` of a side.
-pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3) -> Vec<Patch> {
-    let end = hvds.levels[LEVELS.min(hvds.levels.len()) - 1].end as usize;
+/// The clusters of the extent's levels, in order. `clearances` of the pieces, metres; `normal` of a side.
+pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3, extent: Extent) -> Vec<Patch> {
+    let end = extent.end(hvds);
     let mut patches = vec![Patch { clearance: 0.0, ..Patch::EMPTY }; end];
     let mut areas = vec![0.0; end];
     for (piece, &clearance) in hvds.pieces.iter().zip(clearances) {
@@ -80,26 +97,31 @@ pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3) ->
     patches.into_iter().zip(areas).map(mean).collect()
 }
 
+/// How far a record speaks, metres.
+pub(super) fn record_reach(point: &CachePoint) -> f32 {
+    REACH * point.radius
+}
+
 /// Whether a record speaks for a place on a cluster.
 pub(super) fn fits(point: &CachePoint, place: Vec3, patch: &Patch) -> bool {
     let apart = place - point.position;
     (point.side % 2 == 1) == patch.is_back
-        && apart.length() <= REACH * point.radius
+        && apart.length() <= record_reach(point)
         && point.normal.dot(patch.normal) >= LEAN
         && apart.dot(point.wall) <= 1.0
 }
 
 /// Finds the near ones among those clusters. `cell_size` of the base cells, metres.
-pub fn find(patches: &[Patch], cell_size: f32, points: &[Placed]) -> Vec<NearCluster> {
+pub fn find(patches: &[Patch], extent: Extent, cell_size: f32, points: &[Placed]) -> Vec<NearCluster> {
     if points.is_empty() {
         return Vec::new();
     }
     let places: Vec<(Vec3, f32)> =
-        points.iter().map(|placed| (placed.point.position, REACH * placed.point.radius)).collect();
+        points.iter().map(|placed| (placed.point.position, record_reach(&placed.point))).collect();
     let map = Reaches::of(&places);
     let beside = |cluster: usize| {
         let patch = &patches[cluster];
-        if patch.clearance > CLOSE * cell_size {
+        if patch.clearance > extent.close * cell_size {
             return None;
         }
         let mut best = (f32::INFINITY, 0);

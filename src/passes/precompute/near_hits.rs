@@ -5,17 +5,21 @@
 
 use super::coverage::Placed;
 use super::gather_rays::{GatherCode, Hemisphere, RayTable};
-use super::near_clusters::{Patch, fits};
+use super::near_clusters::{Patch, fits, record_reach};
+use super::reaches::Reaches;
+use super::shares;
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::Result;
 use crate::passes::frame::near_field::NearCluster;
 use crate::scene::Material;
 use crate::types::{GatherRay, NO_TARGET};
-use glam::{IVec3, Vec3};
-use std::collections::HashMap;
+use glam::Vec3;
 
-/// Cells that records are looked up in, in units of the smallest validity radius.
-const CELL: f32 = 2.0;
+/// How far the record of a place may be, in units of the smallest validity radius.
+const FARTHEST: f32 = 2.0;
+
+/// Cache points whose rays one thread looks at together.
+const SHARE: usize = 64;
 
 /// What entries are made from.
 #[derive(Clone, Copy)]
@@ -51,7 +55,9 @@ struct Reader {
 pub struct NearHits {
     /// Cluster, record and place of each; its target counts from the first entry.
     pub entries: Vec<NearCluster>,
+    /// In the order of the cache points.
     readers: Vec<Reader>,
+    rays_per_point: u32,
 }
 
 impl NearHits {
@@ -60,21 +66,38 @@ impl NearHits {
     /// # Errors
     /// The device failed.
     pub fn find(sources: Sources<'_>, table: &RayTable, code: GatherCode) -> Result<Self> {
-        let mut found = Self::default();
+        let per_point = sources.hemisphere.rays() as usize;
+        let mut found = Self { rays_per_point: sources.hemisphere.rays(), ..Self::default() };
         if sources.near_count == 0 || sources.least_radius <= 0.0 {
             return Ok(found);
         }
-        let mut rows = table.read()?;
-        let records = Records::new(sources.points, CELL * sources.least_radius);
-        let strata = Strata { rings: sources.hemisphere.rings, sectors: sources.hemisphere.sectors };
-        let per_point = strata.rays() as usize;
-        for (index, row) in (0..sources.near_count).zip(rows.chunks_exact_mut(per_point)) {
-            found.add(&sources, &records, strata, index, row, code);
-        }
-        if !found.readers.is_empty() {
-            table.write(&rows)?;
-        }
+        let records = Records::new(sources.points, FARTHEST * sources.least_radius);
+        table.revise(per_point as u32, |first, rays| {
+            let points = first / per_point..(first + rays.len()) / per_point;
+            let points = points.start..points.end.min(sources.near_count as usize).max(points.start);
+            let parts = shares::in_shares_of(SHARE, points.len(), |share| {
+                let mut part = Self::default();
+                for row in share {
+                    let row_rays = &rays[row * per_point..(row + 1) * per_point];
+                    part.add(&sources, &records, (points.start + row) as u32, row_rays, code);
+                }
+                vec![part]
+            });
+            for part in parts {
+                part.readers.iter().for_each(|reader| rays[reader.ray as usize - first].target = NO_TARGET);
+                found.append(part);
+            }
+        })?;
         Ok(found)
+    }
+
+    /// Adds what was found of later cache points.
+    fn append(&mut self, part: Self) {
+        let before = self.entries.len() as u32;
+        let moved = |entry: NearCluster| NearCluster { target: before + entry.target, ..entry };
+        self.entries.extend(part.entries.into_iter().map(moved));
+        let moved = |reader: Reader| Reader { entry: before + reader.entry, ..reader };
+        self.readers.extend(part.readers.into_iter().map(moved));
     }
 
     /// The entries of a cache point.
@@ -82,13 +105,13 @@ impl NearHits {
         &mut self,
         sources: &Sources<'_>,
         records: &Records<'_>,
-        strata: Strata,
         index: u32,
-        row: &mut [GatherRay],
+        row: &[GatherRay],
         code: GatherCode,
     ) {
         let point = &sources.points[index as usize].point;
         let (frame, mask) = (frame(point.normal), (1 << code.cluster_bits) - 1);
+        let strata = Strata { rings: sources.hemisphere.rings, sectors: sources.hemisphere.sectors };
         let mut hits: Vec<(u32, u32, Vec3)> = Vec::new();
         for (ray, found) in (0..).zip(row.iter()).filter(|(_, found)| found.target != NO_TARGET) {
             let cluster = found.target & mask;
@@ -104,7 +127,7 @@ impl NearHits {
             let place = point.position + distance.clamp(0.0, 2.0 * sources.reach) * direction;
             hits.push((cluster, ray, place.clamp(patch.low, patch.high)));
         }
-        hits.sort_by_key(|hit| (hit.0, hit.1));
+        hits.sort_unstable_by_key(|hit| (hit.0, hit.1));
         for run in hits.chunk_by(|a, b| a.0 == b.0) {
             let cluster = run[0].0;
             let middle = run.iter().map(|hit| hit.2).sum::<Vec3>() / run.len() as f32;
@@ -112,16 +135,11 @@ impl NearHits {
             let entry = self.entries.len() as u32;
             let offset = middle - sources.points[record as usize].point.position;
             self.entries.push(NearCluster { cluster, record, offset, target: entry });
-            for &(_, ray, _) in run {
-                let target = &mut row[ray as usize].target;
-                let reader = Reader {
-                    ray: index * strata.rays() + ray,
-                    entry,
-                    material: *target >> code.cluster_bits,
-                };
-                self.readers.push(reader);
-                *target = NO_TARGET;
-            }
+            self.readers.extend(run.iter().map(|&(_, ray, _)| Reader {
+                ray: index * strata.rays() + ray,
+                entry,
+                material: row[ray as usize].target >> code.cluster_bits,
+            }));
         }
     }
 
@@ -151,16 +169,21 @@ impl NearHits {
             return Ok(code);
         }
         let packed = GatherCode::new(taken + self.entries.len() as u32, materials, code.least_distance)?;
-        let mut rows = table.read()?;
         let mask = (1 << code.cluster_bits) - 1;
-        for row in rows.iter_mut().filter(|row| row.target != NO_TARGET) {
-            row.target = row.target & mask | row.target >> code.cluster_bits << packed.cluster_bits;
-        }
-        for reader in &self.readers {
-            rows[reader.ray as usize].target =
-                (taken + reader.entry) | reader.material << packed.cluster_bits;
-        }
-        table.write(&rows)?;
+        let mut readers = self.readers.as_slice();
+        table.revise(self.rays_per_point, |first, rays| {
+            for ray in rays.iter_mut().filter(|ray| ray.target != NO_TARGET) {
+                ray.target = ray.target & mask | ray.target >> code.cluster_bits << packed.cluster_bits;
+            }
+            // Readers stand point by point, and pieces of the table end with points.
+            let of_piece = readers.partition_point(|reader| (reader.ray as usize) < first + rays.len());
+            let (here, others) = readers.split_at(of_piece);
+            for reader in here {
+                rays[reader.ray as usize - first].target =
+                    (taken + reader.entry) | reader.material << packed.cluster_bits;
+            }
+            readers = others;
+        })?;
         self.entries.iter_mut().for_each(|entry| entry.target += taken);
         self.readers = Vec::new();
         Ok(packed)
@@ -170,38 +193,30 @@ impl NearHits {
 /// Cache points by position.
 struct Records<'a> {
     points: &'a [Placed],
-    cell: f32,
-    cells: HashMap<IVec3, Vec<u32>>,
+    /// Metres.
+    farthest: f32,
+    map: Reaches,
 }
 
 impl<'a> Records<'a> {
-    fn new(points: &'a [Placed], cell: f32) -> Self {
-        let mut records = Self { points, cell, cells: HashMap::new() };
-        for (index, placed) in points.iter().enumerate() {
-            let cell = records.cell_of(placed.point.position);
-            records.cells.entry(cell).or_default().push(index as u32);
-        }
-        records
+    /// They speak for places less than `farthest` away, metres.
+    fn new(points: &'a [Placed], farthest: f32) -> Self {
+        let reach = |placed: &Placed| (placed.point.position, record_reach(&placed.point).min(farthest));
+        let map = Reaches::of(&points.iter().map(reach).collect::<Vec<_>>());
+        Self { points, farthest, map }
     }
 
-    fn cell_of(&self, position: Vec3) -> IVec3 {
-        (position / self.cell).floor().as_ivec3()
-    }
-
-    /// The nearest record within a cell's width that speaks for that place on a cluster.
+    /// The nearest record that speaks for that place on a cluster.
     fn nearest(&self, place: Vec3, patch: &Patch) -> Option<u32> {
-        let centre = self.cell_of(place);
-        let mut best = (self.cell, None);
-        for offset in 0..27 {
-            let step = IVec3::new(offset % 3, offset / 3 % 3, offset / 9) - 1;
-            for &index in self.cells.get(&(centre + step)).into_iter().flatten() {
-                let point = &self.points[index as usize].point;
-                let distance = point.position.distance(place);
-                if distance < best.0 && fits(point, place, patch) {
-                    best = (distance, Some(index));
-                }
+        let mut best = (self.farthest, 0);
+        self.map.any(place, |index| {
+            let point = &self.points[index as usize].point;
+            let found = (point.position.distance(place), index);
+            if found < best && fits(point, place, patch) {
+                best = found;
             }
-        }
-        best.1
+            false
+        });
+        (best.0 < self.farthest).then_some(best.1)
     }
 }

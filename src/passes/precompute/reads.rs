@@ -40,9 +40,11 @@ impl Reads {
         let count = hvds.cluster_count() as usize;
         let view_count = views.map_or(0, |views| views.count() as usize);
         let mut is_read = vec![false; count + view_count + near_parts.len()];
-        for ray in rays.read()?.iter().filter(|ray| ray.target != NO_TARGET) {
-            is_read[(ray.target & ((1 << code.cluster_bits) - 1)) as usize] = true;
-        }
+        rays.scan(1, |_, rays| {
+            for ray in rays.iter().filter(|ray| ray.target != NO_TARGET) {
+                is_read[(ray.target & ((1 << code.cluster_bits) - 1)) as usize] = true;
+            }
+        })?;
         let mut irradiance = is_read;
         let read_views = irradiance.split_off(count);
         if let Some(views) = views {

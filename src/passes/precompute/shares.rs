@@ -8,7 +8,16 @@ const SHARE: usize = 2048;
 
 /// Calls `work` for shares of `0..count`, and puts what they return in the order of the shares.
 pub(super) fn in_shares<T: Send>(count: usize, work: impl Fn(Range<usize>) -> Vec<T> + Sync) -> Vec<T> {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(count.div_ceil(SHARE));
+    in_shares_of(SHARE, count, work)
+}
+
+/// The same with so many items to a share, where each of them is much work.
+pub(super) fn in_shares_of<T: Send>(
+    share_size: usize,
+    count: usize,
+    work: impl Fn(Range<usize>) -> Vec<T> + Sync,
+) -> Vec<T> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(count.div_ceil(share_size));
     if threads <= 1 {
         return work(0..count);
     }
@@ -17,11 +26,11 @@ pub(super) fn in_shares<T: Send>(count: usize, work: impl Fn(Range<usize>) -> Ve
         let mut done = Vec::new();
         loop {
             let share = next.fetch_add(1, Ordering::Relaxed);
-            let first = share * SHARE;
+            let first = share * share_size;
             if first >= count {
                 return done;
             }
-            done.push((share, work(first..count.min(first + SHARE))));
+            done.push((share, work(first..count.min(first + share_size))));
         }
     };
     let mut shares: Vec<(usize, Vec<T>)> = std::thread::scope(|scope| {

@@ -3,6 +3,7 @@
 use super::Statistics;
 use super::resolution::{blurred, outgoing_directions, undersampled};
 use crate::cpu::math::clear_distance;
+use crate::cpu::records::Tolerance;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::near_field::NearCluster;
@@ -14,16 +15,18 @@ use crate::passes::precompute::gloss::{self, GlossTables};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
 use crate::passes::precompute::{
-    Progress, light_paths, narrow_gaps,
+    Progress, concession, light_paths, narrow_gaps,
     near_clusters::{self, Extent},
     near_hits::{self, NearHits},
+    open_shares,
     rays::Rays,
     sides,
 };
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::directions::Directions;
-use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, surfaces};
+use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces};
 use crate::types::{CachePoint, PathVertex, Surface};
+use glam::Vec3;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -56,6 +59,8 @@ pub(super) struct Precomputed {
     pub(super) area_m2: f32,
     pub(super) paths: LightPaths,
     pub(super) point_count: u32,
+    /// How far from its own a point may lie that a record speaks for.
+    pub(super) tolerance: Tolerance,
     pub(super) cache_points: Buffer,
     pub(super) neighbourhoods: Neighbourhoods,
     pub(super) rays: RayTable,
@@ -111,29 +116,32 @@ pub(super) fn precompute(
     watch.lap("acceleration structure");
 
     progress.stage("surfaces", 1);
-    let (buffers, surfaces) = reachable_surfaces(context, scene, &bvh)?;
+    let solids = Solids::new(&scene.triangles, &scene.eyes());
+    let (buffers, surfaces) = reachable_surfaces(context, scene, &solids, &bvh)?;
     watch.lap("surfaces");
 
     progress.stage("cells", 1);
     let (low, high) = scene.bounds();
+    let (scene_size, seed) = ((high - low).length(), quality.seed);
+    let triangles = &scene.triangles;
     let has_gaps = quality.gap_rounds > 0;
+    let rays = Rays::new(context)?;
     let build = |cells| {
         let build = if has_gaps { Hvds::build_split } else { Hvds::build };
-        build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells)
+        let mut hvds = build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells);
+        let geometry = Geometry { triangles, surfaces: &surfaces, hvds: &hvds, scene_size };
+        let clear_distance = clear_distance(&bvh.nodes[0]);
+        let open = open_shares::open_shares(&geometry, &solids, (&rays, &buffers), clear_distance, seed)?;
+        hvds.leave_out_buried(&open);
+        Ok::<_, Error>(hvds)
     };
-    let cells = build(quality.cells);
+    let cells = build(quality.cells)?;
     let finest = (REFINED * quality.cells).min(FINEST);
-    let mut hvds = build(finest);
-    let gaps = narrow_gaps::find(&Rays::new(context)?, &buffers, &scene.lights)?;
+    let mut hvds = build(finest)?;
+    let gaps = narrow_gaps::find(&rays, &buffers, &scene.lights)?;
     watch.lap("cells");
 
-    let seed = quality.seed;
-    let geometry = Geometry {
-        triangles: &scene.triangles,
-        surfaces: &surfaces,
-        hvds: &cells,
-        scene_size: (high - low).length(),
-    };
+    let geometry = Geometry { triangles: &scene.triangles, surfaces: &surfaces, hvds: &cells, scene_size };
     let survey = Survey::new(context, &buffers, &geometry, seed, progress)?;
     watch.lap("clearances");
 
@@ -176,11 +184,12 @@ pub(super) fn precompute(
         seed,
         progress,
     )?;
-    hvds.leave_out(&paths.buried);
     watch.lap("light paths");
 
+    let cameras: Vec<Vec3> = scene.cameras.iter().map(|camera| camera.position).collect();
+    let seen = || concession::seen_from(&cameras, (&rays, &buffers), geometry.hvds, &surfaces);
     let mut placement =
-        cache_points::place(&survey, &buffers, &geometry, quality.cache_points, seed, progress)?;
+        cache_points::place(&survey, &buffers, &geometry, quality.cache_points, seed, seen, progress)?;
     entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
     // Points that see near clusters come first, and among them those in narrow gaps.
     let within = |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size;
@@ -304,6 +313,7 @@ pub(super) fn precompute(
         area_m2,
         paths,
         point_count,
+        tolerance: placement.tolerance,
         cache_points,
         neighbourhoods,
         rays,
@@ -324,6 +334,7 @@ pub(super) fn precompute(
 fn reachable_surfaces(
     context: &Arc<Context>,
     scene: &Scene,
+    solids: &Solids,
     bvh: &Bvh,
 ) -> Result<(SceneBuffers, Vec<Surface>)> {
     let sees = surfaces::sides_that_see_something(&scene.triangles);
@@ -339,7 +350,14 @@ fn reachable_surfaces(
         &scene.materials,
     )?;
     let clear_distance = clear_distance(&bvh.nodes[0]);
-    sides::deactivate_unreachable(&Rays::new(context)?, &buffers, scene, clear_distance, &mut surfaces)?;
+    sides::deactivate_unreachable(
+        &Rays::new(context)?,
+        &buffers,
+        scene,
+        solids,
+        clear_distance,
+        &mut surfaces,
+    )?;
     buffers.surfaces.write(&surfaces)?;
     if surfaces.is_empty() {
         return Err(Error::Usage("the scene has no triangle".into()));

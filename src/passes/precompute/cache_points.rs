@@ -6,11 +6,14 @@
 //! no record serves them. Radii are clamped in world space, because the camera moves, and by the neighbourhood's
 //! clearance, so that no record reaches over what its own rays missed. [Krivanek 2006]
 
-use super::budget::{COVERED, Demand, RADIUS_RANGE, spread};
+use super::budget::{COVERED, Demand, RADIUS_RANGE, flat_length, spread};
 use super::clearance::{Clearance, Surveyor};
+use super::concession::Concession;
 pub use super::coverage::Placed;
 use super::coverage::{Neighbourhood, Records};
+use super::piece_points::{plane_sequence, point_in_polygon};
 use super::{Progress, shares};
+use crate::cpu::records::Tolerance;
 use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::gpu::Context;
@@ -47,6 +50,8 @@ pub struct Placement {
     pub candidates: u64,
     /// The budget sufficed: all but a tiny share of the surface has a record.
     pub is_covering: bool,
+    /// How far from its own a point may lie that a record speaks for.
+    pub tolerance: Tolerance,
 }
 
 /// How far away other surfaces are, all over the active sides: a sample a piece, or some where there are many.
@@ -103,7 +108,8 @@ fn surveyed(pieces: &[Piece], base_clusters: usize) -> Vec<usize> {
     (0..pieces.len()).filter(is_taken).collect()
 }
 
-/// Places at most `budget` cache points on the pieces of the active sides.
+/// Places at most `budget` cache points on the pieces of the active sides. Where that is far too few for what bends, `seen` is asked which of
+/// the base clusters the scene's cameras see.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -113,6 +119,7 @@ pub fn place(
     geometry: &Geometry<'_>,
     budget: u32,
     seed: u32,
+    seen: impl FnOnce() -> Result<Vec<bool>>,
     progress: &mut dyn Progress,
 ) -> Result<Placement> {
     if budget == 0 {
@@ -121,22 +128,42 @@ pub fn place(
             least_radius: geometry.scene_size,
             candidates: 0,
             is_covering: true,
+            tolerance: Tolerance::VALID,
         });
     }
     let Survey { surveyor, samples, clearances } = survey;
     let neighbourhood = &Neighbourhood::new(&geometry.hvds.grid, samples, clearances);
-    let demands = &Demand::of_pieces(geometry, &survey.clearances_of(geometry, geometry.hvds));
-    let [mut unit, largest] = spread(demands, geometry.scene_size, budget);
-    if demands.iter().map(|demand| demand.records(largest)).sum::<f64>() > HOPELESS * f64::from(budget) {
-        unit = largest;
+    let mut demands = Demand::of_pieces(geometry, &survey.clearances_of(geometry, geometry.hvds));
+    let [mut unit, mut largest] = spread(&demands, geometry.scene_size, budget);
+    let mut concession = Concession::none();
+    let expected: f64 = demands.iter().map(|demand| demand.records(largest)).sum();
+    if expected > HOPELESS * f64::from(budget) {
+        concession = Concession::new(seen()?);
+        for (demand, piece) in demands.iter_mut().zip(&geometry.hvds.pieces) {
+            demand.concede(concession.scale(piece.cluster));
+        }
+        unit = flat_length(&demands, geometry.scene_size, budget);
+        largest = unit;
     }
+    let (demands, concession) = (&demands, &concession);
     let mut step = 1.1;
     let mut known = HashMap::new();
     loop {
         let is_last = unit >= largest;
-        let mut records = Records::new(&geometry.hvds.grid, RADIUS_RANGE[1] * unit);
-        let attempt =
-            Attempt { buffers, geometry, surveyor, neighbourhood, demands, unit, is_last, budget, seed };
+        let most = concession.largest_scale() * RADIUS_RANGE[1] * unit;
+        let mut records = Records::new(&geometry.hvds.grid, most, concession.tolerance());
+        let attempt = Attempt {
+            buffers,
+            geometry,
+            surveyor,
+            neighbourhood,
+            demands,
+            concession,
+            unit,
+            is_last,
+            budget,
+            seed,
+        };
         let placement = attempt.run(&mut records, &mut known, progress)?;
         if placement.is_covering || is_last {
             return Ok(placement);
@@ -161,7 +188,7 @@ pub struct Geometry<'a> {
 
 impl Geometry<'_> {
     /// Candidate number `index` of a piece: uniform over it, low-discrepancy in `index`. The radius is left at zero.
-    fn draw(&self, piece: usize, index: u32, seed: u32) -> CachePoint {
+    pub(super) fn draw(&self, piece: usize, index: u32, seed: u32) -> CachePoint {
         let Piece { side, corners, .. } = &self.hvds.pieces[piece];
         let u = plane_sequence(index, hash(piece as u32 ^ hash(seed)));
         let corner_mean = self.triangles[*side as usize / 2].positions.iter().sum::<Vec3>() / 3.0;
@@ -215,6 +242,7 @@ struct Attempt<'a> {
     surveyor: &'a Surveyor,
     neighbourhood: &'a Neighbourhood<'a>,
     demands: &'a [Demand],
+    concession: &'a Concession,
     unit: f64,
     /// There will be no other.
     is_last: bool,
@@ -262,6 +290,7 @@ impl Attempt<'_> {
             least_radius: (RADIUS_RANGE[0] * self.unit) as f32,
             candidates: looked_at,
             is_covering: has_room,
+            tolerance: records.tolerance,
         })
     }
 
@@ -341,35 +370,13 @@ impl Attempt<'_> {
                 }
                 candidate.wall = clearance.wall;
                 let clearance = self.neighbourhood.clamp(&candidate, clearance.distance);
-                let [low, high] = RADIUS_RANGE.map(|bound| (bound * self.unit) as f32);
+                let unit = self.concession.scale_at(self.geometry, &candidate) * self.unit;
+                let [low, high] = RADIUS_RANGE.map(|bound| (bound * unit) as f32);
                 candidate.radius = (0.5 * clearance).clamp(low, high);
                 records.insert(Placed { point: candidate, clearance });
             }
         }
     }
-}
-
-/// Uniform point in a convex polygon.
-fn point_in_polygon(corners: &[Vec3], u: [f32; 2]) -> Vec3 {
-    let area = |i: usize| (corners[i] - corners[0]).cross(corners[i + 1] - corners[0]).length();
-    let total: f32 = (1..corners.len() - 1).map(area).sum();
-    let mut rest = u[0] * total;
-    let mut fan = 1;
-    while fan + 2 < corners.len() && rest > area(fan) {
-        rest -= area(fan);
-        fan += 1;
-    }
-    let along = (rest / area(fan).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0).sqrt();
-    let side = corners[fan].lerp(corners[fan + 1], u[1]);
-    corners[0].lerp(side, along)
-}
-
-/// Point of the two-dimensional additive recurrence on the plastic number, shifted by a seed.
-fn plane_sequence(index: u32, seed: u32) -> [f32; 2] {
-    // 1/g and 1/g², g³ = g + 1.
-    const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
-    let shift = [f64::from(seed), f64::from(hash(seed))].map(|bits| bits / 4_294_967_296.0);
-    [0, 1].map(|axis| (shift[axis] + f64::from(index) * STEPS[axis]).fract() as f32)
 }
 
 #[cfg(test)]
@@ -378,7 +385,7 @@ mod tests {
 
     #[test]
     fn every_cluster_is_surveyed_and_none_too_often() {
-        let piece = |cluster: u32| Piece { side: 0, cluster, area_m2: 1.0, corners: Vec::new() };
+        let piece = |cluster: u32| Piece { side: 0, cluster, area_m2: 1.0, open: 1.0, corners: Vec::new() };
         // Clusters of 1, 2, … 100 pieces, mixed.
         let mut pieces: Vec<Piece> = (0..100).flat_map(|c| (0..=c).map(move |_| piece(c))).collect();
         pieces.sort_by_key(|piece| piece.cluster % 7);

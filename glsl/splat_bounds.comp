@@ -8,7 +8,6 @@
 #include "include/splat.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint LEAN = 0;  // float bits: sine of the angle by which a plane that serves visible pixels may face away
 
 struct SplatBoundsPush {
     View view;
@@ -40,9 +39,9 @@ void main() {
     float half_height = length(view.up);
     float depth = dot(d, view.forward);
 
-    // A record whose plane, tilted by the tolerated angle, still faces away serves no visible pixel: visible shading
+    // A record whose plane, tilted by the tolerated ten degrees, still faces away serves no visible pixel: visible shading
     // normals lean at most a few degrees beyond the silhouette.
-    bool faces_away = dot(d, point.normal) > uintBitsToFloat(LEAN) * length(d) + point.radius;
+    bool faces_away = dot(d, point.normal) > 0.35 * length(d) + point.radius;
     vec2 x = tangent_slopes(dot(d, view.right) / half_width, depth, point.radius) / half_width;
     vec2 y = tangent_slopes(-dot(d, view.up) / half_height, depth, point.radius) / half_height;
     vec2 size = vec2(view.width, view.height);

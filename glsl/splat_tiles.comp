@@ -13,7 +13,6 @@
 
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(constant_id = 0) const uint WRITES = 2;  // 0: count, 1: write
-layout(constant_id = 1) const uint INVERSE_NORMAL_ERROR = 0;  // float bits: of valid records
 
 struct SplatTilesPush {
     uint width;
@@ -90,7 +89,7 @@ void main() {
     uint count = 0u;
     float sum = 0.0;
     // Twice only where some pixel of the tile has no record after the first time.
-    Tolerance tolerance = valid(uintBitsToFloat(INVERSE_NORMAL_ERROR));
+    Tolerance tolerance = VALID;
     bool is_stretched = false;
     for (uint turn = 0u; turn < 2u; ++turn) {
         wants_records = wants_records && count == 0u;

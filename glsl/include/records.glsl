@@ -10,7 +10,8 @@ struct Tolerance {
     float facets;                // cosine between facets
     float inverse_normal_error;  // 1 / sqrt(1 - cos) of the angle between normals
 };
-Tolerance valid(float inverse_normal_error) { return Tolerance(0.1, FACETS_ALIKE, inverse_normal_error); }
+// What a record is valid for: 10° between normals. [Tabellion §4]
+const Tolerance VALID = Tolerance(0.1, FACETS_ALIKE, 8.1131);
 // Where no other record does: 45° over its plane, 60° between facets, 30° between normals.
 const Tolerance STRETCHED = Tolerance(0.5, 0.5, 2.7321);
 

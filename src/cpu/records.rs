@@ -19,22 +19,6 @@ impl Tolerance {
     pub const VALID: Self = Self { height2: 0.1, facets: FACETS_ALIKE, inverse_normal_error: 8.1131 };
     /// Where no other record does: 45° over its plane, 60° between facets, 30° between normals.
     pub const STRETCHED: Self = Self { height2: 0.5, facets: 0.5, inverse_normal_error: 2.7321 };
-
-    /// Valid for normals that many times further apart, within 20°.
-    pub fn widened(factor: f32) -> Self {
-        Self { inverse_normal_error: Self::VALID.inverse_normal_error / factor, ..Self::VALID }
-    }
-
-    /// 1 / sqrt(1 - cos) of the angle between normals.
-    pub fn inverse_normal_error(&self) -> f32 {
-        self.inverse_normal_error
-    }
-
-    /// Sine of the angle by which the plane of a record that serves visible points may face away: their normals lean at most some ten degrees
-    /// beyond the silhouette.
-    pub fn lean(&self) -> f32 {
-        0.35 + (Self::VALID.inverse_normal_error / self.inverse_normal_error - 1.0) * 0.17
-    }
 }
 
 /// Weight of a record at a point `x` with shading normal `n`, on a facet with that geometric normal: positive inside its validity,

@@ -150,7 +150,7 @@ impl Renderer {
             needs: Needs::new(context, &gather)?,
             gather,
             blend: Blend::new(context, &made.neighbourhoods)?,
-            splat: Splat::new(context, (made.point_count, made.tolerance), size)?,
+            splat: Splat::new(context, made.point_count, size)?,
             shine,
             compose: Compose::new(context, &made.buffers, pixels, shines)?,
             tonemap: Tonemap::new(context, pixels)?,

@@ -3,7 +3,6 @@
 use super::Statistics;
 use super::resolution::{blurred, outgoing_directions, undersampled};
 use crate::cpu::math::clear_distance;
-use crate::cpu::records::Tolerance;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::near_field::NearCluster;
@@ -15,7 +14,7 @@ use crate::passes::precompute::gloss::{self, GlossTables};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
 use crate::passes::precompute::{
-    Progress, concession, light_paths, narrow_gaps,
+    Progress, light_paths, narrow_gaps,
     near_clusters::{self, Extent},
     near_hits::{self, NearHits},
     open_shares,
@@ -26,7 +25,6 @@ use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::directions::Directions;
 use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces};
 use crate::types::{CachePoint, PathVertex, Surface};
-use glam::Vec3;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -59,8 +57,6 @@ pub(super) struct Precomputed {
     pub(super) area_m2: f32,
     pub(super) paths: LightPaths,
     pub(super) point_count: u32,
-    /// How far from its own a point may lie that a record speaks for.
-    pub(super) tolerance: Tolerance,
     pub(super) cache_points: Buffer,
     pub(super) neighbourhoods: Neighbourhoods,
     pub(super) rays: RayTable,
@@ -122,16 +118,15 @@ pub(super) fn precompute(
 
     progress.stage("cells", 1);
     let (low, high) = scene.bounds();
-    let (scene_size, seed) = ((high - low).length(), quality.seed);
-    let triangles = &scene.triangles;
+    let lengths = [(high - low).length(), clear_distance(&bvh.nodes[0])];
+    let seed = quality.seed;
     let has_gaps = quality.gap_rounds > 0;
     let rays = Rays::new(context)?;
     let build = |cells| {
         let build = if has_gaps { Hvds::build_split } else { Hvds::build };
         let mut hvds = build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells);
-        let geometry = Geometry { triangles, surfaces: &surfaces, hvds: &hvds, scene_size };
-        let clear_distance = clear_distance(&bvh.nodes[0]);
-        let open = open_shares::open_shares(&geometry, &solids, (&rays, &buffers), clear_distance, seed)?;
+        let geometry = geometry(&scene.triangles, &surfaces, &solids, &hvds, lengths);
+        let open = open_shares::open_shares(&geometry, (&rays, &buffers), seed)?;
         hvds.leave_out_buried(&open);
         Ok::<_, Error>(hvds)
     };
@@ -141,7 +136,7 @@ pub(super) fn precompute(
     let gaps = narrow_gaps::find(&rays, &buffers, &scene.lights)?;
     watch.lap("cells");
 
-    let geometry = Geometry { triangles: &scene.triangles, surfaces: &surfaces, hvds: &cells, scene_size };
+    let geometry = geometry(&scene.triangles, &surfaces, &solids, &cells, lengths);
     let survey = Survey::new(context, &buffers, &geometry, seed, progress)?;
     watch.lap("clearances");
 
@@ -186,10 +181,8 @@ pub(super) fn precompute(
     )?;
     watch.lap("light paths");
 
-    let cameras: Vec<Vec3> = scene.cameras.iter().map(|camera| camera.position).collect();
-    let seen = || concession::seen_from(&cameras, (&rays, &buffers), geometry.hvds, &surfaces);
     let mut placement =
-        cache_points::place(&survey, &buffers, &geometry, quality.cache_points, seed, seen, progress)?;
+        cache_points::place(&survey, &buffers, &geometry, quality.cache_points, seed, progress)?;
     entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
     // Points that see near clusters come first, and among them those in narrow gaps.
     let within = |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size;
@@ -313,7 +306,6 @@ pub(super) fn precompute(
         area_m2,
         paths,
         point_count,
-        tolerance: placement.tolerance,
         cache_points,
         neighbourhoods,
         rays,
@@ -328,6 +320,17 @@ pub(super) fn precompute(
         tight_parts,
         statistics,
     })
+}
+
+/// What cache points are placed on; the scene's size and how far rays start off surfaces, metres.
+fn geometry<'a>(
+    triangles: &'a [Triangle],
+    surfaces: &'a [Surface],
+    solids: &'a Solids,
+    hvds: &'a Hvds,
+    [scene_size, clear_distance]: [f32; 2],
+) -> Geometry<'a> {
+    Geometry { triangles, surfaces, hvds, scene_size, solids, clear_distance }
 }
 
 /// Uploads the scene and finds out which sides take part in transport.

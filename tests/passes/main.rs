@@ -13,7 +13,6 @@ mod blend;
 mod cluster_views;
 mod clusters;
 mod compose;
-mod concession;
 mod energy;
 mod entry_points;
 mod frame;

@@ -4,7 +4,6 @@ use crate::common::assert_silent;
 use crate::world::{Random, World};
 use glam::Vec3;
 use lightpaths::cpu::needed_records::needed_records;
-use lightpaths::cpu::records::Tolerance;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::blend::Blend;
 use lightpaths::passes::frame::needed_records::{NeededRecords, RecordList, Wanted};
@@ -79,7 +78,7 @@ fn needed_records_equal_the_twin() {
             lists.first.push(lists.list.len() as u32);
         }
         let blend = Blend::new(&world.context, &lists).unwrap();
-        let mut splat_pass = Splat::new(&world.context, (count as u32, Tolerance::VALID), SIZE).unwrap();
+        let mut splat_pass = Splat::new(&world.context, count as u32, SIZE).unwrap();
         let pass = NeededRecords::new(&world.context, count as u32, rows).unwrap();
         let everything = vec![(0..count as u32).collect::<Vec<_>>()];
         let mut is_current = vec![false; count];

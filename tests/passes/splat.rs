@@ -39,7 +39,7 @@ fn splat(world: &World, view: &View, points: &[CachePoint], records: &[Record]) 
     let primary = Primary::new(context, size[0] * size[1]).unwrap();
     let cache_points = Buffer::from_slice(context, "cache points", points).unwrap();
     let record_buffer = Buffer::from_slice(context, "records", records).unwrap();
-    let mut pass = Splat::new(context, (points.len() as u32, Tolerance::VALID), size).unwrap();
+    let mut pass = Splat::new(context, points.len() as u32, size).unwrap();
     context.run(|rec| primary.record(rec, &world.buffers, view)).unwrap();
     let mut repeats = 0;
     loop {

@@ -3,7 +3,6 @@
 //!
 //! The two halves are timed apart: weights change with the view, values with the light.
 
-use crate::cpu::records::Tolerance;
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
@@ -174,24 +173,19 @@ impl Splat {
     /// The name that shader, twin and timing of the values share.
     pub const APPLY_STEM: &str = "splat_apply";
 
-    /// Makes room for so many records, of that tolerance, on an image of that size.
+    /// Makes room for so many records on an image of that size.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(
-        context: &Arc<Context>,
-        (record_count, tolerance): (u32, Tolerance),
-        size: [u32; 2],
-    ) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, record_count: u32, size: [u32; 2]) -> Result<Self> {
         let pixel_count = size[0] * size[1];
         let weight_capacity = 6 * pixel_count;
         let tile_count = size.map(|pixels| u64::from(pixels.div_ceil(TILE))).iter().product::<u64>();
-        let valid = ("INVERSE_NORMAL_ERROR", tolerance.inverse_normal_error().to_bits());
-        let tiles = |writes: u32| Pipeline::new(context, "splat_tiles", &[("WRITES", writes), valid]);
+        let tiles = |writes: u32| Pipeline::new(context, "splat_tiles", &[("WRITES", writes)]);
         Ok(Self {
             context: context.clone(),
             boxes: Pipeline::new(context, "splat_boxes", &[])?,
-            bounds: Pipeline::new(context, "splat_bounds", &[("LEAN", tolerance.lean().to_bits())])?,
+            bounds: Pipeline::new(context, "splat_bounds", &[])?,
             emit: Pipeline::new(context, "splat_emit", &[])?,
             count: tiles(0)?,
             write: tiles(1)?,

@@ -1,19 +1,14 @@
 //! How many records a surface asks for, and the length that makes them as many as the budget allows.
 
 use super::cache_points::Geometry;
-use super::concession::WIDER;
 use super::shares;
 
 /// A point counts as covered from this record weight on; records then overlap enough to blend.
 pub(super) const COVERED: f32 = 0.3;
 /// Radii are clamped between these multiples of one length, which the budget decides. [Tabellion §4] has 1.5 and 10 pixels.
 pub(super) const RADIUS_RANGE: [f64; 2] = [1.0, 5.0];
-/// Steps by which what bends comes later where no camera looks.
-const LATER: f64 = 24.0;
 /// Normals further apart than this do not share a record, radians.
 const NORMAL_RANGE: f64 = 0.174_53;
-/// Share of the budget that flat surface is granted where the budget is far too small for what bends.
-const FLAT_SHARE: f64 = 0.5;
 /// Records that random sequential packing fits into one squared spacing.
 const PACKING: f64 = 0.7;
 /// Share of the budget that placement aims at; its estimate is good to a few per cent.
@@ -26,8 +21,6 @@ pub(super) struct Demand {
     reach: [f64; 2],
     /// Of its surroundings, metres.
     clearance: f64,
-    /// By which its radii are larger than others.
-    scale: f64,
 }
 
 impl Demand {
@@ -46,20 +39,13 @@ impl Demand {
             let fastest = turns.into_iter().fold(1e-12, f64::max);
             let slowest = turns.into_iter().fold(fastest, f64::min).max(1e-12);
             let reach = [NORMAL_RANGE / fastest, NORMAL_RANGE / slowest];
-            Self { area_m2: piece.open_area_m2(), reach, clearance, scale: 1.0 }
+            Self { area_m2: piece.open_area_m2(), reach, clearance }
         })
-    }
-
-    /// From now on normals twice as far apart share a record, and radii are `scale` times as large.
-    pub(super) fn concede(&mut self, scale: f64) {
-        self.reach = self.reach.map(|reach| f64::from(WIDER) * reach);
-        self.scale = scale;
     }
 
     /// Radius of a record before its neighbourhood is known, metres.
     fn radius(&self, unit: f64) -> f64 {
-        let [low, high] = RADIUS_RANGE.map(|bound| bound * self.scale * unit);
-        (0.5 * self.clearance).clamp(low, high)
+        (0.5 * self.clearance).clamp(RADIUS_RANGE[0] * unit, RADIUS_RANGE[1] * unit)
     }
 
     /// Area that one record covers at a given unit of length, m².
@@ -72,9 +58,7 @@ impl Demand {
     /// Its turn where the budget does not suffice: twice the area to a record comes one step earlier. 0..256.
     pub(super) fn order(&self, unit: f64, scene_size: f32) -> u32 {
         let ratio = f64::from(scene_size).powi(2) / self.share(unit);
-        let is_bent = self.reach[0] < self.radius(unit);
-        let later = if is_bent && self.scale > 1.0 { LATER } else { 0.0 };
-        (ratio.log2() + later).clamp(0.0, 255.0) as u32
+        ratio.log2().clamp(0.0, 255.0) as u32
     }
 
     /// Records that it needs at a given unit of length.
@@ -95,26 +79,18 @@ impl Demand {
 pub(super) fn spread(demands: &[Demand], scene_size: f32, budget: u32) -> [f64; 2] {
     let curved = |unit: f64| demands.iter().map(|demand| demand.records(unit)).sum::<f64>();
     let flat = |unit: f64| demands.iter().map(|demand| demand.flat_records(unit)).sum::<f64>();
+    let length = |expected: &dyn Fn(f64) -> f64, records: f64| {
+        let size = f64::from(scene_size);
+        let (mut low, mut high) = (1e-7 * size, size);
+        for _ in 0..60 {
+            let middle = (low * high).sqrt();
+            if expected(middle) > records { low = middle } else { high = middle }
+        }
+        high
+    };
     let records = BUDGET_SHARE * f64::from(budget);
-    let unit = length(&curved, scene_size, records).min(length(&flat, scene_size, records / 4.0));
-    [unit, length(&flat, scene_size, records / 8.0)]
-}
-
-/// The length at which the same surface, were it flat, would get its share of the budget.
-pub(super) fn flat_length(demands: &[Demand], scene_size: f32, budget: u32) -> f64 {
-    let flat = |unit: f64| demands.iter().map(|demand| demand.flat_records(unit)).sum::<f64>();
-    length(&flat, scene_size, FLAT_SHARE * f64::from(budget))
-}
-
-/// The length, metres, for which so many records are expected.
-fn length(expected: &dyn Fn(f64) -> f64, scene_size: f32, records: f64) -> f64 {
-    let size = f64::from(scene_size);
-    let (mut low, mut high) = (1e-7 * size, size);
-    for _ in 0..60 {
-        let middle = (low * high).sqrt();
-        if expected(middle) > records { low = middle } else { high = middle }
-    }
-    high
+    let unit = length(&curved, records).min(length(&flat, records / 4.0));
+    [unit, length(&flat, records / 8.0)]
 }
 
 #[cfg(test)]
@@ -122,7 +98,7 @@ mod tests {
     use super::*;
 
     fn demand(area_m2: f64, reach: f64, clearance: f64) -> Demand {
-        Demand { area_m2, reach: [reach, 1e9], clearance, scale: 1.0 }
+        Demand { area_m2, reach: [reach, 1e9], clearance }
     }
 
     #[test]

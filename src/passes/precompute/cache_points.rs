@@ -6,19 +6,17 @@
 //! no record serves them. Radii are clamped in world space, because the camera moves, and by the neighbourhood's
 //! clearance, so that no record reaches over what its own rays missed. [Krivanek 2006]
 
-use super::budget::{COVERED, Demand, RADIUS_RANGE, flat_length, spread};
+use super::budget::{COVERED, Demand, RADIUS_RANGE, spread};
 use super::clearance::{Clearance, Surveyor};
-use super::concession::Concession;
 pub use super::coverage::Placed;
 use super::coverage::{Neighbourhood, Records};
 use super::piece_points::{plane_sequence, point_in_polygon};
 use super::{Progress, shares};
-use crate::cpu::records::Tolerance;
 use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::passes::SceneBuffers;
-use crate::scene::{Triangle, hvds::Hvds, hvds::Piece};
+use crate::scene::{Triangle, hvds::Hvds, hvds::Piece, solids::Solids};
 use crate::types::{CachePoint, Surface};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -50,8 +48,6 @@ pub struct Placement {
     pub candidates: u64,
     /// The budget sufficed: all but a tiny share of the surface has a record.
     pub is_covering: bool,
-    /// How far from its own a point may lie that a record speaks for.
-    pub tolerance: Tolerance,
 }
 
 /// How far away other surfaces are, all over the active sides: a sample a piece, or some where there are many.
@@ -108,8 +104,7 @@ fn surveyed(pieces: &[Piece], base_clusters: usize) -> Vec<usize> {
     (0..pieces.len()).filter(is_taken).collect()
 }
 
-/// Places at most `budget` cache points on the pieces of the active sides. Where that is far too few for what bends, `seen` is asked which of
-/// the base clusters the scene's cameras see.
+/// Places at most `budget` cache points on the pieces of the active sides.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -119,7 +114,6 @@ pub fn place(
     geometry: &Geometry<'_>,
     budget: u32,
     seed: u32,
-    seen: impl FnOnce() -> Result<Vec<bool>>,
     progress: &mut dyn Progress,
 ) -> Result<Placement> {
     if budget == 0 {
@@ -128,42 +122,22 @@ pub fn place(
             least_radius: geometry.scene_size,
             candidates: 0,
             is_covering: true,
-            tolerance: Tolerance::VALID,
         });
     }
     let Survey { surveyor, samples, clearances } = survey;
     let neighbourhood = &Neighbourhood::new(&geometry.hvds.grid, samples, clearances);
-    let mut demands = Demand::of_pieces(geometry, &survey.clearances_of(geometry, geometry.hvds));
-    let [mut unit, mut largest] = spread(&demands, geometry.scene_size, budget);
-    let mut concession = Concession::none();
-    let expected: f64 = demands.iter().map(|demand| demand.records(largest)).sum();
-    if expected > HOPELESS * f64::from(budget) {
-        concession = Concession::new(seen()?);
-        for (demand, piece) in demands.iter_mut().zip(&geometry.hvds.pieces) {
-            demand.concede(concession.scale(piece.cluster));
-        }
-        unit = flat_length(&demands, geometry.scene_size, budget);
-        largest = unit;
+    let demands = &Demand::of_pieces(geometry, &survey.clearances_of(geometry, geometry.hvds));
+    let [mut unit, largest] = spread(demands, geometry.scene_size, budget);
+    if demands.iter().map(|demand| demand.records(largest)).sum::<f64>() > HOPELESS * f64::from(budget) {
+        unit = largest;
     }
-    let (demands, concession) = (&demands, &concession);
     let mut step = 1.1;
     let mut known = HashMap::new();
     loop {
         let is_last = unit >= largest;
-        let most = concession.largest_scale() * RADIUS_RANGE[1] * unit;
-        let mut records = Records::new(&geometry.hvds.grid, most, concession.tolerance());
-        let attempt = Attempt {
-            buffers,
-            geometry,
-            surveyor,
-            neighbourhood,
-            demands,
-            concession,
-            unit,
-            is_last,
-            budget,
-            seed,
-        };
+        let mut records = Records::new(&geometry.hvds.grid, RADIUS_RANGE[1] * unit);
+        let attempt =
+            Attempt { buffers, geometry, surveyor, neighbourhood, demands, unit, is_last, budget, seed };
         let placement = attempt.run(&mut records, &mut known, progress)?;
         if placement.is_covering || is_last {
             return Ok(placement);
@@ -184,9 +158,18 @@ pub struct Geometry<'a> {
     pub hvds: &'a Hvds,
     /// Diagonal of the scene, metres.
     pub scene_size: f32,
+    /// What surface may be buried in.
+    pub solids: &'a Solids,
+    /// How far ray origins stay off surfaces, metres.
+    pub clear_distance: f32,
 }
 
 impl Geometry<'_> {
+    /// Whether a solid holds a point of the surface.
+    pub(super) fn is_buried(&self, point: &CachePoint) -> bool {
+        self.solids.hold(point.position + self.clear_distance * point.facet)
+    }
+
     /// Candidate number `index` of a piece: uniform over it, low-discrepancy in `index`. The radius is left at zero.
     pub(super) fn draw(&self, piece: usize, index: u32, seed: u32) -> CachePoint {
         let Piece { side, corners, .. } = &self.hvds.pieces[piece];
@@ -242,7 +225,6 @@ struct Attempt<'a> {
     surveyor: &'a Surveyor,
     neighbourhood: &'a Neighbourhood<'a>,
     demands: &'a [Demand],
-    concession: &'a Concession,
     unit: f64,
     /// There will be no other.
     is_last: bool,
@@ -290,7 +272,6 @@ impl Attempt<'_> {
             least_radius: (RADIUS_RANGE[0] * self.unit) as f32,
             candidates: looked_at,
             is_covering: has_room,
-            tolerance: records.tolerance,
         })
     }
 
@@ -340,7 +321,11 @@ impl Attempt<'_> {
                 let &Candidate { piece, index, .. } = candidate;
                 (candidate, self.geometry.draw(piece as usize, index, seed))
             });
-            drawn.filter(|(_, point)| !records.cover(point, weight)).collect()
+            let is_open = |(candidate, point): &(&Candidate, CachePoint)| {
+                let piece = &self.geometry.hvds.pieces[candidate.piece as usize];
+                !records.cover(point, weight) && (piece.open == 1.0 || !self.geometry.is_buried(point))
+            };
+            drawn.filter(is_open).collect()
         });
         open.sort_unstable_by_key(|drawn| drawn.0);
         open.into_iter().map(|drawn| drawn.1).collect()
@@ -370,8 +355,7 @@ impl Attempt<'_> {
                 }
                 candidate.wall = clearance.wall;
                 let clearance = self.neighbourhood.clamp(&candidate, clearance.distance);
-                let unit = self.concession.scale_at(self.geometry, &candidate) * self.unit;
-                let [low, high] = RADIUS_RANGE.map(|bound| (bound * unit) as f32);
+                let [low, high] = RADIUS_RANGE.map(|bound| (bound * self.unit) as f32);
                 candidate.radius = (0.5 * clearance).clamp(low, high);
                 records.insert(Placed { point: candidate, clearance });
             }

@@ -1,7 +1,7 @@
 //! What is known of the surface while cache points are placed: the clearances around a candidate, the records that cover it.
 
 use super::reaches::Reaches;
-use crate::cpu::records::{Tolerance, record_weight_within};
+use crate::cpu::records::record_weight;
 use crate::types::{CachePoint, Grid};
 use glam::{UVec3, Vec3};
 
@@ -80,15 +80,13 @@ pub(super) struct Records {
     /// In order of acceptance.
     pub(super) points: Vec<Placed>,
     map: Reaches,
-    pub(super) tolerance: Tolerance,
 }
 
 impl Records {
     /// None yet; they will have radii up to `largest`, metres.
-    pub(super) fn new(grid: &Grid, largest: f64, tolerance: Tolerance) -> Self {
+    pub(super) fn new(grid: &Grid, largest: f64) -> Self {
         let extent = grid.cells.as_vec3() / grid.inverse_cell;
-        let map = Reaches::new(grid.low, grid.low + extent, largest as f32);
-        Self { points: Vec::new(), map, tolerance }
+        Self { points: Vec::new(), map: Reaches::new(grid.low, grid.low + extent, largest as f32) }
     }
 
     pub(super) fn insert(&mut self, placed: Placed) {
@@ -100,7 +98,7 @@ impl Records {
     pub(super) fn cover(&self, point: &CachePoint, weight: f32) -> bool {
         self.map.any(point.position, |record| {
             let record = &self.points[record as usize].point;
-            record_weight_within(point.position, point.normal, point.facet, record, self.tolerance) > weight
+            record_weight(point.position, point.normal, point.facet, record) > weight
         })
     }
 }

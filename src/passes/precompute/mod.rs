@@ -5,7 +5,6 @@ mod budget;
 pub mod cache_points;
 pub mod clearance;
 pub mod cluster_views;
-pub mod concession;
 mod coverage;
 pub mod entry_points;
 pub mod gather_rays;

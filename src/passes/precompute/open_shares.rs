@@ -9,7 +9,6 @@ use super::sides::{plastic_sequence, sphere};
 use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::passes::SceneBuffers;
-use crate::scene::solids::Solids;
 
 /// Points of a piece that are asked for, and of one of which they disagree.
 const POINTS: u32 = 4;
@@ -21,22 +20,20 @@ const SIGHT: f32 = 0.5;
 /// Rays that look around.
 const RAYS: u32 = 12;
 
-/// The share of each piece that no solid holds and nothing covers, 0..=1. Points are taken `clear_distance` (metres) off the surface.
+/// The share of each piece that no solid holds and nothing covers, 0..=1.
 ///
 /// # Errors
 /// The device lacks memory or failed.
 pub fn open_shares(
     geometry: &Geometry<'_>,
-    solids: &Solids,
     (rays, buffers): (&Rays, &SceneBuffers),
-    clear_distance: f32,
     seed: u32,
 ) -> Result<Vec<f32>> {
-    let mut open = unburied(geometry, solids, clear_distance, seed);
+    let mut open = unburied(geometry, seed);
     let cell = geometry.hvds.grid.cell_size() as f32;
     let origin = |piece: usize, index: u32| {
         let point = geometry.draw(piece, index, seed);
-        (point.position + clear_distance * point.facet, point.facet)
+        (point.position + geometry.clear_distance * point.facet, point.facet)
     };
     let ahead = |piece: usize| {
         let (origin, direction) = origin(piece, 0);
@@ -64,16 +61,13 @@ pub fn open_shares(
 }
 
 /// The share of each piece that no solid holds.
-fn unburied(geometry: &Geometry<'_>, solids: &Solids, clear_distance: f32, seed: u32) -> Vec<f32> {
+fn unburied(geometry: &Geometry<'_>, seed: u32) -> Vec<f32> {
     let pieces = &geometry.hvds.pieces;
-    if solids.is_empty() {
+    if geometry.solids.is_empty() {
         return vec![1.0; pieces.len()];
     }
     shares::each(pieces.len(), |piece| {
-        let is_open = |index: &u32| {
-            let point = geometry.draw(piece, *index, seed);
-            !solids.hold(point.position + clear_distance * point.facet)
-        };
+        let is_open = |index: &u32| !geometry.is_buried(&geometry.draw(piece, *index, seed));
         let open = (0..POINTS).filter(is_open).count() as u32;
         if open == 0 || open == POINTS {
             return (open / POINTS) as f32;

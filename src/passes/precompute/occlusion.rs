@@ -226,11 +226,11 @@ impl<'a> Cells<'a> {
     /// Points spread over the surface of a cluster, by area.
     fn spread(&self, cluster: u32, count: usize) -> Box<[Sample]> {
         let pieces = self.pieces_of(cluster);
-        let area_m2: f64 = pieces.clone().map(|piece| piece.area_m2).sum();
+        let area_m2: f64 = pieces.clone().map(Piece::open_area_m2).sum();
         let mut samples = Vec::with_capacity(count);
         let mut passed = 0.0;
         for piece in pieces {
-            passed += piece.area_m2;
+            passed += piece.open_area_m2();
             while samples.len() < count && (samples.len() as f64 + 0.5) * area_m2 <= passed * count as f64 {
                 let position = point_on(piece, samples.len() as u32).as_vec3();
                 samples.push(Sample { position, normal: self.normal(piece.side) });

@@ -12,6 +12,9 @@ use lightpaths::passes::precompute::ray_bundles::{BundleCode, RayBundles};
 use lightpaths::types::{NO_TARGET, RayBundle};
 use std::collections::BTreeMap;
 
+/// Rays, gradient and turn, and what these would be were all signs alike.
+type Sums = (u32, [DVec2; 2], [DVec2; 2]);
+
 /// Bundles hold all rays that meet anything, each once, and the sums of what they count for, but for the rounding to halves.
 #[test]
 fn bundles_add_up_the_rays_that_meet_one_reflector() {
@@ -31,8 +34,7 @@ fn bundles_add_up_the_rays_that_meet_one_reflector() {
         let per_row = strata.rays() as usize;
         for (row, rays) in rays.chunks_exact(per_row).enumerate() {
             let colours = colours.get(row * per_row..(row + 1) * per_row).unwrap_or(&[]);
-            // Rays, gradient and turn, and what these would be were all signs alike.
-            let mut sums: BTreeMap<(u32, u32), (u32, [DVec2; 2], [DVec2; 2])> = BTreeMap::new();
+            let mut sums: BTreeMap<(u32, u32), Sums> = BTreeMap::new();
             for (index, ray) in (0_u32..).zip(rays).filter(|(_, ray)| ray.target != NO_TARGET) {
                 let [ring, sector] = strata.of(index);
                 let azimuth = strata.azimuth_middle(sector);

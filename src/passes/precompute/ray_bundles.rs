@@ -5,6 +5,7 @@
 
 use super::gather_rays::{Hemisphere, RayTable};
 use super::shares;
+use crate::cpu::gather::unpack;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::types::{GatherRay, NO_TARGET, RayBundle};
@@ -56,7 +57,7 @@ impl BundleCode {
             let count = (run.len() - 1) as u32;
             let bundle = RayBundle {
                 reflector: reflector | count.checked_shl(self.reflector_bits).unwrap_or(0),
-                gradient: pack_halves(sum(&|ray| unpack_halves(rays[ray].gradient))),
+                gradient: pack_halves(sum(&|ray| unpack(rays[ray].gradient))),
                 turn: pack_halves(sum(&|ray| self.turns[ray].as_dvec2())),
             };
             (bundle, colour)
@@ -218,25 +219,13 @@ fn pack_halves(values: DVec2) -> u32 {
 
 /// The nearest half; of what is larger than any, the largest.
 fn pack_half(value: f32) -> u32 {
-    let sign = value.to_bits() >> 16 & 0x8000;
+    let sign = (value.to_bits() >> 16) & 0x8000;
     let size = value.abs().min(65_504.0);
     if size < 2_f32.powi(-14) {
         // Subnormal; what rounds up to 1024 is the smallest normal one.
         return sign | (size * 2_f32.powi(24)).round_ties_even() as u32;
     }
     let bits = size.to_bits();
-    sign | (bits + 0xfff + (bits >> 13 & 1) >> 13) - (112 << 10)
-}
-
-/// The two halves of a word, low bits first.
-fn unpack_halves(word: u32) -> DVec2 {
-    let half = |bits: u32| {
-        let (exponent, fraction) = (bits >> 10 & 31, f64::from(bits & 0x3ff) / 1024.0);
-        let size = match exponent {
-            0 => fraction * 2_f64.powi(-14),
-            _ => (1.0 + fraction) * 2_f64.powi(exponent as i32 - 15),
-        };
-        if bits >> 15 == 1 { -size } else { size }
-    };
-    DVec2::new(half(word & 0xffff), half(word >> 16))
+    let rounded = bits + 0xfff + ((bits >> 13) & 1);
+    sign | ((rounded >> 13) - (112 << 10))
 }

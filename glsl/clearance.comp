@@ -15,7 +15,7 @@ layout(constant_id = 1) const uint SECTORS = 0;
 
 struct Clearance {
     float distance;  // metres; BURIED in a solid
-    vec3 wall;       // plane of the nearest hit as in CachePoint, if it stands on the surface at 45° or more; else zero
+    vec3 wall;       // plane of the nearest hit as in CachePoint, if it faces 45° or more away from the surface; else zero
 };
 const float BURIED = -1.0;
 
@@ -78,9 +78,11 @@ void main() {
     if (nearest_ray[0] != NO_TARGET && trace(Ray(origin, direction, push.scene_size), false, hit)) {
         vec3 plane = surfaces[hit.triangle].normal;
         float distance = dot(plane, hit_position(hit) - point.position);
-        if (abs(dot(plane, point.normal)) < 0.7071 && distance != 0.0) wall = plane / distance;
+        // A wall, or what covers the surface: behind both the world looks different.
+        bool back = dot(plane, direction) > 0.0;
+        if (dot(back ? -plane : plane, point.normal) < 0.7071 && distance != 0.0) wall = plane / distance;
         // What is nearest to the inside of a solid is that inside, which takes no part.
-        if (!side_is_active(surfaces[hit.triangle].sides, dot(plane, direction) > 0.0)) nearest[0] = BURIED;
+        if (!side_is_active(surfaces[hit.triangle].sides, back)) nearest[0] = BURIED;
     }
     clearances[index] = Clearance(nearest[0], wall);
 }

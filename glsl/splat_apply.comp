@@ -32,10 +32,15 @@ void main() {
     uint end = min(first_weights[index + 1u], push.weight_capacity);
     for (uint i = first_weights[index]; i < end; ++i) {
         Record record = records[weights[i].record];
-        float weight = weights[i].weight;
+        float weight = abs(weights[i].weight);
         // Half of the way by the gradient at the record; below, half by that at the pixel: curvature cancels.
         vec3 moved = pixel.position - record.position;
         vec3 change = 0.5 * moved * record.translation + pixel.normal * record.rotation;
+        // Beyond its validity a record's gradients say little.
+        if (weights[i].weight < 0.0) {
+            change = clamp(change, -0.5 * record.irradiance, record.irradiance);
+            record.translation = mat3(0.0);
+        }
         // Irradiance is never negative; a linear extrapolation can be.
         irradiance += weight * max(record.irradiance + change, vec3(0.0));
         offset += weight * moved;

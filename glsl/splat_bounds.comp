@@ -18,6 +18,7 @@ layout(scalar, binding = 0) readonly buffer CachePoints { CachePoint cache_point
 layout(scalar, binding = 1) writeonly buffer Rectangles { PixelRectangle rectangles[]; };
 layout(scalar, binding = 2) writeonly buffer TileCounts { uint tile_counts[]; };
 layout(scalar, binding = 3) writeonly buffer Tally { SplatTally tally; };
+layout(scalar, binding = 4) readonly buffer TileBoxes { TileBox tile_boxes[]; };
 layout(scalar, push_constant) uniform Push { SplatBoundsPush push; };
 
 // Range of x/z over a circle of radius r around (x, z): the slopes of its two tangents through the origin.
@@ -29,7 +30,7 @@ vec2 tangent_slopes(float x, float z, float r) {
 
 void main() {
     uint index = flat_invocation();
-    if (index == 0u) tally = SplatTally(0u);
+    if (index == 0u) tally = SplatTally(0u, 0u);
     if (index >= push.record_count) return;
     View view = push.view;
     CachePoint point = cache_points[index];
@@ -50,7 +51,15 @@ void main() {
 
     uvec2 first = visible ? uvec2(low) : uvec2(0u);
     uvec2 end = visible ? uvec2(ceil(high)) : uvec2(0u);
-    rectangles[index] = PixelRectangle(first.x | (first.y << 16), end.x | (end.y << 16));
-    uvec2 tiles = (end + 15u) / 16u - first / 16u;
-    tile_counts[index] = tiles.x * tiles.y;
+    PixelRectangle rectangle = PixelRectangle(first.x | (first.y << 16), end.x | (end.y << 16));
+    rectangles[index] = rectangle;
+    uvec4 tiles = tiles_of(rectangle);
+    uint columns = (view.width + 15u) / 16u;
+    uint count = 0u;
+    for (uint y = tiles.y; y < tiles.w; ++y) {
+        for (uint x = tiles.x; x < tiles.z; ++x) {
+            count += uint(reaches(point.position, point.radius, tile_boxes[y * columns + x]));
+        }
+    }
+    tile_counts[index] = count;
 }

@@ -1,8 +1,9 @@
 // Splatting, step 2: one (tile, record) pair for every tile that a record may touch, in record order. Deterministic.
-// One invocation = one record. In: pixel rectangles, running pair counts. Out: pairs.
+// One invocation = one record. In: pixel rectangles, tiles' boxes, running pair counts. Out: pairs.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
 #include "include/dispatch.glsl"
 #include "include/splat.glsl"
 
@@ -17,18 +18,21 @@ struct SplatEmitPush {
 layout(scalar, binding = 0) readonly buffer Rectangles { PixelRectangle rectangles[]; };
 layout(scalar, binding = 1) readonly buffer FirstPairs { uint first_pairs[]; };  // of each record, and the total
 layout(scalar, binding = 2) writeonly buffer Pairs { TilePair pairs[]; };
+layout(scalar, binding = 3) readonly buffer CachePoints { CachePoint cache_points[]; };
+layout(scalar, binding = 4) readonly buffer TileBoxes { TileBox tile_boxes[]; };
 layout(scalar, push_constant) uniform Push { SplatEmitPush push; };
 
 void main() {
     uint record = flat_invocation();
     if (record >= push.record_count) return;
     uint slot = first_pairs[record];
-    PixelRectangle rectangle = rectangles[record];
-    uvec2 first = uvec2(rectangle.low & 0xffffu, rectangle.low >> 16) / 16u;
-    uvec2 end = (uvec2(rectangle.high & 0xffffu, rectangle.high >> 16) + 15u) / 16u;
-    for (uint y = first.y; y < end.y; ++y) {
-        for (uint x = first.x; x < end.x && slot < push.capacity; ++x) {
-            pairs[slot++] = TilePair(y * push.tile_columns + x, record);
+    uvec4 tiles = tiles_of(rectangles[record]);
+    CachePoint point = cache_points[record];
+    for (uint y = tiles.y; y < tiles.w; ++y) {
+        for (uint x = tiles.x; x < tiles.z && slot < push.capacity; ++x) {
+            uint tile = y * push.tile_columns + x;
+            if (!reaches(point.position, point.radius, tile_boxes[tile])) continue;
+            pairs[slot++] = TilePair(tile, record);
         }
     }
 }

@@ -6,7 +6,6 @@
 #include "include/types.glsl"
 #include "include/dispatch.glsl"
 #include "include/splat.glsl"
-#include "include/records.glsl"
 
 layout(local_size_x = 256) in;
 
@@ -15,13 +14,12 @@ struct SplatNearestPush {
     uint weight_capacity;
 };
 
-layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
-layout(scalar, binding = 1) readonly buffer Pixels { PixelSurface pixels[]; };
-layout(scalar, binding = 2) readonly buffer CachePoints { CachePoint cache_points[]; };
-layout(scalar, binding = 3) readonly buffer FirstWeights { uint first_weights[]; };
-layout(scalar, binding = 4) readonly buffer Tally { SplatTally tally; };
-layout(scalar, binding = 5) readonly buffer BarePixels { uint bare_pixels[]; };
-layout(scalar, binding = 6) writeonly buffer Weights { SplatWeight weights[]; };
+layout(scalar, binding = 0) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(scalar, binding = 1) readonly buffer CachePoints { CachePoint cache_points[]; };
+layout(scalar, binding = 2) readonly buffer FirstWeights { uint first_weights[]; };
+layout(scalar, binding = 3) readonly buffer Tally { SplatTally tally; };
+layout(scalar, binding = 4) readonly buffer BarePixels { uint bare_pixels[]; };
+layout(scalar, binding = 5) writeonly buffer Weights { SplatWeight weights[]; };
 layout(scalar, push_constant) uniform Push { SplatNearestPush push; };
 
 shared SplatWeight best[gl_WorkGroupSize.x];
@@ -35,13 +33,11 @@ void main() {
     for (uint bare = flat_workgroup(); bare < tally.bare; bare += gl_NumWorkGroups.x) {
         uint index = bare_pixels[bare];
         PixelSurface pixel = pixels[index];
-        vec3 facet = facet_of(surfaces[pixel.side >> 1], pixel.side);
         SplatWeight mine = SplatWeight(0xffffffffu, -1e30);
         for (uint record = thread; record < push.record_count; record += gl_WorkGroupSize.x) {
-            // Behind or in front of the record's plane the metric knows no weight: there, the further, the worse.
+            // The further and the more turned, the worse.
             CachePoint point = cache_points[record];
-            float weight = record_weight(pixel.position, pixel.normal, facet, point);
-            if (weight == 0.0) weight = -1e10 * distance(pixel.position, point.position);
+            float weight = -distance(pixel.position, point.position) * (20.0 - 19.0 * dot(pixel.normal, point.normal));
             SplatWeight candidate = SplatWeight(record, weight);
             if (is_better(candidate, mine)) mine = candidate;
         }
@@ -51,7 +47,7 @@ void main() {
             if (thread < stride && is_better(best[thread + stride], best[thread])) best[thread] = best[thread + stride];
         }
         if (thread == 0u && first_weights[index] < push.weight_capacity) {
-            weights[first_weights[index]] = SplatWeight(best[0].record, 1.0);
+            weights[first_weights[index]] = SplatWeight(best[0].record, -1.0);
         }
         barrier();
     }

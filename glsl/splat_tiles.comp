@@ -41,6 +41,7 @@ shared uint batch_records[BATCH];
 shared uint batch_bounds[BATCH];  // columns of the tile that the record may touch, a bit each; rows in the upper half
 shared uint touching[BATCH];      // the same transposed, for groups of 32 records: 16 columns and 16 rows, a bit a record
 shared uint tile_range[2];
+shared uint wanting;
 
 // First of the sorted pairs whose tile is not below `tile`.
 uint lower_bound(uint tile, uint pair_count) {
@@ -87,47 +88,63 @@ void main() {
     uint first = WRITES == 1u && in_image ? pixel_counts[index] : 0u;
     uint count = 0u;
     float sum = 0.0;
-    for (uint base = tile_range[0]; base < tile_range[1]; base += BATCH) {
-        uint size = min(BATCH, tile_range[1] - base);
+    // Twice only where some pixel of the tile has no record after the first time.
+    Tolerance tolerance = VALID;
+    bool is_stretched = false;
+    for (uint turn = 0u; turn < 2u; ++turn) {
+        wants_records = wants_records && count == 0u;
         barrier();
-        batch_bounds[thread] = 0u;
-        if (thread < size) {
-            uint record = sorted_pairs[base + thread].record;
-            batch_records[thread] = record;
-            batch_bounds[thread] = bounds_in_tile(rectangles[record], 16u * gl_WorkGroupID.xy);
-            batch[thread] = cache_points[record];
-        }
+        if (thread == 0u) wanting = 0u;
         barrier();
-        // Most records of a tile touch few of its pixels: two words tell a pixel which of 32 records to ask.
-        uint transposed = 0u;
-        for (uint i = 0u; i < 32u; ++i) {
-            transposed |= ((batch_bounds[(thread & ~31u) + i] >> (thread & 31u)) & 1u) << i;
-        }
-        touching[thread] = transposed;
+        if (wants_records) atomicOr(wanting, 1u);
         barrier();
-        if (!wants_records) continue;
-        for (uint group = 0u; group < size; group += 32u) {
-            uint records = touching[group + gl_LocalInvocationID.x] & touching[group + 16u + gl_LocalInvocationID.y];
-            for (; records != 0u; records &= records - 1u) {
-                uint i = group + uint(findLSB(records));
-                float weight = record_weight(pixel.position, pixel.normal, facet, batch[i]);
-                if (weight <= 0.0) continue;
-                if (WRITES == 1u && first + count < push.weight_capacity) {
-                    weights[first + count] = SplatWeight(batch_records[i], weight);
+        if (wanting == 0u) break;
+        for (uint base = tile_range[0]; base < tile_range[1]; base += BATCH) {
+            uint size = min(BATCH, tile_range[1] - base);
+            barrier();
+            batch_bounds[thread] = 0u;
+            if (thread < size) {
+                uint record = sorted_pairs[base + thread].record;
+                batch_records[thread] = record;
+                batch_bounds[thread] = bounds_in_tile(rectangles[record], 16u * gl_WorkGroupID.xy);
+                batch[thread] = cache_points[record];
+            }
+            barrier();
+            // Most records of a tile touch few of its pixels: two words tell a pixel which of 32 records to ask.
+            uint transposed = 0u;
+            for (uint i = 0u; i < 32u; ++i) {
+                transposed |= ((batch_bounds[(thread & ~31u) + i] >> (thread & 31u)) & 1u) << i;
+            }
+            touching[thread] = transposed;
+            barrier();
+            if (!wants_records) continue;
+            for (uint group = 0u; group < size; group += 32u) {
+                uint records = touching[group + gl_LocalInvocationID.x] & touching[group + 16u + gl_LocalInvocationID.y];
+                for (; records != 0u; records &= records - 1u) {
+                    uint i = group + uint(findLSB(records));
+                    float weight = record_weight(pixel.position, pixel.normal, facet, batch[i], tolerance);
+                    if (weight <= 0.0) continue;
+                    if (WRITES == 1u && first + count < push.weight_capacity) {
+                        weights[first + count] = SplatWeight(batch_records[i], weight);
+                    }
+                    ++count;
+                    sum += weight;
                 }
-                ++count;
-                sum += weight;
             }
         }
+        is_stretched = wants_records && turn == 1u;
+        tolerance = STRETCHED;
     }
     if (!in_image) return;
     if (WRITES == 0u) {
         // With pairs missing nobody knows who is bare; the host makes room and repeats the frame.
         bool is_complete = first_pairs[push.record_count] <= push.pair_capacity;
-        bool is_bare = wants_records && count == 0u && push.record_count > 0u && is_complete;
+        bool is_bare = is_stretched && count == 0u && push.record_count > 0u && is_complete;
         if (is_bare) bare_pixels[atomicAdd(tally.bare, 1u)] = index;
+        if (is_stretched && count > 0u) atomicAdd(tally.stretched, 1u);
         pixel_counts[index] = is_bare ? 1u : count;
     } else {
+        if (is_stretched) sum = -sum;
         for (uint i = first; i < min(first + count, push.weight_capacity); ++i) weights[i].weight /= sum;
     }
 }

@@ -6,20 +6,42 @@ struct PixelRectangle {
     uint high;  // one past the last column and row, packed alike
 };
 
+// The box around what a tile of pixels shows, metres.
+struct TileBox {
+    vec3 low;
+    vec3 high;
+};
+
+// Tiles that a rectangle touches: the first, and one past the last.
+uvec4 tiles_of(PixelRectangle rectangle) {
+    uvec2 first = uvec2(rectangle.low & 0xffffu, rectangle.low >> 16);
+    uvec2 end = uvec2(rectangle.high & 0xffffu, rectangle.high >> 16);
+    return uvec4(first / 16u, (end + 15u) / 16u);
+}
+
+// Whether a sphere reaches into a box. A hair too large: no weight above zero may be lost to rounding.
+bool reaches(vec3 position, float radius, TileBox box) {
+    vec3 apart = max(max(box.low - position, position - box.high), vec3(0.0));
+    return dot(apart, apart) <= 1.002 * radius * radius;
+}
+
 // A record that may touch a tile.
 struct TilePair {
     uint tile;
     uint record;
 };
 
-// A record that serves a pixel; a pixel's weights sum to 1.
+// A record that serves a pixel. A pixel's weights sum to 1, or to -1 where no record covers it.
 struct SplatWeight {
     uint record;
     float weight;
 };
 
 // Pixels that no record covers.
-struct SplatTally { uint bare; };
+struct SplatTally {
+    uint bare;       // and none is near enough to stretch to it
+    uint stretched;
+};
 
 // Push block of both sort kernels.
 struct SortPush {

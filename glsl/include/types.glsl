@@ -63,7 +63,7 @@ struct CachePoint {
     float radius;   // validity radius, metres
     vec3 normal;    // unit shading normal
     uint side;      // 2·triangle + (1 if the back side)
-    vec3 wall;      // the nearest wall that stands on its surface: the plane dot(x - position, wall) = 1; zero: none
+    vec3 wall;      // the nearest wall on its surface, or what covers it: the plane dot(x - position, wall) = 1; zero: none
     vec3 facet;     // unit geometric normal on its side
 };
 

@@ -101,9 +101,9 @@ impl Tracing<'_> {
             let Some(hit) = hit.filter(|hit| local.z > 0.1736 && hit.t < nearest.0) else { continue };
             let plane = self.geometry.surfaces[hit.triangle as usize].normal.as_dvec3();
             let distance = plane.dot(hit.position - point.position.as_dvec3());
-            let stands =
-                plane.dot(point.normal.as_dvec3()).abs() < std::f64::consts::FRAC_1_SQRT_2 && distance != 0.0;
-            nearest = (hit.t, if stands { plane / distance } else { DVec3::ZERO });
+            let facing = if distance > 0.0 { -plane } else { plane };
+            let is_alike = facing.dot(point.normal.as_dvec3()) >= std::f64::consts::FRAC_1_SQRT_2;
+            nearest = (hit.t, if is_alike || distance == 0.0 { DVec3::ZERO } else { plane / distance });
         }
         nearest
     }

@@ -4,14 +4,21 @@ use crate::types::{PixelSurface, Record};
 use glam::{DMat3, DVec3};
 
 /// Indirect irradiance at a pixel, W/m²: its records, extrapolated, in their shares. Along each way the gradient is the mean of
-/// that at the record and that at the pixel, which is the records' own mean: what irradiance bends cancels.
+/// that at the record and that at the pixel, which is the records' own mean: what irradiance bends cancels. A negative share is that of a record
+/// that does not cover the pixel: it changes by its half at most, or to its double.
 pub fn splat_apply(pixel: &PixelSurface, shares: &[(Record, f32)]) -> DVec3 {
     let (mut irradiance, mut offset, mut translation) = (DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
     for (record, share) in shares {
-        let share = f64::from(*share);
+        let is_bare = *share < 0.0;
+        let share = f64::from(share.abs());
         let moved = pixel.position.as_dvec3() - record.position.as_dvec3();
-        let [along, turned] = [record.translation.as_dmat3(), record.rotation.as_dmat3()];
-        let change = 0.5 * along.transpose() * moved + turned.transpose() * pixel.normal.as_dvec3();
+        let [mut along, turned] = [record.translation.as_dmat3(), record.rotation.as_dmat3()];
+        let mut change = 0.5 * along.transpose() * moved + turned.transpose() * pixel.normal.as_dvec3();
+        if is_bare {
+            let irradiance = record.irradiance.as_dvec3();
+            change = change.clamp(-0.5 * irradiance, irradiance);
+            along = DMat3::ZERO;
+        }
         irradiance += share * (record.irradiance.as_dvec3() + change).max(DVec3::ZERO);
         offset += share * moved;
         translation += along * share;

@@ -13,7 +13,7 @@ use crate::passes::reference::photon_irradiance::{PhotonIrradiance, Points};
 use crate::passes::reference::photon_map::{Photon, PhotonGrid, PhotonMap};
 use crate::passes::reference::photon_reach;
 use crate::reference::TracedScene;
-use crate::scene::{Scene, Triangle, surfaces};
+use crate::scene::{Scene, Triangle, solids::Solids, surfaces};
 use crate::types::{Node, Surface};
 use glam::Vec3;
 use std::sync::Arc;
@@ -40,7 +40,9 @@ impl Reachable {
         let root: Vec<Node> = scene.buffers.nodes.read_range(0, 1)?;
         let clear_distance = clear_distance(&root[0]);
         let rays = Rays::new(context)?;
-        sides::deactivate_unreachable(&rays, &scene.buffers, &scene.scene, clear_distance, &mut surfaces)?;
+        let solids = Solids::new(&scene.scene.triangles, &scene.scene.eyes());
+        let (buffers, world) = (&scene.buffers, &scene.scene);
+        sides::deactivate_unreachable(&rays, buffers, world, &solids, clear_distance, &mut surfaces)?;
         let area_m2 = active_sides(&scene.scene.triangles, &surfaces).map(|(_, area)| area).sum();
         Ok(Self { surfaces, low: scene.scene.bounds().0, area_m2 })
     }

@@ -43,7 +43,7 @@ impl Renderer {
         let [steps, once] = self.path_scan.step_bytes();
         let [pixel_colours, edge_colours] =
             [&self.pixel_colours.of_pixels, &self.pixel_colours.of_edges].map(Buffer::bytes);
-        let weights = self.splat.weight_bytes();
+        let [pairs, weights] = self.splat.list_bytes();
         let image = 12 * pixels;
         let mut bytes = Account::new();
         let mut rays = Account::new();
@@ -60,9 +60,7 @@ impl Renderer {
                 ClusterViews::STEM => self.views.bytes(),
                 Gather::STEM => gathered * (self.gather.rays.bytes() + records) / in_all + clusters,
                 Blend::STEM => self.blend.list_bytes() + 2 * records + self.gather.cache_points.bytes(),
-                Splat::STEM => {
-                    surface + self.gather.cache_points.bytes() + 4 * self.splat.pair_bytes() + weights
-                }
+                Splat::STEM => surface + self.gather.cache_points.bytes() + 4 * pairs + weights,
                 Splat::APPLY_STEM => surface + weights + records + image,
                 Antialias::STEM => surface + 8 * pixels + edge_samples,
                 PixelColours::STEM => surface + edge_samples + pixel_colours + edge_colours,

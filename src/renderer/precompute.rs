@@ -17,12 +17,13 @@ use crate::passes::precompute::{
     Progress, light_paths, narrow_gaps,
     near_clusters::{self, Extent},
     near_hits::{self, NearHits},
+    open_shares,
     rays::Rays,
     sides,
 };
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::directions::Directions;
-use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, surfaces};
+use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces};
 use crate::types::{CachePoint, PathVertex, Surface};
 use std::sync::Arc;
 use std::time::Instant;
@@ -111,29 +112,31 @@ pub(super) fn precompute(
     watch.lap("acceleration structure");
 
     progress.stage("surfaces", 1);
-    let (buffers, surfaces) = reachable_surfaces(context, scene, &bvh)?;
+    let solids = Solids::new(&scene.triangles, &scene.eyes());
+    let (buffers, surfaces) = reachable_surfaces(context, scene, &solids, &bvh)?;
     watch.lap("surfaces");
 
     progress.stage("cells", 1);
     let (low, high) = scene.bounds();
+    let lengths = [(high - low).length(), clear_distance(&bvh.nodes[0])];
+    let seed = quality.seed;
     let has_gaps = quality.gap_rounds > 0;
+    let rays = Rays::new(context)?;
     let build = |cells| {
         let build = if has_gaps { Hvds::build_split } else { Hvds::build };
-        build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells)
+        let mut hvds = build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells);
+        let geometry = geometry(&scene.triangles, &surfaces, &solids, &hvds, lengths);
+        let open = open_shares::open_shares(&geometry, (&rays, &buffers), seed)?;
+        hvds.leave_out_buried(&open);
+        Ok::<_, Error>(hvds)
     };
-    let cells = build(quality.cells);
+    let cells = build(quality.cells)?;
     let finest = (REFINED * quality.cells).min(FINEST);
-    let mut hvds = build(finest);
-    let gaps = narrow_gaps::find(&Rays::new(context)?, &buffers, &scene.lights)?;
+    let mut hvds = build(finest)?;
+    let gaps = narrow_gaps::find(&rays, &buffers, &scene.lights)?;
     watch.lap("cells");
 
-    let seed = quality.seed;
-    let geometry = Geometry {
-        triangles: &scene.triangles,
-        surfaces: &surfaces,
-        hvds: &cells,
-        scene_size: (high - low).length(),
-    };
+    let geometry = geometry(&scene.triangles, &surfaces, &solids, &cells, lengths);
     let survey = Survey::new(context, &buffers, &geometry, seed, progress)?;
     watch.lap("clearances");
 
@@ -176,7 +179,6 @@ pub(super) fn precompute(
         seed,
         progress,
     )?;
-    hvds.leave_out(&paths.buried);
     watch.lap("light paths");
 
     let mut placement =
@@ -320,10 +322,22 @@ pub(super) fn precompute(
     })
 }
 
+/// What cache points are placed on; the scene's size and how far rays start off surfaces, metres.
+fn geometry<'a>(
+    triangles: &'a [Triangle],
+    surfaces: &'a [Surface],
+    solids: &'a Solids,
+    hvds: &'a Hvds,
+    [scene_size, clear_distance]: [f32; 2],
+) -> Geometry<'a> {
+    Geometry { triangles, surfaces, hvds, scene_size, solids, clear_distance }
+}
+
 /// Uploads the scene and finds out which sides take part in transport.
 fn reachable_surfaces(
     context: &Arc<Context>,
     scene: &Scene,
+    solids: &Solids,
     bvh: &Bvh,
 ) -> Result<(SceneBuffers, Vec<Surface>)> {
     let sees = surfaces::sides_that_see_something(&scene.triangles);
@@ -339,7 +353,14 @@ fn reachable_surfaces(
         &scene.materials,
     )?;
     let clear_distance = clear_distance(&bvh.nodes[0]);
-    sides::deactivate_unreachable(&Rays::new(context)?, &buffers, scene, clear_distance, &mut surfaces)?;
+    sides::deactivate_unreachable(
+        &Rays::new(context)?,
+        &buffers,
+        scene,
+        solids,
+        clear_distance,
+        &mut surfaces,
+    )?;
     buffers.surfaces.write(&surfaces)?;
     if surfaces.is_empty() {
         return Err(Error::Usage("the scene has no triangle".into()));

@@ -21,8 +21,17 @@ pub struct Piece {
     pub cluster: u32,
     /// Exact area, m².
     pub area_m2: f64,
+    /// Share of it that is not buried in a solid, 0..=1.
+    pub open: f32,
     /// Corners of the convex polygon, on the surface.
     pub corners: Vec<Vec3>,
+}
+
+impl Piece {
+    /// Area that light can come to, m².
+    pub fn open_area_m2(&self) -> f64 {
+        f64::from(self.open) * self.area_m2
+    }
 }
 
 /// The clusters of a scene.
@@ -171,17 +180,17 @@ impl Hvds {
         sums.into_iter().map(|sum| sum as f32).collect()
     }
 
-    /// Takes shares, 0..=1, of the base clusters' areas away, here and in all that is around them: no light ever comes there.
-    pub fn leave_out(&mut self, shares: &[f32]) {
-        for (base, &share) in shares.iter().enumerate().filter(|(_, share)| **share > 0.0) {
-            let area_m2 = share * self.areas_m2[base];
-            let mut cluster = base as u32;
-            while cluster != types::NO_CLUSTER {
-                let left = &mut self.areas_m2[cluster as usize];
-                *left = (*left - area_m2).max(0.0);
-                cluster = self.parents[cluster as usize];
-            }
+    /// Takes away what is buried in solids: `open` is the share, 0..=1, that is left of each piece. Clusters stay where they are, even those
+    /// of which nothing is left.
+    pub fn leave_out_buried(&mut self, open: &[f32]) {
+        if open.iter().all(|&open| open == 1.0) {
+            return;
         }
+        for (piece, &open) in self.pieces.iter_mut().zip(open) {
+            piece.open = open;
+        }
+        self.pieces.retain(|piece| piece.open > 0.0);
+        self.areas_m2 = self.sum_up(self.pieces.iter().map(Piece::open_area_m2));
     }
 
     /// The clusters of a base cell, by its place in the table.
@@ -264,7 +273,7 @@ fn cut_sides(
                 if area_m2 > 0.0 {
                     let corners = polygon.iter().map(|&p| (p + pull).as_vec3()).collect();
                     let side = 2 * index as u32 + u32::from(back);
-                    pieces.push((key(code, cell), Piece { side, cluster: 0, area_m2, corners }));
+                    pieces.push((key(code, cell), Piece { side, cluster: 0, area_m2, open: 1.0, corners }));
                 }
             });
         }

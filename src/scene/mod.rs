@@ -25,6 +25,7 @@ mod obj;
 pub mod quality;
 mod settings;
 pub mod shapes;
+pub mod solids;
 pub mod surfaces;
 pub mod texture;
 mod value;
@@ -104,6 +105,12 @@ impl Scene {
     /// Total one-sided surface area, m².
     pub fn area_m2(&self) -> f64 {
         self.triangles.iter().map(Triangle::area_m2).sum()
+    }
+
+    /// Where light is sent from and looked at from: what holds such a point is no solid.
+    pub fn eyes(&self) -> Vec<Vec3> {
+        let lights = self.lights.iter().filter_map(|light| light.kind.position());
+        lights.chain(self.cameras.iter().map(|camera| camera.position)).collect()
     }
 
     /// Smallest and largest corner of the bounding box, metres.

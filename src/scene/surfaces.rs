@@ -1,7 +1,5 @@
 //! Which sides of which triangles take part in light transport.
 
-use std::collections::HashMap;
-
 use crate::scene::{Triangle, grid::cluster_code};
 use crate::types;
 use glam::{DVec3, Vec3};
@@ -64,64 +62,6 @@ pub fn sides_that_see_something(triangles: &[Triangle]) -> Vec<[bool; 2]> {
         .collect()
 }
 
-/// Triangles whose backs look into a solid: they belong to a surface without a border that is wound outwards and holds none of `eyes`
-/// (lights and cameras). Parts that reach into each other show their fronts to each other's insides, where no light comes.
-pub fn backs_inside_solids(triangles: &[Triangle], eyes: &[Vec3]) -> Vec<bool> {
-    let mut corners: HashMap<[u32; 3], usize> = HashMap::new();
-    let mut parent = Vec::new();
-    let indexed: Vec<[usize; 3]> = triangles
-        .iter()
-        .map(|triangle| {
-            triangle.positions.map(|p| {
-                // Adding zero makes -0 equal to 0.
-                *corners.entry((p + 0.0).to_array().map(f32::to_bits)).or_insert_with(|| {
-                    parent.push(parent.len());
-                    parent.len() - 1
-                })
-            })
-        })
-        .collect();
-    let mut edges: HashMap<[usize; 2], i32> = HashMap::new();
-    for &[a, b, c] in &indexed {
-        for [from, to] in [[a, b], [b, c], [c, a]] {
-            let roots = [from, to].map(|corner| root(&mut parent, corner));
-            parent[roots[0]] = roots[1];
-            *edges.entry([from.min(to), from.max(to)]).or_default() += if from < to { 1 } else { -1 };
-        }
-    }
-    let mut is_solid = vec![true; parent.len()];
-    for (edge, balance) in edges {
-        is_solid[root(&mut parent, edge[0])] &= balance == 0;
-    }
-    let parts: Vec<usize> = indexed.iter().map(|corners| root(&mut parent, corners[0])).collect();
-    // Over a whole surface: its volume; and, of each eye, how often it goes around that.
-    let mut sum = |of: &dyn Fn([DVec3; 3]) -> f64, is_meant: &dyn Fn(f64) -> bool| {
-        let mut sums = vec![0.0; is_solid.len()];
-        for (triangle, &part) in triangles.iter().zip(&parts) {
-            sums[part] += of(triangle.positions.map(Vec3::as_dvec3));
-        }
-        is_solid.iter_mut().zip(sums).for_each(|(solid, sum)| *solid &= is_meant(sum));
-    };
-    sum(&|[a, b, c]| a.dot(b.cross(c)), &|volume| volume > 0.0);
-    for eye in eyes {
-        let solid_angle = |corners: [DVec3; 3]| {
-            let [a, b, c] = corners.map(|p| (p - eye.as_dvec3()).normalize_or_zero());
-            2.0 * a.dot(b.cross(c)).atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
-        };
-        sum(&solid_angle, &|angle| angle < 2.0 * std::f64::consts::PI);
-    }
-    parts.iter().map(|&part| is_solid[part]).collect()
-}
-
-/// The representative of a corner's surface.
-fn root(parent: &mut [usize], mut corner: usize) -> usize {
-    while parent[corner] != corner {
-        parent[corner] = parent[parent[corner]];
-        corner = parent[corner];
-    }
-    corner
-}
-
 /// The scene's furthest vertices along the 26 code directions.
 fn extreme_points(triangles: &[Triangle]) -> Vec<Vec3> {
     (0..crate::scene::grid::CODE_COUNT)
@@ -136,27 +76,6 @@ fn extreme_points(triangles: &[Triangle]) -> Vec<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::shapes;
-
-    #[test]
-    fn backs_of_solids_are_inside_unless_somebody_is() {
-        let [room, block] = [[2.0, 2.0, 2.0], [0.5, 0.5, 0.5]]
-            .map(|size| shapes::closed_box(Vec3::from(size), 0.5).triangles);
-        let turned = |triangle: &Triangle| {
-            let [a, b, c] = triangle.positions;
-            Triangle { positions: [a, c, b], ..*triangle }
-        };
-        // A room has its fronts inside, a block outside; the last one lacks a facet.
-        let mut all = room.clone();
-        all.extend(block.iter().map(turned));
-        let found = backs_inside_solids(&all, &[Vec3::new(0.6, 0.0, 0.0)]);
-        assert!(
-            found[..room.len()].iter().all(|solid| !solid) && found[room.len()..].iter().all(|solid| *solid)
-        );
-        assert!(backs_inside_solids(&all, &[Vec3::ZERO]).iter().all(|solid| !solid), "an eye inside");
-        all.pop();
-        assert!(backs_inside_solids(&all, &[]).iter().all(|solid| !solid), "a border");
-    }
 
     #[test]
     fn only_the_inside_of_a_corner_sees_something() {

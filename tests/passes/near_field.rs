@@ -77,7 +77,7 @@ fn irradiance_of_near_clusters_equals_the_twin() {
         let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();
         let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();
         let direct = |cluster: usize| {
-            flux[cluster].direct.as_dvec3() / f64::from(world.hvds.areas_m2[cluster].max(least_area_m2))
+            flux[cluster].direct.as_dvec3() * cpu::hvds::inverse_area(&world.hvds, cluster, least_area_m2)
         };
         let mut dark = 0;
         for (cluster, device) in irradiance.iter().enumerate().take(world.hvds.cluster_count() as usize) {

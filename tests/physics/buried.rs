@@ -1,11 +1,12 @@
-//! Parts that reach into each other: what is buried in a solid is no surface.
+//! Parts that reach into each other: what is buried in a solid is no surface. And what is small.
 
 use crate::common::{assert_silent, context};
-use crate::{SMALL, render};
+use crate::{SMALL, assert_close, render};
 use glam::Vec3;
-use lightpaths::renderer::{Exact, Stage};
-use lightpaths::scene::{Quality, Scene, Triangle, shapes};
-use lightpaths::types::Record;
+use lightpaths::passes::frame::hvds::ClusterFlux;
+use lightpaths::renderer::{Exact, Layer, Stage};
+use lightpaths::scene::{Quality, Scene, Triangle, grid, hvds::Hvds, shapes, surfaces};
+use lightpaths::types::{Record, Surface};
 
 /// A cube of 2 m from inside, on whose floor a slab of 2 cm lies, sunk to half its height: nearly all of the floor is buried, in the
 /// same cells as the slab's top.
@@ -19,15 +20,95 @@ fn tiled_room() -> Scene {
     scene
 }
 
-#[test]
-fn what_is_buried_in_a_solid_takes_no_light_away() {
-    let quality = Quality { entry_points: 100_000, ..SMALL };
-    let renderer = render(tiled_room(), quality);
+/// The same with another slab inside the first: what lies under both sees the outside of the inner one first.
+fn nested_room() -> Scene {
+    let mut scene = tiled_room();
+    let inner = shapes::closed_box(Vec3::new(1.88, 0.004, 1.88), 0.5).triangles;
+    scene.triangles.extend(inner.into_iter().map(|Triangle { positions: [a, b, c], normals, material }| {
+        let positions = [a, c, b].map(|corner| corner - 0.994 * Vec3::Y);
+        Triangle { positions, normals: normals.map(|normal| -normal), material }
+    }));
+    scene
+}
+
+/// A slab that lies on the floor, but for a gap, metres: no solid holds the floor under it.
+fn covered_room(gap: f32) -> Scene {
+    let mut scene = tiled_room();
+    for corner in scene.triangles[12..].iter_mut().flat_map(|triangle| &mut triangle.positions) {
+        corner.y += 0.01 + gap;
+    }
+    scene
+}
+
+/// Share by which the irradiance of all records is off.
+fn error(scene: Scene, quality: Quality) -> f32 {
+    let renderer = render(scene, quality);
     let exact = Exact { stage: Stage::Clusters, samples: 16, sequence: 0 };
     let expected: f32 = renderer.exact_irradiance(exact).unwrap().iter().map(|exact| exact.x).sum();
     let records: Vec<Record> = renderer.stages().gathered.read().unwrap();
     let found: f32 = records.iter().map(|record| record.irradiance.x).sum();
-    println!("irradiance of all records: {:+.2} %", 100.0 * (found / expected - 1.0));
-    assert!((found / expected - 1.0).abs() < 0.02, "{found} instead of {expected}");
+    found / expected - 1.0
+}
+
+#[test]
+fn what_is_buried_in_a_solid_takes_no_light_away() {
+    // Few entry points to a cell: what a cell holds must not be judged by their paths.
+    let rooms = [
+        ("one slab", tiled_room(), 16),
+        ("nested", nested_room(), 16),
+        ("small cells", tiled_room(), 64),
+        ("a gap", covered_room(5e-4), 16),
+    ];
+    for (name, scene, cells) in rooms {
+        let error = error(scene, Quality { entry_points: 100_000, cells, ..SMALL });
+        println!("{name}: irradiance of all records {:+.2} %", 100.0 * error);
+        assert!(error.abs() < 0.02, "{name}: {error}");
+    }
+    assert_silent(&context());
+}
+
+/// Records on a floor say nothing about the top of a slab that covers it.
+#[test]
+fn what_is_covered_does_not_speak_for_what_covers_it() {
+    // Too wide for its floor to count as covered; so many records that the corner around the slab is well resolved.
+    let mut scene = covered_room(0.012);
+    scene.cameras[0].target = Vec3::new(0.0, -1.0, 0.2);
+    let renderer =
+        render(scene, Quality { entry_points: 100_000, cache_points: 1_600, gather_rays: 144, ..SMALL });
+    let energy =
+        |pixels: Vec<[f32; 3]>| pixels.as_flattened().iter().map(|value| f64::from(*value)).sum::<f64>();
+    let splatted = energy(renderer.layer(Layer::Indirect).unwrap());
+    let gathered = energy(renderer.layer_gathered_at_pixels(Layer::Indirect).unwrap());
+    println!("splatted {:+.2} % off what is gathered at pixels", 100.0 * (splatted / gathered - 1.0));
+    assert_close("indirect light", splatted, gathered, 0.02);
+    assert_silent(&context());
+}
+
+/// However small the clusters are beside what an entry point stands for, they hold all light that there is.
+#[test]
+fn irradiance_over_all_clusters_of_a_level_is_the_flux() {
+    let scene = shapes::closed_box(Vec3::new(2.0, 1.5, 1.0), 0.0);
+    let renderer = render(scene, Quality { entry_points: 2_000, cells: 64, ..SMALL });
+    let [irradiance, flux] = [renderer.stages().cluster_irradiance, renderer.stages().cluster_flux];
+    let irradiance: Vec<Vec3> = irradiance.read().unwrap();
+    let flux: Vec<ClusterFlux> = flux.read().unwrap();
+    let scene = renderer.scene();
+    let sees = surfaces::sides_that_see_something(&scene.triangles);
+    let pairs = scene.triangles.iter().zip(sees);
+    let surfaces: Vec<Surface> =
+        pairs.map(|(triangle, active)| surfaces::surface(triangle, active)).collect();
+    let (low, high) = scene.bounds();
+    let hvds = Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, 128), 128);
+    let whole: f64 = flux[hvds.levels[0].start as usize..hvds.levels[0].end as usize]
+        .iter()
+        .map(|flux| f64::from(flux.direct.x))
+        .sum();
+    for (level, clusters) in hvds.levels.iter().enumerate() {
+        let of = |cluster: u32| {
+            f64::from(irradiance[cluster as usize].x) * f64::from(hvds.areas_m2[cluster as usize])
+        };
+        let found: f64 = clusters.clone().map(of).sum();
+        assert_close(&format!("flux of level {level}"), found, whole, 1e-4);
+    }
     assert_silent(&context());
 }

@@ -99,7 +99,14 @@ fn parents_hold_the_sums_of_their_children_and_levels_the_whole() {
     assert_eq!(flux.len(), hvds.cluster_count() as usize);
     let whole = deposited(&renderer);
     let entry_area = (renderer.scene().area_m2() / f64::from(SMALL.entry_points)) as f32;
-    let area = |cluster: usize| f64::from(hvds.areas_m2[cluster].max(entry_area));
+    let area = |cluster: usize| {
+        let is_root = hvds.parents[cluster] == NO_CLUSTER;
+        match hvds.areas_m2[cluster].max(if is_root { entry_area } else { 0.0 }) {
+            // What lies on none counts for nothing.
+            0.0 => f64::INFINITY,
+            area_m2 => f64::from(area_m2),
+        }
+    };
     let root = hvds.levels.last().unwrap().clone().map(|cluster| cluster as usize);
     let everywhere =
         root.clone().map(|cluster| flux[cluster][1]).sum::<DVec3>() / root.map(area).sum::<f64>();
@@ -109,7 +116,7 @@ fn parents_hold_the_sums_of_their_children_and_levels_the_whole() {
         let sum: DVec3 = flux[clusters.clone()].iter().map(|[direct, indirect]| *direct + *indirect).sum();
         assert_all_close(&format!("level {depth}"), sum, whole.x, 1e-5);
         for cluster in clusters {
-            // Nothing is divided by less than the area of an entry point; indirect light may be that of a cluster around.
+            // No root is divided by less than the area of an entry point; indirect light may be that of a cluster around.
             let irradiance = irradiance[cluster].as_dvec3();
             let mut source = cluster;
             let stored = |source: usize| flux[cluster][0] / area(cluster) + flux[source][1] / area(source);

@@ -48,8 +48,12 @@ fn shining(exponent: f32, editable: bool) -> Scene {
 
 /// Noise-free relMSE of the picture, and energy by layer.
 fn errors(scene: Scene, samples: u32) -> [f64; 3] {
+    errors_at(scene, samples, QUALITY)
+}
+
+fn errors_at(scene: Scene, samples: u32, quality: Quality) -> [f64; 3] {
     let tracer = trace(scene.clone(), scene.cameras[0].size, samples);
-    let renderer = render(scene, QUALITY);
+    let renderer = render(scene, quality);
     let picture = tracer.picture().unwrap();
     let halves = tracer.halves().unwrap();
     let layer = |layer| renderer.layer(layer).unwrap();
@@ -114,7 +118,9 @@ fn light_sent_on_is_as_sharp_as_its_lobe() {
 /// Paths that are cosine sampled, so that materials may be edited, carry the same light; also after an edit from matt to shining.
 #[test]
 fn editable_surfaces_shine_alike() {
-    let [relmse, direct, indirect] = errors(shining(20.0, true), 192);
+    // Over six seeds of 50 000 entry points indirect light has a mean of 0.9999 and scatters by 0.65 %.
+    let many = Quality { entry_points: 200_000, ..QUALITY };
+    let [relmse, direct, indirect] = errors_at(shining(20.0, true), 192, many);
     println!("editable: relMSE {relmse:.2e}, direct {direct:.4}, indirect {indirect:.4}");
     assert!(relmse < 2e-3);
     assert!((direct - 1.0).abs() < 0.01 && (indirect - 1.0).abs() < 0.01);

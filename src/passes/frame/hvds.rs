@@ -121,8 +121,8 @@ impl Pyramid {
     pub const STEM: &str = "hvds";
 
     /// Uploads the nesting. `first_deposits` has the first deposit of each base cluster by an entry
-    /// point, then its first by another vertex, and the end. No cluster is divided by an area below `least_area_m2`, the area of one entry point: what
-    /// is smaller cannot be resolved, and only roots so small are ever read.
+    /// point, then its first by another vertex, and the end. No root is divided by an area below `least_area_m2`, the area of one entry point: what
+    /// is smaller cannot be resolved. Smaller clusters are read as parts of views only, whose weights are proportional to area.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -132,8 +132,15 @@ impl Pyramid {
         first_deposits: &[u32],
         least_area_m2: f32,
     ) -> Result<Self> {
-        let inverse_areas: Vec<f32> =
-            hvds.areas_m2.iter().map(|area| 1.0 / area.max(least_area_m2)).collect();
+        let roots = hvds.levels.last().map_or(0, |roots| roots.start) as usize;
+        let inverse_areas: Vec<f32> = (0..)
+            .zip(&hvds.areas_m2)
+            .map(|(cluster, &area)| match cluster < roots {
+                true if area > 0.0 => 1.0 / area,
+                true => 0.0,
+                false => 1.0 / area.max(least_area_m2),
+            })
+            .collect();
         let all = vec![true; hvds.cluster_count() as usize];
         // What nobody reads is never written.
         let dark = vec![Vec3::ZERO; hvds.cluster_count() as usize];

@@ -10,6 +10,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::frame::tile_sort::TileSort;
 use crate::types::View;
+use glam::{UVec2, Vec3};
 use std::sync::Arc;
 
 gpu_struct! {
@@ -23,7 +24,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A record that serves a pixel; a pixel's weights sum to 1.
+    /// A record that serves a pixel. A pixel's weights sum to 1, or to -1 where no record covers it.
     pub struct SplatWeight {
         /// Record.
         pub record: u32,
@@ -35,8 +36,28 @@ gpu_struct! {
 gpu_struct! {
     /// What the splat could not do as it should.
     pub struct SplatTally {
-        /// Pixels that no record covers and that take the nearest one.
+        /// Pixels that no record covers, nor stretches to, and that take the nearest one.
         pub bare: u32,
+        /// Pixels that records stretch to.
+        pub stretched: u32,
+    }
+}
+
+gpu_struct! {
+    /// The box around what a tile of pixels shows.
+    pub struct TileBox {
+        /// Lowest corner, metres.
+        pub low: Vec3,
+        /// Highest corner.
+        pub high: Vec3,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of the step before the first.
+    pub struct SplatBoxesPush {
+        /// Of the image, pixels.
+        pub size: UVec2,
     }
 }
 
@@ -105,6 +126,8 @@ pub const LAYOUTS: &[Layout] = &[
     PixelRectangle::LAYOUT,
     SplatWeight::LAYOUT,
     SplatTally::LAYOUT,
+    TileBox::LAYOUT,
+    SplatBoxesPush::LAYOUT,
     SplatBoundsPush::LAYOUT,
     SplatEmitPush::LAYOUT,
     SplatTilesPush::LAYOUT,
@@ -120,6 +143,7 @@ const NEAREST_GROUPS: u32 = 64;
 /// The pipelines and all lists between records and pixels.
 pub struct Splat {
     context: Arc<Context>,
+    boxes: Pipeline,
     bounds: Pipeline,
     emit: Pipeline,
     count: Pipeline,
@@ -131,6 +155,7 @@ pub struct Splat {
     sort: TileSort,
     record_count: u32,
     size: [u32; 2],
+    tile_boxes: Buffer,
     rectangles: Buffer,
     first_pairs: Buffer,
     first_weights: Buffer,
@@ -155,9 +180,11 @@ impl Splat {
     pub fn new(context: &Arc<Context>, record_count: u32, size: [u32; 2]) -> Result<Self> {
         let pixel_count = size[0] * size[1];
         let weight_capacity = 6 * pixel_count;
+        let tile_count = size.map(|pixels| u64::from(pixels.div_ceil(TILE))).iter().product::<u64>();
         let tiles = |writes: u32| Pipeline::new(context, "splat_tiles", &[("WRITES", writes)]);
         Ok(Self {
             context: context.clone(),
+            boxes: Pipeline::new(context, "splat_boxes", &[])?,
             bounds: Pipeline::new(context, "splat_bounds", &[])?,
             emit: Pipeline::new(context, "splat_emit", &[])?,
             count: tiles(0)?,
@@ -169,12 +196,13 @@ impl Splat {
             sort: TileSort::new(context, 6 * record_count)?,
             record_count,
             size,
+            tile_boxes: Buffer::storage(context, "tile boxes", tile_count * size_of::<TileBox>() as u64)?,
             rectangles: Buffer::storage(context, "pixel rectangles", 8 * u64::from(record_count))?,
             first_pairs: Buffer::storage(context, "first pairs", 4 * (u64::from(record_count) + 1))?,
             first_weights: Buffer::storage(context, "first weights", 4 * (u64::from(pixel_count) + 1))?,
             weights: Buffer::storage(context, "splat weights", 8 * u64::from(weight_capacity))?,
             weight_capacity,
-            tally: Buffer::storage(context, "splat tally", 4)?,
+            tally: Buffer::storage(context, "splat tally", size_of::<SplatTally>() as u64)?,
             bare_pixels: Buffer::storage(context, "bare pixels", 4 * u64::from(pixel_count))?,
             irradiance: Buffer::storage(context, "indirect irradiance", 12 * u64::from(pixel_count))?,
         })
@@ -193,6 +221,13 @@ impl Splat {
         let records = [self.record_count, 1, 1];
         let mut pass = rec.pass(Self::STEM);
         pass.dispatch(
+            &self.boxes,
+            [self.size[0], self.size[1], 1],
+            &SplatBoxesPush { size: self.size.into() },
+            &[("Pixels", pixels), ("TileBoxes", &self.tile_boxes)],
+        );
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.dispatch(
             &self.bounds,
             [self.record_count.max(1), 1, 1],
             &SplatBoundsPush { view: *view, record_count: self.record_count },
@@ -201,6 +236,7 @@ impl Splat {
                 ("Rectangles", &self.rectangles),
                 ("TileCounts", &self.first_pairs),
                 ("Tally", &self.tally),
+                ("TileBoxes", &self.tile_boxes),
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
@@ -218,6 +254,8 @@ impl Splat {
                 ("Rectangles", &self.rectangles),
                 ("FirstPairs", &self.first_pairs),
                 ("Pairs", self.sort.input()),
+                ("CachePoints", cache_points),
+                ("TileBoxes", &self.tile_boxes),
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
@@ -234,7 +272,6 @@ impl Splat {
             [NEAREST_GROUPS * self.nearest.local_size()[0], 1, 1],
             &SplatNearestPush { record_count: self.record_count, weight_capacity: self.weight_capacity },
             &[
-                ("Surfaces", surfaces),
                 ("Pixels", pixels),
                 ("CachePoints", cache_points),
                 ("FirstWeights", &self.first_weights),
@@ -341,21 +378,17 @@ impl Splat {
         [self.size[0] * self.size[1], self.weight_capacity]
     }
 
-    /// Bytes of the weight list's room.
-    pub fn weight_bytes(&self) -> u64 {
-        self.weights.bytes()
+    /// Bytes of the room for pairs and for weights.
+    pub fn list_bytes(&self) -> [u64; 2] {
+        [self.sort.input().bytes(), self.weights.bytes()]
     }
 
-    /// Bytes of the pair list's room.
-    pub fn pair_bytes(&self) -> u64 {
-        self.sort.input().bytes()
-    }
-
-    /// Pixels of the last view that no record covers: they take the nearest one.
+    /// Pixels of the last view that no record covers: those that records stretch to, and those that take the nearest one.
     ///
     /// # Errors
     /// The device failed.
-    pub fn bare_pixel_count(&self) -> Result<u32> {
-        Ok(self.tally.read::<SplatTally>()?[0].bare)
+    pub fn uncovered(&self) -> Result<[u32; 2]> {
+        let tally = self.tally.read::<SplatTally>()?[0];
+        Ok([tally.stretched, tally.bare])
     }
 }

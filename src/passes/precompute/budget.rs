@@ -39,7 +39,7 @@ impl Demand {
             let fastest = turns.into_iter().fold(1e-12, f64::max);
             let slowest = turns.into_iter().fold(fastest, f64::min).max(1e-12);
             let reach = [NORMAL_RANGE / fastest, NORMAL_RANGE / slowest];
-            Self { area_m2: piece.area_m2, reach, clearance }
+            Self { area_m2: piece.open_area_m2(), reach, clearance }
         })
     }
 

@@ -10,12 +10,13 @@ use super::budget::{COVERED, Demand, RADIUS_RANGE, spread};
 use super::clearance::{Clearance, Surveyor};
 pub use super::coverage::Placed;
 use super::coverage::{Neighbourhood, Records};
+use super::piece_points::{plane_sequence, point_in_polygon};
 use super::{Progress, shares};
 use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::passes::SceneBuffers;
-use crate::scene::{Triangle, hvds::Hvds, hvds::Piece};
+use crate::scene::{Triangle, hvds::Hvds, hvds::Piece, solids::Solids};
 use crate::types::{CachePoint, Surface};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -157,11 +158,20 @@ pub struct Geometry<'a> {
     pub hvds: &'a Hvds,
     /// Diagonal of the scene, metres.
     pub scene_size: f32,
+    /// What surface may be buried in.
+    pub solids: &'a Solids,
+    /// How far ray origins stay off surfaces, metres.
+    pub clear_distance: f32,
 }
 
 impl Geometry<'_> {
+    /// Whether a solid holds a point of the surface.
+    pub(super) fn is_buried(&self, point: &CachePoint) -> bool {
+        self.solids.hold(point.position + self.clear_distance * point.facet)
+    }
+
     /// Candidate number `index` of a piece: uniform over it, low-discrepancy in `index`. The radius is left at zero.
-    fn draw(&self, piece: usize, index: u32, seed: u32) -> CachePoint {
+    pub(super) fn draw(&self, piece: usize, index: u32, seed: u32) -> CachePoint {
         let Piece { side, corners, .. } = &self.hvds.pieces[piece];
         let u = plane_sequence(index, hash(piece as u32 ^ hash(seed)));
         let corner_mean = self.triangles[*side as usize / 2].positions.iter().sum::<Vec3>() / 3.0;
@@ -311,7 +321,11 @@ impl Attempt<'_> {
                 let &Candidate { piece, index, .. } = candidate;
                 (candidate, self.geometry.draw(piece as usize, index, seed))
             });
-            drawn.filter(|(_, point)| !records.cover(point, weight)).collect()
+            let is_open = |(candidate, point): &(&Candidate, CachePoint)| {
+                let piece = &self.geometry.hvds.pieces[candidate.piece as usize];
+                !records.cover(point, weight) && (piece.open == 1.0 || !self.geometry.is_buried(point))
+            };
+            drawn.filter(is_open).collect()
         });
         open.sort_unstable_by_key(|drawn| drawn.0);
         open.into_iter().map(|drawn| drawn.1).collect()
@@ -349,36 +363,13 @@ impl Attempt<'_> {
     }
 }
 
-/// Uniform point in a convex polygon.
-fn point_in_polygon(corners: &[Vec3], u: [f32; 2]) -> Vec3 {
-    let area = |i: usize| (corners[i] - corners[0]).cross(corners[i + 1] - corners[0]).length();
-    let total: f32 = (1..corners.len() - 1).map(area).sum();
-    let mut rest = u[0] * total;
-    let mut fan = 1;
-    while fan + 2 < corners.len() && rest > area(fan) {
-        rest -= area(fan);
-        fan += 1;
-    }
-    let along = (rest / area(fan).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0).sqrt();
-    let side = corners[fan].lerp(corners[fan + 1], u[1]);
-    corners[0].lerp(side, along)
-}
-
-/// Point of the two-dimensional additive recurrence on the plastic number, shifted by a seed.
-fn plane_sequence(index: u32, seed: u32) -> [f32; 2] {
-    // 1/g and 1/g², g³ = g + 1.
-    const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
-    let shift = [f64::from(seed), f64::from(hash(seed))].map(|bits| bits / 4_294_967_296.0);
-    [0, 1].map(|axis| (shift[axis] + f64::from(index) * STEPS[axis]).fract() as f32)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn every_cluster_is_surveyed_and_none_too_often() {
-        let piece = |cluster: u32| Piece { side: 0, cluster, area_m2: 1.0, corners: Vec::new() };
+        let piece = |cluster: u32| Piece { side: 0, cluster, area_m2: 1.0, open: 1.0, corners: Vec::new() };
         // Clusters of 1, 2, … 100 pieces, mixed.
         let mut pieces: Vec<Piece> = (0..100).flat_map(|c| (0..=c).map(move |_| piece(c))).collect();
         pieces.sort_by_key(|piece| piece.cluster % 7);

@@ -16,7 +16,7 @@ gpu_struct! {
     pub struct Clearance {
         /// To the nearest surface that its rays see, metres; negative if that is the inside of a solid.
         pub distance: f32,
-        /// Plane of that surface, as in `CachePoint`, if it stands on the candidate's at 45° or more; else zero.
+        /// Plane of that surface, as in `CachePoint`, if it faces 45° or more away from the candidate's; else zero.
         pub wall: Vec3,
     }
 }

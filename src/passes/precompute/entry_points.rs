@@ -80,6 +80,7 @@ impl Strata {
         let area_m2: f64 = hvds.pieces.iter().map(|piece| piece.area_m2).sum();
         let share = |(piece, &density): (usize, &f32)| hvds.pieces[piece].area_m2 * f64::from(density);
         let total: f64 = densities.iter().enumerate().map(share).sum();
+        let open = |(piece, share): (usize, f64)| share * f64::from(hvds.pieces[piece].open);
         let mut strata =
             Self { patches: Vec::new(), first_points: vec![0], area_m2, in_clusters: Vec::new() };
         let mut running = 0.0;
@@ -98,7 +99,8 @@ impl Strata {
         if let Some(last) = strata.first_points.last_mut() {
             *last = if strata.patches.is_empty() { 0 } else { count };
         }
-        let expected = densities.iter().enumerate().map(share).map(|share| share * f64::from(count) / total);
+        let shares = densities.iter().enumerate().map(share).enumerate();
+        let expected = shares.map(open).map(|share| share * f64::from(count) / total);
         strata.in_clusters = hvds.sum_up(expected);
         strata
     }

@@ -75,11 +75,11 @@ pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3, ex
         let middle = piece.corners.iter().sum::<Vec3>() / piece.corners.len() as f32;
         let [low, high] = [Vec3::min, Vec3::max]
             .map(|bound| piece.corners[1..].iter().fold(piece.corners[0], |a, &b| bound(a, b)));
-        let area = piece.area_m2 as f32;
+        let area = piece.open_area_m2() as f32;
         let mut cluster = piece.cluster as usize;
         while cluster < end {
             let patch = &mut patches[cluster];
-            areas[cluster] += piece.area_m2;
+            areas[cluster] += piece.open_area_m2();
             patch.clearance += area * clearance;
             patch.middle += area * middle;
             patch.normal += area * normal(piece.side);

@@ -216,11 +216,11 @@ impl<'a> Cells<'a> {
     /// Points spread over the surface of a cluster, by area.
     fn spread(&self, cluster: u32) -> Samples {
         let pieces = self.pieces_of(cluster);
-        let area_m2: f64 = pieces.clone().map(|piece| piece.area_m2).sum();
+        let area_m2: f64 = pieces.clone().map(Piece::open_area_m2).sum();
         let mut points = Vec::with_capacity(SAMPLES);
         let mut passed = 0.0;
         for piece in pieces {
-            passed += piece.area_m2;
+            passed += piece.open_area_m2();
             while points.len() < SAMPLES && (points.len() as f64 + 0.5) * area_m2 <= passed * SAMPLES as f64 {
                 let position = point_on(piece, points.len() as u32).as_vec3();
                 points.push(Sample { position, normal: self.normal(piece.side) });

@@ -84,8 +84,6 @@ pub struct LightPaths {
     pub arrivals: Arrivals,
     /// Vertices that no cluster holds: those inside solids, where parts reach into each other.
     pub lost: u64,
-    /// Of each base cluster: the share of its surface that is buried in solids, 0..=1. Paths from there meet the solid's inside.
-    pub buried: Vec<f32>,
 }
 
 /// Reorders entry points and numbers the paths anew, so that those that the same editable materials reflect stand together;
@@ -168,7 +166,6 @@ impl LightPaths {
             departures: vec![Vec3::ZERO; paths],
             entry_colours: vec![WHITE; paths],
         };
-        let mut buried = vec![0.0; base_clusters as usize];
         let mut before: Option<(Vertex, bool)> = None;
         let mut lost = 0;
         for (vertex, is_head) in ordered.into_iter().zip(heads) {
@@ -188,11 +185,6 @@ impl LightPaths {
             if let Some((reflector, is_entry)) = before.filter(|(before, _)| before.path == vertex.path) {
                 material = surfaces[reflector.side as usize / 2].material;
                 if is_entry {
-                    let is_inside = !surfaces[vertex.side as usize / 2].side_is_active(vertex.side % 2 == 1);
-                    if is_inside && reflector.cluster != NO_CLUSTER {
-                        // The weight makes up for paths that the roulette ended.
-                        buried[reflector.cluster as usize] += vertex.weight;
-                    }
                     arrivals.departures[vertex.path as usize] = vertex.incoming;
                     arrivals.entry_colours[vertex.path as usize] = vertex.colour;
                     material = if may_shine[material as usize] { FROM_ENTRY } else { material };
@@ -201,13 +193,7 @@ impl LightPaths {
             steps.push(PathStep { material, weight: vertex.weight, slot });
             before = Some((vertex, is_head));
         }
-        for (cluster, buried) in buried.iter_mut().enumerate().filter(|(_, buried)| **buried > 0.0) {
-            let entry_points = first_deposits[2 * cluster + 1] - first_deposits[2 * cluster];
-            // However few there are, they do not say that nothing is in the open.
-            let count = entry_points as f32;
-            *buried = (*buried / count).min(count / (count + 1.0));
-        }
-        Self { steps, colours, deposits, first_deposits, groups: Vec::new(), arrivals, lost, buried }
+        Self { steps, colours, deposits, first_deposits, groups: Vec::new(), arrivals, lost }
     }
 }
 

@@ -8,7 +8,7 @@
 use super::rays::{RayQuery, Rays};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
-use crate::scene::{Scene, surfaces::backs_inside_solids};
+use crate::scene::{Scene, solids::Solids};
 use crate::types::{NO_SIDE, Surface};
 use glam::Vec3;
 
@@ -26,16 +26,11 @@ pub fn deactivate_unreachable(
     rays: &Rays,
     buffers: &SceneBuffers,
     scene: &Scene,
+    solids: &Solids,
     clear_distance: f32,
     surfaces: &mut [Surface],
 ) -> Result<()> {
-    let eyes: Vec<Vec3> = scene
-        .lights
-        .iter()
-        .filter_map(|light| light.kind.position())
-        .chain(scene.cameras.iter().map(|c| c.position))
-        .collect();
-    for (surface, is_inside) in surfaces.iter_mut().zip(backs_inside_solids(&scene.triangles, &eyes)) {
+    for (surface, is_inside) in surfaces.iter_mut().zip(solids.backs()) {
         if is_inside {
             surface.deactivate_side(true);
         }
@@ -61,7 +56,7 @@ pub fn deactivate_unreachable(
             sources.push(side);
         }
     }
-    for point in eyes {
+    for point in scene.eyes() {
         for ray in 0..RAYS_PER_POINT {
             let u = plastic_sequence(ray);
             queries.push(RayQuery { origin: point, direction: sphere([u[0], u[1]]) });
@@ -87,14 +82,14 @@ pub fn deactivate_unreachable(
 }
 
 /// Point of a three-dimensional additive recurrence on the plastic number's generalisation.
-fn plastic_sequence(index: u32) -> [f32; 3] {
+pub(super) fn plastic_sequence(index: u32) -> [f32; 3] {
     // 1/g, 1/g² and 1/g³, g⁴ = g + 1.
     const STEPS: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_2];
     STEPS.map(|step| (0.5 + f64::from(index) * step).fract() as f32)
 }
 
 /// Uniform point on the unit sphere.
-fn sphere(u: [f32; 2]) -> Vec3 {
+pub(super) fn sphere(u: [f32; 2]) -> Vec3 {
     let z = 1.0 - 2.0 * u[0];
     let radius = (1.0 - z * z).max(0.0).sqrt();
     let (sin, cos) = (std::f32::consts::TAU * u[1]).sin_cos();

@@ -1,24 +1,21 @@
-// What the vertices of a base cluster send towards a direction by their Phong lobes. The including shader declares the constant
+// What the vertices of a cluster send towards a direction by their Phong lobes. The including shader declares the constant
 // ENTRY_POINTS and binds Materials, ReflectedFlux, FirstDeposits, Deposits, GlossVertices, GlossBeams, BaseRanges and
 // GlossShifts.
 
-// What an invocation takes of a cluster's vertices in one dispatch.
+// What an invocation takes in one dispatch of the vertices below a cluster, those of one base cluster after those of another.
 struct GlossPart {
     vec3 emission;    // entry points: of the light, times the area that each of them stands for, in the mean
     uint beam_count;  // entry points: of each
     uint first;       // vertex
-    uint count;       // of vertices: bounds the work of an invocation
+    uint end;         // vertex; bounds the work of an invocation
     uint adds;        // 1: to what was found so far
 };
 
 // π times the lobes' radiance, times the cluster's area, W: of light straight from one light (ENTRY_POINTS == 1) or of all light from
-// surfaces. `shift` turns the index of a deposit into that of its vertex.
-vec3 gloss_flux(uint cluster, uint shift, vec3 toward, GlossPart part) {
+// surfaces, at a run of deposits. `shift` turns the index of a deposit into that of its vertex.
+vec3 gloss_flux(uvec2 run, uint shift, vec3 toward, GlossPart part) {
     vec3 flux = vec3(0.0);
-    uint list = 2u * cluster + (ENTRY_POINTS == 1u ? 0u : 1u);
-    uint first = first_deposits[list] + part.first;
-    uint end = min(first_deposits[list + 1u], first + part.count);
-    for (uint i = first; i < end; ++i) {
+    for (uint i = run.x; i < run.y; ++i) {
         GlossVertex vertex = gloss_vertices[i + shift];
         Reflectance material = materials[vertex.material];
         vec3 throughput = deposits[i].throughput;
@@ -35,12 +32,19 @@ vec3 gloss_flux(uint cluster, uint shift, vec3 toward, GlossPart part) {
     return flux;
 }
 
-// The same of all base clusters below a cluster.
+// The same of the part below a cluster.
 vec3 gloss_flux_below(uint cluster, vec3 toward, GlossPart part) {
     vec3 flux = vec3(0.0);
+    uint passed = 0u;
     for (uint base = base_ranges[cluster].x; base < base_ranges[cluster].y; ++base) {
         uint shift = gloss_shifts[base];
-        if (shift != NO_ENTRY) flux += gloss_flux(base, shift, toward, part);
+        if (shift == NO_ENTRY) continue;
+        uint list = 2u * base + (ENTRY_POINTS == 1u ? 0u : 1u);
+        uint first = first_deposits[list];
+        uint count = first_deposits[list + 1u] - first;
+        uvec2 run = clamp(uvec2(part.first, part.end), passed, passed + count) - passed;
+        flux += gloss_flux(first + run, shift, toward, part);
+        passed += count;
     }
     return flux;
 }

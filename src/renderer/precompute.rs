@@ -156,11 +156,12 @@ pub(super) fn precompute(
     let extent = if quality.gap_rounds > 1 { Extent::SHADOWS } else { Extent::CONTACTS };
     let patches = near_clusters::patches(&hvds, &clearances, normal, extent);
     let hemisphere = Hemisphere::new(quality.gather_rays);
-    let resolved = narrow_gaps::resolved((high - low).length(), hvds.grid.cell_size() as f32, hemisphere);
+    let [resolved, parted] =
+        narrow_gaps::resolved((high - low).length(), hvds.grid.cell_size() as f32, hemisphere);
     let told: Vec<String> = undersampled(scene, &gaps, resolved, strata.area_m2, cell_size).collect();
     scene.warnings.extend(told);
     if quality.occlusion {
-        hvds.mixed = narrow_gaps::mixed(&hvds, &patches, &scene.lights, &gaps, resolved);
+        hvds.mixed = narrow_gaps::mixed((&rays, &buffers), &hvds, &patches, &surfaces, parted, lengths[1])?;
     }
     let clusters = ClusterBuffers::new(context, &hvds, &trusted)?;
     let area_m2 = (strata.area_m2 / f64::from(quality.entry_points)) as f32;

@@ -4,10 +4,10 @@ use crate::common::{assert_silent, context};
 use crate::{SMALL, render};
 use glam::Vec3;
 use lightpaths::renderer::{Exact, Renderer, Stage};
-use lightpaths::scene::{Quality, shapes};
+use lightpaths::scene::{LightKind, Quality, shapes};
 use lightpaths::types::{CachePoint, Record};
 
-/// What the statistics call clusters that hold surface in a gap with a light, and surface outside.
+/// What the statistics call clusters that hold surface in a narrow gap, and surface outside.
 const MIXED: &str = "clusters that mix a narrow gap and its outside";
 
 /// Relative errors of the irradiance gathered at cache points of a kind: of the mean, and RMS.
@@ -100,6 +100,24 @@ fn a_light_in_too_narrow_a_gap_is_told() {
     assert!((20_000..100_000).contains(&enough), "{told:?}");
     assert_eq!(warning(0.04, enough), [""; 0], "the advice is taken");
     assert!(warning(0.001, 10_000)[0].ends_with("move it or what hides it"));
+    assert_silent(&context());
+}
+
+/// Gaps are found wherever the lights are: one that moves in gives the picture of a cold start with it there.
+#[test]
+fn a_light_that_moves_into_a_gap_is_as_good_as_loaded() {
+    let quality = Quality { entry_points: 20_000, ..SMALL };
+    let picture = |renderer: &Renderer| renderer.layer(lightpaths::renderer::Layer::Beauty).unwrap();
+    let hidden = shapes::hidden_light(0.8, 0.04, 0.5);
+    let place = hidden.lights[0].kind.clone();
+    let mut shown = hidden.clone();
+    shown.lights[0].kind = LightKind::Point { position: Vec3::ZERO, intensity: Vec3::ONE };
+    let loaded = picture(&render(hidden, quality.clone()));
+    let mut moved = render(shown, quality);
+    assert!(picture(&moved) != loaded);
+    moved.set_light(0, place).unwrap();
+    moved.frame().unwrap();
+    assert!(picture(&moved) == loaded);
     assert_silent(&context());
 }
 

@@ -65,7 +65,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// What an invocation takes of a cluster's vertices in one dispatch.
+    /// What an invocation takes in one dispatch of the vertices below a cluster.
     pub struct GlossPart {
         /// Entry points: emission of the light, times the area that each of them stands for, in the mean.
         pub emission: Vec3,
@@ -73,8 +73,8 @@ gpu_struct! {
         pub beam_count: u32,
         /// First vertex.
         pub first: u32,
-        /// How many vertices: bounds the work of an invocation.
-        pub count: u32,
+        /// The vertex behind the last: bounds the work of an invocation.
+        pub end: u32,
         /// 1: adds to what was found so far.
         pub adds: u32,
     }
@@ -233,10 +233,10 @@ impl Gloss {
     /// Dispatches over all vertices of clusters that are no entry points, in order. Each is cut so that an invocation's work is bounded:
     /// lavapipe ends all loops of a shader, silently, once they have turned 65 535 times in all.
     pub(super) fn path_dispatches(&self) -> impl Iterator<Item = Dispatch<'_>> {
-        self.windows(1).map(|(first, count)| {
+        self.windows(1).map(|(first, end)| {
             // No beams are looked at.
             let part =
-                GlossPart { emission: Vec3::ZERO, beam_count: 0, first, count, adds: u32::from(first > 0) };
+                GlossPart { emission: Vec3::ZERO, beam_count: 0, first, end, adds: u32::from(first > 0) };
             Dispatch { entry_points: false, part, beams: &self.vertices }
         })
     }
@@ -247,17 +247,20 @@ impl Gloss {
         light: &GlossLight<'a>,
     ) -> impl Iterator<Item = Dispatch<'a>> {
         let GlossLight { samples, beams, .. } = *light;
-        self.windows(samples).map(move |(first, count)| {
+        self.windows(samples).map(move |(first, end)| {
             let (emission, adds) = (Vec3::splat(self.area_m2), u32::from(first > 0));
-            let part = GlossPart { emission, beam_count: samples, first, count, adds };
+            let part = GlossPart { emission, beam_count: samples, first, end, adds };
             Dispatch { entry_points: true, part, beams }
         })
     }
 
-    /// First of the vertices that a dispatch takes of a cluster, and how many; each has so many beams.
+    /// First of the vertices that a dispatch takes below a cluster, and the one behind the last; each has so many beams. The last dispatch takes
+    /// whatever is left: rays from pixels may read clusters of more vertices.
     fn windows(&self, beams: u32) -> impl Iterator<Item = (u32, u32)> + use<> {
         let count = (MOST_TURNS / beams.max(1)).max(1);
-        (0..self.most_vertices.max(1)).step_by(count as usize).map(move |first| (first, count))
+        let last = self.most_vertices.saturating_sub(1) / count * count;
+        let end = move |first| if first == last { u32::MAX } else { first + count };
+        (0..=last).step_by(count as usize).map(move |first| (first, end(first)))
     }
 
     /// Adds a light's part, so many values of it, to a total; ends with a barrier, for the next light.

@@ -20,7 +20,7 @@ pub struct GlossTables {
     pub entries: Vec<GlossEntry>,
     /// Vertices of the base clusters that hold a surface that may shine, in the order of their deposits.
     pub vertices: Vec<GlossVertex>,
-    /// Vertices of a base cluster at most.
+    /// Vertices at most below a cluster that asks them itself.
     pub most_vertices: u32,
     /// Added to the index of a deposit of each base cluster, wrapping, it gives that of its vertex; [`NO_ENTRY`] where nothing shines.
     pub shifts: Vec<u32>,
@@ -196,7 +196,6 @@ impl GlossTables {
             }
             let lists = &sources.paths.first_deposits[2 * cluster..2 * cluster + 3];
             self.shifts.push((self.vertices.len() as u32).wrapping_sub(lists[0]));
-            self.most_vertices = self.most_vertices.max(lists[2] - lists[0]);
             for deposit in lists[0]..lists[2] {
                 let side = arrivals.sides[deposit as usize];
                 let surface = &sources.surfaces[side as usize / 2];
@@ -251,6 +250,8 @@ impl GlossTables {
         // Clusters are numbered from the base up: so are their sums.
         wanted.sort_by_key(|&(cluster, _)| is_sum(cluster));
         self.leaf_count = wanted.partition_point(|&(cluster, _)| !is_sum(cluster)) as u32;
+        let leaves = wanted[..self.leaf_count as usize].iter();
+        self.most_vertices = leaves.map(|&(cluster, _)| vertices[cluster as usize]).max().unwrap_or(0);
         let slot = |&(cluster, _): &(u32, u32)| GlossSlot { cluster, direction: Vec3::ZERO };
         self.slots = wanted.iter().map(slot).collect();
         let places: HashMap<_, _> = wanted.iter().copied().zip(0..).collect();

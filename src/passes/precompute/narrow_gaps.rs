@@ -1,7 +1,7 @@
-//! Lights in gaps that are narrow beside the cells that gather rays read: in a coarse cell what lies behind the blocker is taken for what
+//! Gaps that are narrow beside the cells that gather rays read: with a light in one, a coarse cell takes what lies behind the blocker for what
 //! lies before it. [Yue §5, Figure 3]
-//! In: lights, scene. Out: for each point and spot light the narrowest gap that it stands in; then, which clusters hold surface inside such a
-//! gap and surface outside.
+//! In: lights, scene. Out: which clusters hold surface inside such a gap and surface outside, wherever the lights are, so that a light may move
+//! into one; for each point and spot light the narrowest gap that it stands in, to tell where too few entry points are next to it.
 
 use super::entry_points::density;
 use super::gather_rays::Hemisphere;
@@ -12,25 +12,24 @@ use crate::passes::SceneBuffers;
 use crate::scene::directions::Directions;
 use crate::scene::hvds::Hvds;
 use crate::scene::{Light, LightKind};
-use crate::types::NO_CLUSTER;
+use crate::types::{NO_CLUSTER, NO_SIDE, Surface};
 use glam::Vec3;
 use std::f32::consts::PI;
 
 /// Pairs of opposite directions are looked along.
 const DIRECTIONS: Directions = Directions { side: 8 };
 
-/// Gaps of so many of the widest cells that gather rays read need no care.
+/// Lights in gaps of so many of the widest cells that gather rays read need no care.
 const RESOLVED: f32 = 2.5;
+/// And cells part gaps of so many by themselves.
+const PARTED: f32 = 0.75;
 /// What gather rays read is so much narrower than their strata (`gather_rays`).
 const SHARE: f32 = 0.25;
-/// Surface is inside a gap if it sees another within so many widths of it, and the light is within so many: there it is brightest.
-const CLEARANCE: f32 = 1.75;
-const REACH: f32 = 32.0;
 
-/// Width of gaps that need no care, metres, in a scene of that size with cells of that size.
-pub fn resolved(scene_size: f32, cell_size: f32, hemisphere: Hemisphere) -> f32 {
+/// Widths of gaps, metres, in a scene of that size with cells of that size: those in which lights need no care, and those that cells part.
+pub fn resolved(scene_size: f32, cell_size: f32, hemisphere: Hemisphere) -> [f32; 2] {
     let read = SHARE * (PI / hemisphere.rays() as f32).sqrt() * scene_size;
-    RESOLVED * read.max(cell_size)
+    [RESOLVED, PARTED].map(|cells| cells * read.max(cell_size))
 }
 
 fn place(light: &Light) -> Option<Vec3> {
@@ -46,28 +45,38 @@ pub fn entry_points_in(gap: f32, count: u32, area_m2: f64, cell_size: f32) -> f3
     gap * gap * density(gap, cell_size) * (f64::from(count) / area_m2) as f32
 }
 
-/// Which clusters hold surface inside a gap with a light, and surface outside: they stand for neither. Empty where there is no such gap.
-/// `gaps` of the lights, metres; those below `resolved` count. `patches` of the base clusters.
-pub fn mixed(hvds: &Hvds, patches: &[Patch], lights: &[Light], gaps: &[f32], resolved: f32) -> Vec<bool> {
-    let narrow: Vec<(Vec3, f32)> = lights
-        .iter()
-        .zip(gaps)
-        .filter(|(_, gap)| **gap < resolved)
-        .filter_map(|(light, &gap)| Some((place(light)?, gap)))
-        .collect();
-    if narrow.is_empty() {
-        return Vec::new();
-    }
-    let is_inside = |patch: &Patch| {
-        let is_in = |&(light, gap): &(Vec3, f32)| {
-            patch.clearance < CLEARANCE * gap && patch.middle.distance(light) < REACH * gap
-        };
-        narrow.iter().any(is_in)
+/// Which clusters hold surface inside a gap narrower than `parted` (metres), and surface outside: once a light stands in there, they stand for
+/// neither. Empty where there is no such gap. `patches` of the base clusters.
+///
+/// # Errors
+/// The device lacks memory or failed.
+pub fn mixed(
+    (rays, scene): (&Rays, &SceneBuffers),
+    hvds: &Hvds,
+    patches: &[Patch],
+    surfaces: &[Surface],
+    parted: f32,
+    clear_distance: f32,
+) -> Result<Vec<bool>> {
+    let patches = &patches[..hvds.levels[0].len()];
+    let query = |patch: &Patch| RayQuery {
+        origin: patch.middle + clear_distance * patch.normal,
+        direction: patch.normal,
     };
+    // Some only touch their cell and hold nothing.
+    let holding: Vec<usize> =
+        (0..patches.len()).filter(|&patch| patches[patch].clearance.is_finite()).collect();
+    let queries: Vec<RayQuery> = holding.iter().map(|&patch| query(&patches[patch])).collect();
     let mut holds = vec![[false; 2]; hvds.parents.len()];
-    for (cluster, patch) in patches[..hvds.levels[0].len()].iter().enumerate() {
-        // Some only touch their cell and hold nothing.
-        holds[cluster][usize::from(is_inside(patch))] = patch.clearance.is_finite();
+    for (&cluster, answer) in holding.iter().zip(rays.trace(scene, &queries)?) {
+        // From the middle of what bulges, it is the inside that is met.
+        let is_inside = answer.side != NO_SIDE
+            && answer.t < parted
+            && surfaces[answer.side as usize / 2].side_is_active(answer.side % 2 == 1);
+        holds[cluster][usize::from(is_inside)] = true;
+    }
+    if holds.iter().all(|holds| !holds[1]) {
+        return Ok(Vec::new());
     }
     for cluster in 0..holds.len() {
         let [outside, inside] = holds[cluster];
@@ -76,7 +85,7 @@ pub fn mixed(hvds: &Hvds, patches: &[Patch], lights: &[Light], gaps: &[f32], res
             *around = [around[0] || outside, around[1] || inside];
         }
     }
-    holds.into_iter().map(|holds| holds == [true; 2]).collect()
+    Ok(holds.into_iter().map(|holds| holds == [true; 2]).collect())
 }
 
 /// Widths of the narrowest gaps that the lights stand in, metres, light by light; infinite for other kinds, which have no place or send

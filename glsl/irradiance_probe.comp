@@ -1,6 +1,6 @@
 // Indirect irradiance at cache points by path tracing: an exact twin of what the gather finds. [Kajiya 1986] Deterministic.
-// One invocation = one stratum of a point's gather hemisphere, whose paths go on for so many rounds, a vertex a round. In: cache
-// points, scene, lights. In and out: the paths and the radiance that they have brought (W/m²/sr), a row a cache point.
+// One invocation = some strata of points' gather hemispheres, one after another, so that few wait for the longest path of their
+// neighbours; their paths go on for so many rounds, a vertex a round. In: cache points, scene, lights. In and out: the paths and the radiance that they have brought (W/m²/sr), a row a cache point.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -14,6 +14,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint RINGS = 0;
 layout(constant_id = 1) const uint SECTORS = 0;
 layout(constant_id = 2) const uint ROULETTE_THRESHOLD = 0;  // float bits: roulette starts below this throughput
+layout(constant_id = 3) const uint STRATA = 0;  // of an invocation
 
 // A path under way, and what those before it have found.
 struct ProbePath {
@@ -42,7 +43,7 @@ layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[];
 layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 5) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 6) buffer ProbePaths { ProbePath probe_paths[]; };
-layout(scalar, binding = 7) buffer Unfinished { uint unfinished[]; };  // how many strata have not reached the goal
+layout(scalar, binding = 7) buffer Unfinished { uint unfinished[]; };  // how many invocations have not reached the goal
 layout(scalar, binding = 8) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
 layout(scalar, binding = 9) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 10) readonly buffer Texels { uint texels[]; };
@@ -58,30 +59,40 @@ layout(scalar, push_constant) uniform Push { IrradianceProbePush push; };
 const float FAR = 1e30;
 
 void main() {
-    uint lane = flat_invocation();
-    if (lane >= push.point_count * RINGS * SECTORS) return;
-    uint index = push.first_point + lane / (RINGS * SECTORS);
-    uint ray = lane % (RINGS * SECTORS);
-    CachePoint point = cache_points[index];
-    vec3 normal = surfaces[point.side >> 1].normal;
-    if ((point.side & 1u) != 0u) normal = -normal;
-    uint point_seed = hash(push.seed, index);
-    uint ray_seed = hash(point_seed, ray);
+    uint all = push.point_count * RINGS * SECTORS;
+    uint stride = (all + STRATA - 1u) / STRATA;
+    uint stratum = flat_invocation();
+    if (stratum >= stride) return;
     bool is_along_gather_ray = push.has_gather_rays != 0u;
 
-    ProbePath path = probe_paths[lane];
+    ProbePath path = probe_paths[stratum];
     uint rays = 0u;
-    for (uint round = 0u; round < push.rounds && path.sample_index != push.goal; ++round) {
-        if (path.depth == 0u) {
+    for (uint round = 0u; round < push.rounds; ++round) {
+        while (path.sample_index == push.goal && stratum + stride < all) {
+            probe_paths[stratum] = path;
+            stratum += stride;
+            path = probe_paths[stratum];
+        }
+        if (path.sample_index == push.goal) break;
+        uint index = push.first_point + stratum / (RINGS * SECTORS);
+        uint ray = stratum % (RINGS * SECTORS);
+        uint point_seed = hash(push.seed, index);
+        uint ray_seed = hash(point_seed, ray);
+        bool alive = true;
+        // A loop that turns once, which lavapipe skips where a branch would be taken by all.
+        for (bool starts = path.depth == 0u; starts; starts = false) {
+            CachePoint point = cache_points[index];
+            vec3 normal = surfaces[point.side >> 1].normal;
+            if ((point.side & 1u) != 0u) normal = -normal;
             uint name = is_along_gather_ray ? index : path.sample_index;
             uint seed = is_along_gather_ray ? push.gather_seed : point_seed;
             path.origin = offset_origin(point.position, normal);
             path.direction = frame_around(point.normal) * stratum_direction(stratum_of(ray), name, seed);
             path.throughput = vec3(1.0);
+            // Where the shading normal leans away from the geometric one, part of its hemisphere lies inside the surface.
+            alive = dot(path.direction, normal) > 0.0;
         }
         Hit hit;
-        // Where the shading normal leans away from the geometric one, part of its hemisphere lies inside the surface.
-        bool alive = path.depth != 0u || dot(path.direction, normal) > 0.0;
         alive = alive && trace(Ray(path.origin, path.direction, FAR), false, hit);
         if (alive) {
             Vertex vertex = vertex_at(hit, path.direction, false);
@@ -97,6 +108,6 @@ void main() {
             path.depth = 0u;
         }
     }
-    probe_paths[lane] = path;
-    if (path.sample_index != push.goal) atomicAdd(unfinished[0], 1u);
+    probe_paths[stratum] = path;
+    if (path.sample_index != push.goal || stratum + stride < all) atomicAdd(unfinished[0], 1u);
 }

@@ -52,24 +52,32 @@ bool intersect_triangle(uint index, vec3 origin, Shear shear, inout Hit hit) {
     return true;
 }
 
+vec3 node_origin(Node node) { return uintBitsToFloat(node.frame.xyz); }
+
+// Size of the cells that the planes of a node count in.
+vec3 node_cell(Node node) {
+    uint exponents = node.frame.w;
+    return uintBitsToFloat(uvec3(exponents << 23, exponents << 15, exponents << 7) & 0x7f800000u);
+}
+
 // Which children of a node the ray may enter: bits 24-31 inner children in visiting order, 0-23 leaf triangles.
 // The slabs are widened by their rounding error, so that a box never misses what its triangles hit.
 uint intersect_children(Node node, vec3 origin, vec3 inverse_direction, uint octant_inverse4, float t_max) {
-    uvec3 exponents = uvec3(node.exponents << 23, node.exponents << 15, node.exponents << 7) & 0x7f800000u;
-    vec3 cell = uintBitsToFloat(exponents) * inverse_direction;
-    vec3 base = (node.origin - origin) * inverse_direction;
+    vec3 cell = node_cell(node) * inverse_direction;
+    vec3 base = (node_origin(node) - origin) * inverse_direction;
     vec3 slack = 4e-7 * (abs(base) + 255.0 * abs(cell));
     vec3 base_near = base - slack;
     vec3 base_far = base + slack;
     bvec3 flip = lessThan(inverse_direction, vec3(0.0));
     uint hits = 0u;
     for (uint half_index = 0u; half_index < 2u; ++half_index) {
-        uint meta = node.meta[half_index];
+        uint meta = node.children[2u + half_index];
         uint inner = (((meta & (meta << 1)) & 0x10101010u) >> 4) * 0xffu;
         uint bit_index = (meta ^ (octant_inverse4 & inner)) & 0x1f1f1f1fu;
         uint child_bits = (meta >> 5) & 0x07070707u;
-        uvec3 low = uvec3(node.min_x[half_index], node.min_y[half_index], node.min_z[half_index]);
-        uvec3 high = uvec3(node.max_x[half_index], node.max_y[half_index], node.max_z[half_index]);
+        uvec3 low = uvec3(node.x_planes[half_index], node.y_planes[half_index], node.z_planes[half_index]);
+        uint high_index = 2u + half_index;
+        uvec3 high = uvec3(node.x_planes[high_index], node.y_planes[high_index], node.z_planes[high_index]);
         uvec3 near = mix(low, high, flip);
         uvec3 far = mix(high, low, flip);
         for (uint shift = 0u; shift < 32u; shift += 8u) {
@@ -111,12 +119,12 @@ bool trace(Ray ray, const bool any_hit, out Hit hit) {
         Node node = nodes[group.x + bitCount(inner_mask & ~(0xffffffffu << slot))];
         uint hits = intersect_children(node, ray.origin, inverse_direction, octant_inverse4, hit.t);
         for (uint leaf = hits & 0x00ffffffu; leaf != 0u; leaf &= leaf - 1u) {
-            if (intersect_triangle(node.first_primitive + uint(findLSB(leaf)), ray.origin, shear, hit)) {
+            if (intersect_triangle(node.children.y + uint(findLSB(leaf)), ray.origin, shear, hit)) {
                 found = true;
                 if (any_hit) return true;
             }
         }
-        group = uvec2(node.first_child, (hits & 0xff000000u) | (node.exponents >> 24));
+        group = uvec2(node.children.x, (hits & 0xff000000u) | (node.frame.w >> 24));
         if ((group.y & 0xff000000u) == 0u) {
             if (depth == 0u) break;
             group = stack[--depth];
@@ -130,8 +138,8 @@ bool trace(Ray ray, const bool any_hit, out Hit hit) {
 // distance is right at every scale.
 float clear_distance() {
     Node root = nodes[0];
-    uvec3 exponents = uvec3(root.exponents << 23, root.exponents << 15, root.exponents << 7) & 0x7f800000u;
-    vec3 size = max(abs(root.origin), abs(root.origin + 255.0 * uintBitsToFloat(exponents)));
+    vec3 low = node_origin(root);
+    vec3 size = max(abs(low), abs(low + 255.0 * node_cell(root)));
     return max(size.x, max(size.y, size.z)) * (1.0 / 262144.0);
 }
 

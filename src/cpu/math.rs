@@ -18,7 +18,8 @@ pub fn frame_around(n: Vec3) -> Mat3 {
 /// How far ray origins stay off surfaces, metres: some 32 units in the last place of the root node's largest coordinate; twin of
 /// `clear_distance` in `glsl/include/bvh.glsl`.
 pub fn clear_distance(root: &Node) -> f32 {
-    let cell = |axis: u32| f32::from_bits((root.exponents >> (8 * axis) & 0xff) << 23);
-    let high = root.origin + 255.0 * Vec3::new(cell(0), cell(1), cell(2));
-    root.origin.abs().max(high.abs()).max_element() / 262_144.0
+    let cell = |axis: u32| f32::from_bits((root.frame.w >> (8 * axis) & 0xff) << 23);
+    let low = root.origin();
+    let high = low + 255.0 * Vec3::new(cell(0), cell(1), cell(2));
+    low.abs().max(high.abs()).max_element() / 262_144.0
 }

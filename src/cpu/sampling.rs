@@ -29,26 +29,41 @@ pub fn owen_scramble(x: u32, seed: u32) -> u32 {
 
 /// Direction numbers of a Sobol dimension by the recurrence of its primitive polynomial over GF(2): the coefficients
 /// between the leading and the last one, and as many odd initial numbers as its degree.
-fn directions(coefficients: &[u64], initial: &[u64]) -> [u32; 32] {
-    let mut m = initial.to_vec();
-    while m.len() < 32 {
-        let (k, degree) = (m.len(), initial.len());
-        let mut next = m[k - degree] ^ m[k - degree] << degree;
-        for (i, coefficient) in (1..).zip(coefficients) {
-            next ^= coefficient * (m[k - i] << i);
+const fn directions(coefficients: &[u64], initial: &[u64]) -> [u32; 32] {
+    let (mut m, mut numbers, degree) = ([0; 32], [0; 32], initial.len());
+    let mut k = 0;
+    while k < 32 {
+        if k < degree {
+            m[k] = initial[k];
+        } else {
+            m[k] = m[k - degree] ^ m[k - degree] << degree;
+            let mut i = 1;
+            while i <= coefficients.len() {
+                m[k] ^= coefficients[i - 1] * (m[k - i] << i);
+                i += 1;
+            }
         }
-        m.push(next);
+        numbers[k] = (m[k] << (31 - k)) as u32;
+        k += 1;
     }
-    std::array::from_fn(|k| (m[k] << (31 - k)) as u32)
+    numbers
 }
+
+/// Of the first three dimensions; the first, whose initial numbers are all 1, is a matter of bits.
+const DIRECTIONS: [[u32; 32]; 3] =
+    [directions(&[], &[1; 32]), directions(&[], &[1]), directions(&[1], &[1, 3])];
 
 /// Point `index` of the first three Sobol dimensions, unscrambled, as 32-bit fractions.
 pub fn sobol(index: u32) -> [u32; 3] {
-    let dimensions =
-        [std::array::from_fn(|k| 1 << (31 - k)), directions(&[], &[1]), directions(&[1], &[1, 3])];
-    dimensions.map(|direction| {
-        (0..32).filter(|bit| index >> bit & 1 == 1).fold(0, |point, bit| point ^ direction[bit as usize])
-    })
+    let (mut point, mut rest) = ([0; 3], index);
+    while rest != 0 {
+        let bit = rest.trailing_zeros() as usize;
+        for (point, directions) in point.iter_mut().zip(&DIRECTIONS) {
+            *point ^= directions[bit];
+        }
+        rest &= rest - 1;
+    }
+    point
 }
 
 /// Point `index` of the scrambled sequence that `seed` names, in [0,1)³.

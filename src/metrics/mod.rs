@@ -5,7 +5,7 @@ mod flip;
 mod noise;
 
 pub use flip::{Flip, PIXELS_PER_DEGREE, flip_map};
-pub use noise::{ZTest, debiased_relmse, debiased_relmse_at, half_noise, variance_noise, z_test};
+pub use noise::{Estimate, ZTest, debiased_relmse, debiased_relmse_at, half_noise, variance_noise, z_test};
 
 /// What keeps the relative error of a dark pixel finite, in the unit of the pixels.
 pub const EPSILON: f64 = 0.01;

@@ -9,16 +9,38 @@ use super::{EPSILON, mean};
 pub fn debiased_relmse(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2]) -> f64 {
     let r = |(a, b): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| 0.5 * (a[c] + b[c]));
     let mean: Vec<[f32; 3]> = halves[0].iter().zip(halves[1]).map(r).collect();
-    debiased_relmse_at(image, halves, &mean)
+    debiased_relmse_at(image, halves, &mean).mean
 }
 
 /// The same relative to a picture that does not know the reference's noise, but is about what the reference would be without it: then
 /// that noise cancels whatever is dark.
-pub fn debiased_relmse_at(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2], scale: &[[f32; 3]]) -> f64 {
+pub fn debiased_relmse_at(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2], scale: &[[f32; 3]]) -> Estimate {
     assert_eq!(image.len(), scale.len(), "images of one comparison have one size");
     let scales = scale.iter().flatten().map(|&s| f64::from(s) + EPSILON);
-    let of_halves = triples(image, halves).zip(scales).map(|([v, a, b], s)| (v - a) * (v - b) / (s * s));
-    of_halves.sum::<f64>() / (3 * image.len()).max(1) as f64
+    let terms = triples(image, halves).zip(scales).map(|([v, a, b], s)| (v - a) * (v - b) / (s * s));
+    let (mut channels, mut sum, mut squares) = ([0.0; 3], 0.0, 0.0);
+    for (index, term) in terms.enumerate() {
+        channels[index % 3] = term;
+        if index % 3 == 2 {
+            let pixel = channels.iter().sum::<f64>() / 3.0;
+            sum += pixel;
+            squares += pixel * pixel;
+        }
+    }
+    let count = image.len().max(1) as f64;
+    let mean = sum / count;
+    let variance = (squares / count - mean * mean).max(0.0) / (count - 1.0).max(1.0);
+    Estimate { mean, standard_error: variance.sqrt() }
+}
+
+/// A mean over pixels whose noise is independent, and how far chance may put it off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// The mean.
+    pub mean: f64,
+    /// Its standard deviation, from the scatter of the pixels. What differs from pixel to pixel for other reasons is part of it: rather too
+    /// large than too small.
+    pub standard_error: f64,
 }
 
 /// Noise of a reference from its halves, as a relMSE: mean of ((a−b)/2)²/(r+0.01)², the variance of r = (a+b)/2.
@@ -142,8 +164,38 @@ mod tests {
         let halves = [a.as_slice(), b.as_slice()];
         // A tenth of 0.03 + 0.01 off: 0.01. The noise of a half is 0.14, its scatter over all values below 0.001.
         let (image, scale) = (vec![[0.034f32; 3]; PIXELS], vec![[0.03f32; 3]; PIXELS]);
-        let [at, of_mean] = [debiased_relmse_at(&image, halves, &scale), debiased_relmse(&image, halves)];
+        let [at, of_mean] =
+            [debiased_relmse_at(&image, halves, &scale).mean, debiased_relmse(&image, halves)];
         assert!((at - 0.01).abs() < 0.002 && of_mean > 0.03, "{at} {of_mean}");
+    }
+
+    #[test]
+    fn the_standard_error_is_that_of_the_products_of_the_noise() {
+        // An exact image of 0.03 + 0.01: products of two deviates of σ = 0.375, in three channels of each pixel.
+        let expected = 0.375 * 0.375 / (3.0 * PIXELS as f64).sqrt();
+        let image = vec![[0.03f32; 3]; PIXELS];
+        let mut squares = 0.0;
+        for seed in 0..40 {
+            let mut normal = Normal(seed);
+            let [a, b] = [0, 1].map(|_| normal.image(0.03, 0.015, PIXELS));
+            let found = debiased_relmse_at(&image, [&a, &b], &image);
+            assert!((found.standard_error / expected - 1.0).abs() < 0.05, "{found:?}, expected {expected}");
+            squares += found.mean * found.mean;
+        }
+        // Forty figures tell their scatter to a ninth.
+        let scatter = (squares / 40.0).sqrt();
+        assert!((scatter / expected - 1.0).abs() < 0.35, "{scatter}, expected {expected}");
+    }
+
+    #[test]
+    fn channels_that_err_alike_are_one() {
+        let mut normal = Normal(5);
+        let grey = |image: Vec<[f32; 3]>| image.into_iter().map(|[r, _, _]| [r; 3]).collect::<Vec<_>>();
+        let [a, b] = [0, 1].map(|_| grey(normal.image(0.03, 0.015, PIXELS)));
+        let image = vec![[0.03f32; 3]; PIXELS];
+        let found = debiased_relmse_at(&image, [&a, &b], &image).standard_error;
+        let expected = 0.375 * 0.375 / (PIXELS as f64).sqrt();
+        assert!((found / expected - 1.0).abs() < 0.05, "{found}, expected {expected}");
     }
 
     #[test]

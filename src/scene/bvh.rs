@@ -51,9 +51,9 @@ impl Bvh {
 fn depth(nodes: &[types::Node]) -> usize {
     let mut levels = vec![1; nodes.len()];
     for (index, node) in nodes.iter().enumerate() {
-        let children = (node.exponents >> 24).count_ones() as usize;
-        for child in node.first_child as usize..node.first_child as usize + children {
-            levels[child] = levels[index] + 1;
+        let (first, children) = node.inner_children();
+        for child in first..first + children {
+            levels[child as usize] = levels[index] + 1;
         }
     }
     levels.into_iter().max().unwrap_or(0)

@@ -109,7 +109,7 @@ fn a_light_that_moves_into_a_gap_is_as_good_as_loaded() {
     let quality = Quality { entry_points: 20_000, ..SMALL };
     let picture = |renderer: &Renderer| renderer.layer(lightpaths::renderer::Layer::Beauty).unwrap();
     let hidden = shapes::hidden_light(0.8, 0.04, 0.5);
-    let place = hidden.lights[0].kind.clone();
+    let place = hidden.lights[0].kind;
     let mut shown = hidden.clone();
     shown.lights[0].kind = LightKind::Point { position: Vec3::ZERO, intensity: Vec3::ONE };
     let loaded = picture(&render(hidden, quality.clone()));

@@ -131,7 +131,7 @@ impl Sweep {
         let (mut preset, others) = self.try_settings(&scene, &mut reference)?;
         let mut settings = vec![preset.setting.clone()];
         settings.extend(others);
-        mark_pareto_front(&mut settings, &reference.facts);
+        mark_pareto_front(&mut settings);
         let outcomes = self.try_rivals(&scene, &preset, &reference)?;
         let shown = shown(&preset, &outcomes, &reference, scene.cameras[0].size)?;
         let results = Results {

@@ -20,7 +20,7 @@ pub(super) fn all(results: &Results) -> [(&'static str, Plot); 3] {
 fn against_time(results: &Results, x_label: &str, time: fn(&Setting) -> f64, ringed: bool) -> Plot {
     let point = |setting: &Setting| Point {
         x: time(setting),
-        y: setting.error.told(&results.reference),
+        y: setting.error.told(),
         is_ringed: ringed && setting.is_on_pareto_front,
         is_hollow: false,
         says: says(setting, time(setting)),
@@ -58,8 +58,8 @@ fn against_time(results: &Results, x_label: &str, time: fn(&Setting) -> f64, rin
 fn rival_point(results: &Results, rival: &Rival) -> Option<Point> {
     let x = rival.seconds;
     let y = match (&rival.error, rival.at) {
-        (Some(error), _) => error.told(&results.reference),
-        (None, Occasion::Error) => results.settings[0].error.told(&results.reference),
+        (Some(error), _) => error.told(),
+        (None, Occasion::Error) => results.settings[0].error.told(),
         _ => return None,
     };
     let says = format!("{}, {}: {}, relMSE {}", rival.method, rival.at.label(), seconds(x), figure(y));
@@ -69,7 +69,7 @@ fn rival_point(results: &Results, rival: &Rival) -> Option<Point> {
 fn against_factor(results: &Results) -> Plot {
     let point = |setting: &Setting| Point {
         x: setting.factor,
-        y: setting.error.told(&results.reference),
+        y: setting.error.told(),
         is_ringed: false,
         is_hollow: false,
         says: says(setting, setting.relit_s()),

@@ -202,9 +202,7 @@ fn rival_table(results: &Results) -> String {
             format!("{about}{}", seconds(rival.seconds)),
             format!("{about}{}×", significant(rival.times_ours)),
             error.map_or_else(dash, |error| figure(error.relmse_debiased)),
-            error.map_or_else(dash, |error| {
-                format!("{:.1}×", error.relmse_debiased / ours.error.told(&results.reference))
-            }),
+            error.map_or_else(dash, |error| format!("{:.1}×", error.relmse_debiased / ours.error.told())),
             error.map_or_else(dash, |error| format!("{:.4}", error.flip)),
             error.map_or_else(dash, |error| percent(error.energy_ratio)),
         ]
@@ -263,7 +261,7 @@ fn method(results: &Results) -> String {
          comes in two independent halves a and b; its noise, {noise}, is the mean of ((a−b)/2)²/(r+0.01)². The relMSE shown is \
          the mean of (v−a)(v−b)/(s+0.01)², from which that noise cancels; s is our picture at the preset, which has none: with r the noise \
          stays in the denominator and hides what is below a quarter of it. A figure far below the noise can be \
-         negative; plots show none below a thirtieth of the noise. FLIP is LDR-FLIP at 67 pixels a degree of the tone-mapped pictures, the reference's noise \
+         negative; plots show none below three times its own standard error. FLIP is LDR-FLIP at 67 pixels a degree of the tone-mapped pictures, the reference's noise \
          included. Energy is the ratio of the pictures' sums.</p>\n"
     )
 }

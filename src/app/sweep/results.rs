@@ -59,6 +59,8 @@ pub(super) struct ErrorFigures {
     pub(super) relmse: f64,
     /// Without that noise, which can make a good picture's figure negative; relative to our picture at the preset, which has none.
     pub(super) relmse_debiased: f64,
+    /// How far the reference's noise may put that off: its standard deviation.
+    pub(super) relmse_standard_error: f64,
     /// Of indirect light alone, the reference's noise included; none for a picture that holds no indirect light.
     pub(super) relmse_indirect: Option<f64>,
     pub(super) rmse: f64,
@@ -68,13 +70,12 @@ pub(super) struct ErrorFigures {
 }
 
 impl ErrorFigures {
-    /// Part of the reference's noise below which a debiased figure means nothing: about three times its scatter. Evenly spread noise
-    /// would scatter by √(2/values), a six-hundredth on 512×512 pixels; a few dark pixels hold most of it, and over sweeps it was a hundredth.
-    const TRUSTED: f64 = 0.03;
+    /// Standard errors below which a debiased figure means nothing.
+    const TRUSTED: f64 = 3.0;
 
     /// The error without the reference's noise, but not below what that noise allows to be told.
-    pub(super) fn told(&self, reference: &ReferenceFacts) -> f64 {
-        self.relmse_debiased.max(Self::TRUSTED * reference.noise_relmse).max(1e-12)
+    pub(super) fn told(&self) -> f64 {
+        self.relmse_debiased.max(Self::TRUSTED * self.relmse_standard_error).max(1e-12)
     }
 }
 
@@ -176,9 +177,8 @@ pub(super) struct StageError {
 }
 
 /// Marks the settings that no other beats in both relighting time and error.
-pub(super) fn mark_pareto_front(settings: &mut [Setting], reference: &ReferenceFacts) {
-    let places: Vec<[f64; 2]> =
-        settings.iter().map(|s| [s.relit_frame_ms, s.error.told(reference)]).collect();
+pub(super) fn mark_pareto_front(settings: &mut [Setting]) {
+    let places: Vec<[f64; 2]> = settings.iter().map(|s| [s.relit_frame_ms, s.error.told()]).collect();
     let beats = |a: &[f64; 2], b: &[f64; 2]| a[0] <= b[0] && a[1] <= b[1] && a != b;
     for (setting, place) in settings.iter_mut().zip(&places) {
         setting.is_on_pareto_front = !places.iter().any(|other| beats(other, place));
@@ -197,7 +197,7 @@ pub(super) struct Judge<'a> {
 
 impl Judge<'_> {
     /// Without the reference's noise.
-    pub(super) fn debiased_relmse(&self, picture: &[[f32; 3]]) -> f64 {
+    pub(super) fn debiased_relmse(&self, picture: &[[f32; 3]]) -> metrics::Estimate {
         metrics::debiased_relmse_at(picture, self.halves, self.scale.unwrap_or(picture))
     }
 
@@ -208,9 +208,11 @@ impl Judge<'_> {
         indirect: Option<&[[f32; 3]]>,
     ) -> (ErrorFigures, Vec<f64>) {
         let flip = self.flip.map(&crate::app::compare::displayed(picture, 0.0));
+        let debiased = self.debiased_relmse(picture);
         let figures = ErrorFigures {
             relmse: metrics::relmse(picture, self.mean),
-            relmse_debiased: self.debiased_relmse(picture),
+            relmse_debiased: debiased.mean,
+            relmse_standard_error: debiased.standard_error,
             relmse_indirect: indirect.map(|indirect| metrics::relmse(indirect, self.indirect)),
             rmse: metrics::rmse(picture, self.mean),
             smape: metrics::smape(picture, self.mean),

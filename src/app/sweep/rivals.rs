@@ -38,7 +38,7 @@ pub(super) const METHODS: [Method; 2] = [
 const EQUAL_ERROR_S: f64 = 5.0;
 /// Renderings on the way there.
 const MOST_ATTEMPTS: u32 = 6;
-/// Samples, at least, by which a method's speed is told, after as many that contain compilation.
+/// Samples, at least, by which a method's speed is told, after a round that contains compilation.
 const TIMED: u32 = 2;
 
 /// What a method did.
@@ -64,51 +64,56 @@ pub(super) fn compare(
     // Independent of the reference's own samples.
     let mut scene = scene.clone();
     scene.quality.seed = scene.quality.seed.wrapping_add(0x9e37_79b9);
-    let (sample_s, round) = {
-        let mut scratch = (method.open)(&context, scene.clone())?;
-        let count = scratch.round().max(TIMED);
-        scratch.add_samples(count)?;
-        let start = Instant::now();
-        scratch.add_samples(count)?;
-        (start.elapsed().as_secs_f64() / f64::from(count), scratch.round())
-    };
     let renderer = (method.open)(&context, scene.clone())?;
-    let mut run = Run { context: context.clone(), scene, renderer, sample_s, round, reference };
+    let round = renderer.round();
+    let open = method.open;
+    let mut run =
+        Run { open, context: context.clone(), scene, renderer, sample_s: f64::INFINITY, round, reference };
+    // The least that there is, and often all that one of our frames leaves time for.
+    let least = run.take(round)?;
+    let count = TIMED.next_multiple_of(round);
+    let start = Instant::now();
+    run.renderer.add_samples(count)?;
+    run.sample_s = start.elapsed().as_secs_f64() / f64::from(count);
 
     let mut rivals = Vec::new();
     let mut curve = Vec::new();
-    let mut pictures = Vec::new();
-    for (at, seconds) in
-        [(Occasion::RelitFrameTime, ours.relit_s()), (Occasion::FirstPictureTime, ours.first_picture_s())]
-    {
-        let picture = run.spend(seconds)?;
-        let spp = run.renderer.samples();
+    let mut told = |run: &Run<'_>, at, spp: u32, picture: &Judged, ours_s: f64| {
+        let seconds = run.sample_s * f64::from(spp);
         rivals.push(Rival {
             method: method.name,
             at,
             spp,
-            seconds: run.seconds(),
-            times_ours: run.seconds() / seconds,
+            seconds,
+            times_ours: seconds / ours_s,
             error: Some(picture.error),
             is_extrapolated: false,
         });
         curve.push((f64::from(spp), picture.error.relmse_debiased));
-        pictures.push((picture, spp, run.seconds()));
+    };
+    let (relit_s, first_s) = (ours.relit_s(), ours.first_picture_s());
+    if run.samples_in(relit_s) == round {
+        told(&run, Occasion::RelitFrameTime, round, &least, relit_s);
+    } else {
+        let picture = run.spend(relit_s)?;
+        told(&run, Occasion::RelitFrameTime, run.renderer.samples(), &picture, relit_s);
     }
+    let picture = run.spend(first_s)?;
+    let (spp, seconds) = (run.renderer.samples(), run.seconds());
+    told(&run, Occasion::FirstPictureTime, spp, &picture, first_s);
     rivals.push(equal_error(method, run, curve, ours)?);
     device_args.report_validation(&context);
-    let (picture, spp, seconds) = pictures.pop().expect("there are two");
     Ok(Outcome { rivals, picture, spp, seconds })
 }
 
 /// Goes on until the error is ours or time is up; begins anew where it is smaller already.
 fn equal_error(method: &Method, mut run: Run, mut curve: Vec<(f64, f64)>, ours: &Setting) -> Result<Rival> {
-    let goal = ours.error.told(&run.reference.facts);
+    let goal = ours.error.told();
     let most = (EQUAL_ERROR_S / run.sample_s).max(1.0);
     let mut rendered = None;
     let mut needed = samples_for(&curve, goal);
     if needed < 0.9 * f64::from(run.renderer.samples()) {
-        run.renderer = (method.open)(&run.context, run.scene.clone())?;
+        run.restart()?;
     }
     for _ in 0..MOST_ATTEMPTS {
         let taken = run.renderer.samples();
@@ -149,6 +154,7 @@ fn samples_for(curve: &[(f64, f64)], goal: f64) -> f64 {
 
 /// A method at work.
 struct Run<'a> {
+    open: Open,
     context: Arc<Context>,
     scene: Scene,
     renderer: Box<dyn Progressive>,
@@ -165,10 +171,23 @@ const TRUSTED_ROUNDS: u32 = 4;
 const CORRECTIONS: u32 = 4;
 
 impl Run<'_> {
-    /// Goes on to as many samples as that time allows, in whole rounds.
+    fn restart(&mut self) -> Result<()> {
+        self.renderer = (self.open)(&self.context, self.scene.clone())?;
+        Ok(())
+    }
+
+    /// As many samples as that time allows, in whole rounds, at least one.
+    fn samples_in(&self, seconds: f64) -> u32 {
+        ((seconds / self.sample_s) as u32 / self.round * self.round).max(self.round)
+    }
+
+    /// Goes on to as many samples as that time allows; begins anew where there are more already.
     fn spend(&mut self, seconds: f64) -> Result<Judged> {
+        if self.renderer.samples() > self.samples_in(seconds) {
+            self.restart()?;
+        }
         for _ in 0..CORRECTIONS {
-            let goal = ((seconds / self.sample_s) as u32 / self.round * self.round).max(self.round);
+            let goal = self.samples_in(seconds);
             let taken = self.renderer.samples();
             if goal <= taken + taken / 20 {
                 break;

@@ -59,5 +59,5 @@ pub(super) fn measure(
 /// Of the mean of two halves, without the reference's noise.
 fn relmse([a, b]: &[Vec<[f32; 3]>; 2], reference: &Reference) -> f64 {
     let mean = a.iter().zip(b).map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c])));
-    reference.judge().debiased_relmse(&mean.collect::<Vec<_>>())
+    reference.judge().debiased_relmse(&mean.collect::<Vec<_>>()).mean
 }

@@ -26,7 +26,11 @@ const MOST_PARTS: usize = 64;
 const LEAST_CHANGE: f64 = 1.0 / 32.0;
 /// Weights are multiples of 1 over this, so that views that differ in rounding only are one.
 const WEIGHT_STEPS: f64 = 4096.0;
-/// Pairs that are measured at a time: their rays are kept in a list.
+/// Pairs that a thread measures at a time: one prepares rays while the device traces those of another.
+const SHARE: usize = 1 << 11;
+/// Clusters that a thread looks at together for what may hide them.
+const FEW: usize = 64;
+/// Pairs between two reports of progress.
 const PAIRS_AT_A_TIME: usize = 1 << 15;
 
 /// What views are made from.
@@ -78,10 +82,18 @@ struct Node {
 
 /// A pair under way.
 struct Pair {
-    cluster: u32,
-    bin: u32,
     readers: Readers,
     nodes: Vec<Node>,
+}
+
+/// What a pair came to.
+enum Outcome {
+    /// Nothing that its cluster does not tell.
+    Cluster,
+    /// The same, because the open parts hold too few entry points.
+    Poor,
+    /// Parts of a view by cluster, their weights in steps.
+    View(Vec<(u32, u32)>),
 }
 
 impl Sources<'_> {
@@ -103,7 +115,7 @@ pub fn build(
     progress: &mut dyn Progress,
 ) -> Result<(ViewTables, GatherCode)> {
     let mut tables = ViewTables { first_parts: vec![0], ..ViewTables::default() };
-    let mut cells = Cells::new(sources.hvds, sources.surfaces, sources.clear_distance);
+    let cells = Cells::new(sources.hvds, sources.surfaces, sources.clear_distance);
     let readers = readers(&sources, &cells, table, code)?;
     let runs: Vec<&[(u64, u32)]> = readers.chunk_by(|a, b| a.0 == b.0).collect();
 
@@ -115,10 +127,19 @@ pub fn build(
     let mut redirected = Vec::new();
     let mut done = 0;
     for runs in runs.chunks(PAIRS_AT_A_TIME) {
-        let mut pairs = shares::each(runs.len(), |index| pair(&sources, &cells, runs[index]));
-        measure(&mut cells, (rays, scene), &mut pairs)?;
-        for (pair, run) in pairs.iter().zip(runs) {
-            let Some(weights) = tables.weights(&sources, pair) else { continue };
+        let outcomes = shares::in_shares_of(SHARE, runs.len(), |share| {
+            vec![measure(&sources, &cells, (rays, scene), &runs[share])]
+        });
+        let outcomes = outcomes.into_iter().collect::<Result<Vec<_>>>()?;
+        for (outcome, run) in outcomes.into_iter().flatten().zip(runs) {
+            let weights = match outcome {
+                Outcome::View(weights) => weights,
+                Outcome::Poor => {
+                    tables.poor += 1;
+                    continue;
+                }
+                Outcome::Cluster => continue,
+            };
             let next = known.len() as u32;
             if u64::from(next) == room && !known.contains_key(&weights) {
                 continue;
@@ -132,7 +153,8 @@ pub fn build(
                 tables.parts.extend(weights.iter().map(part));
                 tables.first_parts.push(tables.parts.len() as u32);
             }
-            tables.pairs.push([pair.cluster, pair.bin, view]);
+            let (cluster, bin) = of_pair(run);
+            tables.pairs.push([cluster, bin, view]);
             redirected.extend(run.iter().map(|&(_, ray)| (ray, view)));
         }
         done += runs.len() as u64;
@@ -184,9 +206,13 @@ fn readers(
     table.scan(1, |_, rays| {
         rays.iter().filter_map(cluster_of).for_each(|cluster| is_read[cluster as usize] = true);
     })?;
-    let hidings = shares::each(is_read.len(), |cluster| match is_read[cluster] {
-        true => cells.hiding(cluster as u32),
-        false => Hiding::Nothing,
+    // Coarse clusters are much work.
+    let hidings = shares::in_shares_of(FEW, is_read.len(), |share| {
+        let hiding = |cluster: usize| match is_read[cluster] {
+            true => cells.hiding(cluster as u32),
+            false => Hiding::Nothing,
+        };
+        share.map(hiding).collect()
     });
     let mut readers = Vec::new();
     table.scan(1, |first, rays| {
@@ -204,13 +230,18 @@ fn readers(
             read.collect()
         }));
     })?;
-    readers.sort_unstable();
+    shares::sort(&mut readers);
     Ok(readers)
+}
+
+/// Cluster and direction of a pair.
+fn of_pair(run: &[(u64, u32)]) -> (u32, u32) {
+    ((run[0].0 >> 32) as u32, run[0].0 as u32)
 }
 
 /// A pair before it is measured.
 fn pair(sources: &Sources<'_>, cells: &Cells<'_>, run: &[(u64, u32)]) -> Pair {
-    let (cluster, bin) = ((run[0].0 >> 32) as u32, run[0].0 as u32);
+    let (cluster, _) = of_pair(run);
     let count = run.len().min(MOST_READERS);
     let directions = sources.ray_directions();
     let chosen = (0..count).map(|index| run[index * run.len() / count].1);
@@ -220,43 +251,98 @@ fn pair(sources: &Sources<'_>, cells: &Cells<'_>, run: &[(u64, u32)]) -> Pair {
         point.position + sources.clear_distance * cells.normal(point.side)
     };
     let readers = Readers { points: chosen.map(origin).collect(), direction: direction.normalize_or_zero() };
-    Pair { cluster, bin, readers, nodes: vec![Node { cluster, seen: None }] }
+    Pair { readers, nodes: vec![Node { cluster, seen: None }] }
 }
 
 /// Looks at each pair's cluster, and at the children of what is open in part, as long as there is room.
-fn measure(cells: &mut Cells<'_>, (rays, scene): (&Rays, &SceneBuffers), pairs: &mut [Pair]) -> Result<()> {
+fn measure(
+    sources: &Sources<'_>,
+    cells: &Cells<'_>,
+    (rays, scene): (&Rays, &SceneBuffers),
+    runs: &[&[(u64, u32)]],
+) -> Result<Vec<Outcome>> {
+    let mut pairs: Vec<Pair> = runs.iter().map(|run| pair(sources, cells, run)).collect();
     loop {
         let asked = pairs.iter().flat_map(|pair| {
             let new = pair.nodes.iter().filter(|node| node.seen.is_none());
-            new.map(|node| {
-                let is_first = node.cluster == pair.cluster;
-                Ask { cluster: node.cluster, is_first, readers: &pair.readers }
-            })
+            new.map(|node| Ask { cluster: node.cluster, readers: &pair.readers })
         });
         let asked: Vec<_> = asked.collect();
         if asked.is_empty() {
-            return Ok(());
+            return Ok(pairs.iter().map(|pair| outcome(sources, pair)).collect());
         }
         let mut seen = cells.seen(rays, scene, &asked)?.into_iter();
-        for pair in pairs.iter_mut() {
+        for pair in &mut pairs {
+            let mut divides = false;
             for node in pair.nodes.iter_mut().filter(|node| node.seen.is_none()) {
                 node.seen = seen.next();
+                divides |= node.is_partly_open();
             }
-            let mut count = pair.nodes.len();
-            let mut nodes = Vec::with_capacity(count);
-            for &node in &pair.nodes {
-                let children = cells.children(node.cluster);
-                let is_partly_open = node.seen.is_some_and(|seen| seen.open > 0.0 && seen.open < 1.0);
-                if is_partly_open && !children.is_empty() && count - 1 + children.len() <= MOST_PARTS {
-                    count = count - 1 + children.len();
-                    nodes.extend(children.map(|cluster| Node { cluster, seen: None }));
-                } else {
-                    nodes.push(node);
-                }
+            if divides {
+                pair.divide(cells);
             }
-            pair.nodes = nodes;
         }
     }
+}
+
+impl Node {
+    fn is_partly_open(&self) -> bool {
+        self.seen.is_some_and(|seen| seen.open > 0.0 && seen.open < 1.0)
+    }
+}
+
+impl Pair {
+    /// Puts children in the place of what is open in part.
+    fn divide(&mut self, cells: &Cells<'_>) {
+        let mut count = self.nodes.len();
+        let mut nodes = Vec::with_capacity(count);
+        for &node in &self.nodes {
+            let children = cells.children(node.cluster);
+            if node.is_partly_open() && !children.is_empty() && count - 1 + children.len() <= MOST_PARTS {
+                count = count - 1 + children.len();
+                nodes.extend(children.map(|cluster| Node { cluster, seen: None }));
+            } else {
+                nodes.push(node);
+            }
+        }
+        self.nodes = nodes;
+    }
+}
+
+/// What the parts of a pair weigh, where that is news and rests on enough entry points.
+fn outcome(sources: &Sources<'_>, pair: &Pair) -> Outcome {
+    let weights = |open: fn(&Seen) -> f64| {
+        let share = |node: &Node| {
+            let seen = node.seen.expect("all nodes were looked at");
+            open(&seen) * seen.facing * f64::from(sources.hvds.areas_m2[node.cluster as usize])
+        };
+        let shares: Vec<f64> = pair.nodes.iter().map(share).collect();
+        let sum: f64 = shares.iter().sum();
+        (sum > 0.0).then(|| shares.into_iter().map(|share| share / sum).collect::<Vec<f64>>())
+    };
+    let (Some(seen), Some(all)) = (weights(|seen| seen.open), weights(|_| 1.0)) else {
+        return Outcome::Cluster;
+    };
+    let change = 0.5 * seen.iter().zip(&all).map(|(a, b)| (a - b).abs()).sum::<f64>();
+    if change < LEAST_CHANGE {
+        return Outcome::Cluster;
+    }
+    // Entry points that would tell as much if all weighed the same.
+    let spread = |(node, weight): (&Node, &f64)| {
+        weight * weight / f64::from(sources.in_clusters[node.cluster as usize]).max(1e-9)
+    };
+    let trust = 1.0 / pair.nodes.iter().zip(&seen).map(spread).sum::<f64>();
+    if trust < f64::from(LEAST_ENTRY_POINTS) {
+        return Outcome::Poor;
+    }
+    let in_steps = |(node, weight): (&Node, &f64)| (node.cluster, (weight * WEIGHT_STEPS).round() as u32);
+    let steps = pair.nodes.iter().zip(&seen).map(in_steps);
+    let mut steps: Vec<(u32, u32)> = steps.filter(|&(_, steps)| steps > 0).collect();
+    // What rounding left over or out goes to the largest.
+    let sum: u32 = steps.iter().map(|part| part.1).sum();
+    let Some(largest) = steps.iter_mut().max_by_key(|part| part.1) else { return Outcome::Cluster };
+    largest.1 = (largest.1 + WEIGHT_STEPS as u32) - sum;
+    Outcome::View(steps)
 }
 
 impl ViewTables {
@@ -281,45 +367,6 @@ impl ViewTables {
     /// Whether there is no view.
     pub fn is_empty(&self) -> bool {
         self.parts.is_empty()
-    }
-
-    /// Weights of a pair's parts in steps, by cluster; none where they are no news, or would rest on too few entry points.
-    fn weights(&mut self, sources: &Sources<'_>, pair: &Pair) -> Option<Vec<(u32, u32)>> {
-        let shares = |open: fn(&Seen) -> f64| {
-            let share = |node: &Node| {
-                let seen = node.seen.expect("all nodes were looked at");
-                open(&seen) * seen.facing * f64::from(sources.hvds.areas_m2[node.cluster as usize])
-            };
-            let shares: Vec<f64> = pair.nodes.iter().map(share).collect();
-            let sum: f64 = shares.iter().sum();
-            (sum > 0.0).then(|| shares.into_iter().map(|share| share / sum).collect::<Vec<f64>>())
-        };
-        let (seen, all) = (shares(|seen| seen.open)?, shares(|_| 1.0)?);
-        let change = 0.5 * seen.iter().zip(&all).map(|(a, b)| (a - b).abs()).sum::<f64>();
-        if change < LEAST_CHANGE {
-            return None;
-        }
-        // Entry points that would tell as much if all weighed the same.
-        let spread = |(node, weight): (&Node, &f64)| {
-            weight * weight / f64::from(sources.in_clusters[node.cluster as usize]).max(1e-9)
-        };
-        let trust = 1.0 / pair.nodes.iter().zip(&seen).map(spread).sum::<f64>();
-        if trust < f64::from(LEAST_ENTRY_POINTS) {
-            self.poor += 1;
-            return None;
-        }
-        let mut steps: Vec<(u32, u32)> = pair
-            .nodes
-            .iter()
-            .zip(&seen)
-            .map(|(node, weight)| (node.cluster, (weight * WEIGHT_STEPS).round() as u32))
-            .filter(|&(_, steps)| steps > 0)
-            .collect();
-        // What rounding left over or out goes to the largest.
-        let sum: u32 = steps.iter().map(|part| part.1).sum();
-        let largest = steps.iter_mut().max_by_key(|part| part.1)?;
-        largest.1 = (largest.1 + WEIGHT_STEPS as u32) - sum;
-        Some(steps)
     }
 
     /// Points rays that read a pair to its view. They start at `points`; `code` has room for both.

@@ -5,7 +5,6 @@
 //! as wide as the cell is high, meets the screen next door.
 
 use super::rays::{RayQuery, Rays};
-use super::shares;
 use crate::error::Result;
 use crate::passes::SceneBuffers;
 use crate::scene::hvds::{Hvds, Piece};
@@ -13,11 +12,10 @@ use crate::types::Surface;
 use glam::{DVec3, UVec2, UVec3, Vec3};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
+use std::sync::OnceLock;
 
-/// Rays that measure the share of a cluster within the one that is read.
+/// Rays that measure the share of a cluster that is seen.
 const SAMPLES: usize = 8;
-/// Rays that tell whether anything of a cluster that is read is hidden.
-const FIRST_SAMPLES: usize = 8;
 
 /// Heights over a plane that count as none, in base cells.
 const FLAT: f64 = 1e-3;
@@ -30,6 +28,13 @@ const MOST_PLANES: usize = 256;
 struct Sample {
     position: Vec3,
     normal: Vec3,
+}
+
+/// Points spread over a cluster.
+struct Samples {
+    points: Vec<Sample>,
+    /// Mean normal, unit, or zero.
+    normal: DVec3,
 }
 
 /// Points that read a cluster from about the same direction.
@@ -53,8 +58,6 @@ pub struct Seen {
 #[derive(Clone, Copy)]
 pub(super) struct Ask<'a> {
     pub(super) cluster: u32,
-    /// By [`FIRST_SAMPLES`] instead of [`SAMPLES`].
-    pub(super) is_first: bool,
     pub(super) readers: &'a Readers,
 }
 
@@ -71,8 +74,8 @@ pub(super) struct Cells<'a> {
     first_pieces: Vec<u32>,
     /// Clusters of each cell above the base level.
     in_cells: HashMap<(usize, UVec3), Vec<u32>>,
-    /// Of each cluster, where somebody asked: few or many.
-    samples: [Vec<Option<Box<[Sample]>>>; 2],
+    /// Of each cluster, once somebody asked.
+    samples: Vec<OnceLock<Samples>>,
     clear_distance: f32,
 }
 
@@ -127,10 +130,7 @@ impl<'a> Cells<'a> {
                 }
             }
         }
-        let mut pieces: Vec<u32> = (0..hvds.pieces.len() as u32).collect();
-        pieces.sort_by_key(|&piece| hvds.pieces[piece as usize].cluster);
-        let first = |cluster| pieces.partition_point(|&piece| hvds.pieces[piece as usize].cluster < cluster);
-        let first_pieces = (0..=base as u32).map(|cluster| first(cluster) as u32).collect();
+        let (pieces, first_pieces) = sorted_pieces(&hvds.pieces, base);
         let base_ranges = super::gloss::base_ranges(hvds);
         let mut in_cells: HashMap<_, Vec<u32>> = HashMap::new();
         for (level, clusters) in hvds.levels.iter().enumerate().skip(1) {
@@ -140,7 +140,7 @@ impl<'a> Cells<'a> {
             }
         }
         let count = hvds.cluster_count() as usize;
-        let samples = [(); 2].map(|()| vec![None; count]);
+        let samples = (0..count).map(|_| OnceLock::new()).collect();
         Self {
             hvds,
             surfaces,
@@ -181,39 +181,29 @@ impl<'a> Cells<'a> {
     /// What may hide surface of a cluster that is not of the base level.
     pub(super) fn hiding(&self, cluster: u32) -> Hiding {
         let flat = FLAT * self.hvds.grid.cell_size();
-        let own: Vec<&Piece> = self.pieces_of(cluster).collect();
-        let corners: Vec<DVec3> =
-            own.iter().flat_map(|p| &p.corners).map(|corner| corner.as_dvec3()).collect();
-        let heights = |normal: DVec3, on: DVec3, points: &[DVec3]| {
-            let over = points.iter().map(|&point| normal.dot(point - on));
-            over.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| [low.min(h), high.max(h)])
-        };
         // Planes of the cluster's sides: what rises above none hides nothing, as on a solid that bulges everywhere.
-        let sides: BTreeMap<u32, DVec3> = own.iter().map(|p| (p.side, p.corners[0].as_dvec3())).collect();
-        if sides.len() > MOST_PLANES {
+        let Some(sides) = last_of_each(self.pieces_of(cluster), |piece| piece.side) else {
             return Hiding::Unknown;
-        }
-        let sides: Vec<(DVec3, DVec3)> =
-            sides.into_iter().map(|(side, on)| (self.normal(side).as_dvec3(), on)).collect();
-
-        let mut triangles: BTreeMap<u32, &Piece> = BTreeMap::new();
-        for &other in &self.in_cells[&self.place(cluster)] {
-            for piece in self.pieces_of(other) {
-                let points: Vec<DVec3> = piece.corners.iter().map(|corner| corner.as_dvec3()).collect();
-                if sides.iter().any(|&(normal, on)| heights(normal, on, &points)[1] > flat) {
-                    triangles.insert(piece.side / 2, piece);
-                }
-            }
-        }
-        if triangles.is_empty() {
-            return Hiding::Nothing;
-        }
-        if triangles.len() > MOST_PLANES {
+        };
+        let plane = |piece: &&Piece| (self.normal(piece.side).as_dvec3(), piece.corners[0].as_dvec3());
+        let sides: Vec<(DVec3, DVec3)> = sides.iter().map(plane).collect();
+        let rises = |piece: &&Piece| {
+            let over = |&(normal, on): &(DVec3, DVec3)| {
+                piece.corners.iter().any(|corner| normal.dot(corner.as_dvec3() - on) > flat)
+            };
+            sides.iter().any(over)
+        };
+        let around = self.in_cells[&self.place(cluster)].iter().flat_map(|&other| self.pieces_of(other));
+        let Some(triangles) = last_of_each(around.filter(rises), |piece| piece.side / 2) else {
             return Hiding::Unknown;
-        }
-        let plane = |(&triangle, piece): (&u32, &&Piece)| {
-            let normal = self.surfaces[triangle as usize].normal.as_dvec3();
-            Plane { normal, heights: heights(normal, piece.corners[0].as_dvec3(), &corners) }
+        };
+        let corners = || self.pieces_of(cluster).flat_map(|piece| &piece.corners);
+        let plane = |piece: &&Piece| {
+            let normal = self.surfaces[piece.side as usize / 2].normal.as_dvec3();
+            let on = piece.corners[0].as_dvec3();
+            let heights = corners().map(|corner| normal.dot(corner.as_dvec3() - on));
+            let widen = |[low, high]: [f64; 2], height: f64| [low.min(height), high.max(height)];
+            Plane { normal, heights: heights.fold([f64::INFINITY, f64::NEG_INFINITY], widen) }
         };
         let planes: Vec<Plane> = triangles.iter().map(plane).collect();
         let is_coplanar = |plane: &Plane| plane.heights[0] >= -flat && plane.heights[1] <= flat;
@@ -224,71 +214,50 @@ impl<'a> Cells<'a> {
     }
 
     /// Points spread over the surface of a cluster, by area.
-    fn spread(&self, cluster: u32, count: usize) -> Box<[Sample]> {
+    fn spread(&self, cluster: u32) -> Samples {
         let pieces = self.pieces_of(cluster);
         let area_m2: f64 = pieces.clone().map(Piece::open_area_m2).sum();
-        let mut samples = Vec::with_capacity(count);
+        let mut points = Vec::with_capacity(SAMPLES);
         let mut passed = 0.0;
         for piece in pieces {
             passed += piece.open_area_m2();
-            while samples.len() < count && (samples.len() as f64 + 0.5) * area_m2 <= passed * count as f64 {
-                let position = point_on(piece, samples.len() as u32).as_vec3();
-                samples.push(Sample { position, normal: self.normal(piece.side) });
+            while points.len() < SAMPLES && (points.len() as f64 + 0.5) * area_m2 <= passed * SAMPLES as f64 {
+                let position = point_on(piece, points.len() as u32).as_vec3();
+                points.push(Sample { position, normal: self.normal(piece.side) });
             }
         }
-        samples.into()
+        let normal: DVec3 = points.iter().map(|sample| sample.normal.as_dvec3()).sum();
+        Samples { points, normal: normal.normalize_or_zero() }
     }
 
-    fn samples(&self, ask: &Ask<'_>) -> &[Sample] {
-        let samples = self.samples[usize::from(ask.is_first)][ask.cluster as usize].as_ref();
-        samples.expect("samples are spread before they are looked at")
+    fn samples(&self, cluster: u32) -> &Samples {
+        self.samples[cluster as usize].get_or_init(|| self.spread(cluster))
     }
 
-    /// What readers see of clusters.
+    /// What readers see of clusters. Any thread may ask.
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub(super) fn seen(&mut self, rays: &Rays, scene: &SceneBuffers, asked: &[Ask<'_>]) -> Result<Vec<Seen>> {
-        for (is_first, count) in [(false, SAMPLES), (true, FIRST_SAMPLES)] {
-            let kept = &self.samples[usize::from(is_first)];
-            let asked = asked.iter().filter(|ask| ask.is_first == is_first).map(|ask| ask.cluster);
-            let mut new: Vec<u32> = asked.filter(|&cluster| kept[cluster as usize].is_none()).collect();
-            new.sort_unstable();
-            new.dedup();
-            let spread = shares::each(new.len(), |index| self.spread(new[index], count));
-            for (cluster, samples) in new.into_iter().zip(spread) {
-                self.samples[usize::from(is_first)][cluster as usize] = Some(samples);
-            }
+    pub(super) fn seen(&self, rays: &Rays, scene: &SceneBuffers, asked: &[Ask<'_>]) -> Result<Vec<Seen>> {
+        let mut queries = Vec::with_capacity(SAMPLES * asked.len());
+        let mut ends = Vec::with_capacity(asked.len());
+        for ask in asked {
+            let samples = self.samples(ask.cluster).points.iter().zip(ask.readers.points.iter().cycle());
+            queries.extend(samples.filter_map(|(sample, &reader)| self.query(sample, reader)));
+            ends.push(queries.len());
         }
-        let cells = &*self;
-        let queries = shares::in_shares(asked.len(), |share| {
-            asked[share].iter().flat_map(|ask| cells.queries(ask).flatten()).collect()
-        });
         let answers = rays.trace(scene, &queries)?;
-        let mut answers = answers.iter();
-        let seen = asked.iter().map(|ask| {
-            let (mut faces, mut opens) = (0, 0);
-            let mut normal = DVec3::ZERO;
-            for (sample, query) in cells.samples(ask).iter().zip(cells.queries(ask)) {
-                normal += sample.normal.as_dvec3();
-                if query.is_some() {
-                    let answer = answers.next().expect("a ray each was traced");
-                    faces += 1;
-                    opens += u32::from(answer.t < 0.0 || answer.t >= 1.0);
-                }
-            }
+        let mut first = 0;
+        let seen = asked.iter().zip(ends).map(|(ask, end)| {
+            let answers = &answers[first..end];
+            first = end;
+            let opens = answers.iter().filter(|answer| answer.t < 0.0 || answer.t >= 1.0).count();
             Seen {
-                open: if faces > 0 { f64::from(opens) / f64::from(faces) } else { 0.0 },
-                facing: normal.normalize_or_zero().dot(ask.readers.direction).max(0.0),
+                open: if answers.is_empty() { 0.0 } else { opens as f64 / answers.len() as f64 },
+                facing: self.samples(ask.cluster).normal.dot(ask.readers.direction).max(0.0),
             }
         });
         Ok(seen.collect())
-    }
-
-    /// The rays that tell whether readers see samples of a cluster; none where a sample faces away.
-    fn queries(&self, ask: &Ask<'_>) -> impl Iterator<Item = Option<RayQuery>> {
-        let readers = ask.readers.points.iter().cycle();
-        self.samples(ask).iter().zip(readers).map(|(sample, &reader)| self.query(sample, reader))
     }
 
     /// The ray, as long as its direction, that tells whether a reader sees a sample; none where the sample faces away.
@@ -297,6 +266,36 @@ impl<'a> Cells<'a> {
         let direction = reader - origin;
         (direction.dot(sample.normal) > 0.0).then_some(RayQuery { origin, direction })
     }
+}
+
+/// Pieces by cluster of the base level, in their order, and the first of each cluster.
+fn sorted_pieces(pieces: &[Piece], base: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut first = vec![0; base + 2];
+    pieces.iter().for_each(|piece| first[piece.cluster as usize + 2] += 1);
+    (1..first.len()).for_each(|cluster| first[cluster] += first[cluster - 1]);
+    let mut sorted = vec![0; pieces.len()];
+    for (index, piece) in (0..).zip(pieces) {
+        let place = &mut first[piece.cluster as usize + 1];
+        sorted[*place as usize] = index;
+        *place += 1;
+    }
+    first.pop();
+    (sorted, first)
+}
+
+/// The last piece of each key, by key; none where there are too many to look at one by one.
+fn last_of_each<'a>(
+    pieces: impl Iterator<Item = &'a Piece>,
+    key: fn(&Piece) -> u32,
+) -> Option<Vec<&'a Piece>> {
+    let mut last = BTreeMap::new();
+    for piece in pieces {
+        last.insert(key(piece), piece);
+        if last.len() > MOST_PLANES {
+            return None;
+        }
+    }
+    Some(last.into_values().collect())
 }
 
 /// Point of a two-dimensional additive recurrence on the plastic number, moved to a convex polygon.

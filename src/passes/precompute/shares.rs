@@ -6,6 +6,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Items of a share: few enough that no thread is left alone with the last one, many enough to be worth taking.
 const SHARE: usize = 2048;
 
+fn threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
 /// Calls `work` for shares of `0..count`, and puts what they return in the order of the shares.
 pub(super) fn in_shares<T: Send>(count: usize, work: impl Fn(Range<usize>) -> Vec<T> + Sync) -> Vec<T> {
     in_shares_of(SHARE, count, work)
@@ -17,7 +21,7 @@ pub(super) fn in_shares_of<T: Send>(
     count: usize,
     work: impl Fn(Range<usize>) -> Vec<T> + Sync,
 ) -> Vec<T> {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(count.div_ceil(share_size));
+    let threads = threads().min(count.div_ceil(share_size));
     if threads <= 1 {
         return work(0..count);
     }
@@ -52,6 +56,22 @@ pub(super) fn each<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> V
     in_shares(count, |share| share.map(&work).collect())
 }
 
+/// Sorts; equal items must be alike.
+pub(super) fn sort<T: Ord + Send>(items: &mut [T]) {
+    sort_with(threads(), items);
+}
+
+fn sort_with<T: Ord + Send>(threads: usize, items: &mut [T]) {
+    if threads <= 1 || items.len() <= SHARE {
+        return items.sort_unstable();
+    }
+    let (low, _, high) = items.select_nth_unstable(items.len() / 2);
+    std::thread::scope(|scope| {
+        scope.spawn(|| sort_with(threads / 2, low));
+        sort_with(threads - threads / 2, high);
+    });
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -62,6 +82,18 @@ mod tests {
             assert_eq!(each(count, |i| 3 * i), (0..count).map(|i| 3 * i).collect::<Vec<_>>());
             let even = in_shares(count, |share| share.filter(|i| i % 2 == 0).collect());
             assert_eq!(even, (0..count).step_by(2).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn what_threads_sort_is_sorted() {
+        for (count, threads) in [(0, 2), (SHARE, 3), (SHARE + 1, 2), (7 * SHARE + 13, 5)] {
+            // A linear congruential generator modulo a prime, with repetitions.
+            let mut items: Vec<usize> = (0..count).map(|i| i * 40_503 % 9_973).collect();
+            let mut expected = items.clone();
+            expected.sort();
+            sort_with(threads, &mut items);
+            assert_eq!(items, expected);
         }
     }
 }

@@ -46,7 +46,7 @@ gpu_struct! {
         pub has_gather_rays: u32,
         /// Paths of each stratum.
         pub goal: u32,
-        /// Vertices of each stratum's paths in this dispatch at most.
+        /// Vertices of each invocation's paths in this dispatch at most.
         pub rounds: u32,
     }
 }
@@ -57,10 +57,12 @@ pub const LAYOUTS: &[Layout] = &[ProbePath::LAYOUT, IrradianceProbePush::LAYOUT]
 /// The name that shader, twin and timing share.
 pub const STEM: &str = "irradiance_probe";
 
-/// Rays of a stratum in one dispatch: lavapipe ends a shader's loops, silently, once they have turned 65 535 times in all.
-const RAYS_A_DISPATCH: u32 = 64;
-/// Strata of one dispatch at most: their paths take 4 MiB.
-const STRATA_LIMIT: u32 = 1 << 16;
+/// Rays of an invocation in one dispatch: lavapipe ends a shader's loops, silently, once they have turned 65 535 times in all.
+const RAYS_A_DISPATCH: u32 = 128;
+/// Strata of one dispatch at most: their paths take 15 MiB.
+const STRATA_LIMIT: u32 = 1 << 18;
+/// Strata of an invocation.
+const STRATA: u32 = 8;
 
 /// What [`trace`] works on.
 #[derive(Clone, Copy)]
@@ -88,8 +90,9 @@ pub struct Job<'a> {
 pub fn trace(context: &Arc<Context>, job: Job<'_>) -> Result<Vec<Vec3>> {
     let [rings, sectors] = job.hemisphere.constants();
     let roulette = ("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits());
-    let pipeline =
-        Pipeline::new(context, STEM, &[rings, sectors, roulette, job.scene.buffers.textures.constant()])?;
+    let textures = job.scene.buffers.textures.constant();
+    let constants = [rings, sectors, roulette, ("STRATA", STRATA), textures];
+    let pipeline = Pipeline::new(context, STEM, &constants)?;
     let strata = job.hemisphere.rays();
     let points_at_a_time = (STRATA_LIMIT / strata).clamp(1, job.point_count.max(1));
     let path_bytes = size_of::<ProbePath>() as u64;
@@ -114,7 +117,7 @@ pub fn trace(context: &Arc<Context>, job: Job<'_>) -> Result<Vec<Vec3>> {
             let ((), timings) = context.run(|rec| {
                 rec.pass(STEM).fill_zero(&unfinished).barrier(TRANSFER_TO_COMPUTE).dispatch(
                     &pipeline,
-                    [point_count * strata, 1, 1],
+                    [(point_count * strata).div_ceil(STRATA), 1, 1],
                     &push,
                     &job.scene.bindings_and([
                         ("CachePoints", job.cache_points),

@@ -5,24 +5,9 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/dispatch.glsl"
+#include "include/light_sum.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint ROWS = 4;  // 4 or 8
-
-struct LightSumPush {
-    uint count;       // values of a row
-    uint adds;        // 1: to the sums so far; 0: from zero
-    uint step;        // from one value of a row to the next; 0 where no light shines and the rows are one value long
-    float scale;      // of the whole
-    vec3 emission_0;  // of each row's light; zero where there is none, then the row is any
-    vec3 emission_1;
-    vec3 emission_2;
-    vec3 emission_3;
-    vec3 emission_4;
-    vec3 emission_5;
-    vec3 emission_6;
-    vec3 emission_7;
-};
 
 layout(scalar, binding = 0) readonly buffer Row0 { float row_0[]; };
 layout(scalar, binding = 1) readonly buffer Row1 { float row_1[]; };

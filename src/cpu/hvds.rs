@@ -29,6 +29,17 @@ pub fn cluster_flux(
     flux
 }
 
+/// What each base cluster receives of one light, per unit of its emission and of the area that an entry point stands for: at entry
+/// points, and at other vertices. `factors` of the light at each path's entry point.
+pub fn cluster_layer(factors: &[f32], first_deposits: &[u32], deposits: &[Deposit]) -> Vec<[DVec3; 2]> {
+    let sum = |first: u32, end: u32| -> DVec3 {
+        let run = &deposits[first as usize..end as usize];
+        run.iter().map(|d| d.throughput.as_dvec3() * f64::from(factors[d.path as usize])).sum()
+    };
+    let lists: Vec<DVec3> = first_deposits.windows(2).map(|run| sum(run[0], run[1])).collect();
+    lists.chunks_exact(2).map(|lists| [lists[0], lists[1]]).collect()
+}
+
 /// The smallest cluster around each, itself included, that holds `least` vertices which are no entry points; the root if none.
 pub fn indirect_sources(hvds: &Hvds, first_deposits: &[u32], least: u32) -> Vec<u32> {
     let mut vertices = vec![0; hvds.cluster_count() as usize];

@@ -5,7 +5,7 @@ use crate::gpu::{Buffer, PassTiming};
 use crate::passes::OneLight;
 use crate::passes::frame::{
     antialias::Antialias, blend::Blend, cluster_views::ClusterViews, compose::Compose, direct::Direct,
-    form_factors::FormFactors, gather::Gather, hvds::Pyramid, path_scan::PathScan,
+    form_factors::FormFactors, gather::Gather, hvds::ClusterLayer, hvds::Pyramid, path_scan::PathScan,
     pixel_colours::PixelColours, primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
@@ -39,6 +39,8 @@ impl Renderer {
         let in_all = u64::from(self.gather.point_count().max(1));
         let surface = self.primary.pixels.bytes();
         let clusters = self.pyramid.irradiance.bytes();
+        let layers_due = self.lights.without_clusters().len() as u64;
+        let layer = (size_of::<ClusterLayer>() as u64) * u64::from(self.pyramid.base_count());
         let deposits = self.path_scan.deposits.bytes();
         let [steps, once] = self.path_scan.step_bytes();
         let [pixel_colours, edge_colours] =
@@ -56,6 +58,8 @@ impl Renderer {
                 FormFactors::FLUX_STEM => (4 * lights + 12) * paths,
                 // Steps are read twice, deposits written one vec3 at a time.
                 PathScan::STEM => 2 * steps + once + deposits,
+                Pyramid::LAYERS_STEM => deposits + layers_due * (4 * paths + layer),
+                Pyramid::STEM if self.shine.is_none() => lights * layer + 3 * clusters,
                 Pyramid::STEM => deposits + 12 * paths + 3 * clusters,
                 ClusterViews::STEM => self.views.bytes(),
                 Gather::STEM => gathered * (self.gather.bundles.bytes() + records) / in_all + clusters,

@@ -71,7 +71,7 @@ pub(super) struct Stages {
     pub(super) view: bool,
     /// The sum of the lights' layers.
     pub(super) direct: bool,
-    /// The sum of the lights' form factors: flux into the light paths.
+    /// The sum of what light paths carry of each light; where surfaces may shine, of the lights' form factors.
     pub(super) flux: bool,
     /// The energy scan of the light paths.
     pub(super) scan: bool,

@@ -123,6 +123,7 @@ impl Renderer {
             _ => Edited::All,
         };
         self.changes.materials = true;
+        self.lights.paths_changed();
         if lobes {
             self.lobes_changed();
         }
@@ -176,6 +177,7 @@ impl Renderer {
             Work::Material => {
                 self.changes.materials = true;
                 self.changes.edited = Edited::All;
+                self.lights.paths_changed();
                 self.lights.gloss_changed();
             }
         }

@@ -4,6 +4,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::antialias::Antialias;
 use crate::passes::frame::gloss::GlossLight;
+use crate::passes::frame::hvds::Pyramid;
 use crate::passes::{OneLight, light_sources};
 use crate::scene::Light;
 use crate::types::LightSource;
@@ -18,6 +19,8 @@ struct Rows {
     layer: Buffer,
     /// Pixels at the edges of its shadows, counted.
     shadow_groups: Buffer,
+    /// What base clusters receive of it, if no surface may shine.
+    clusters: Option<Buffer>,
     /// Its beams at entry points that may shine, if any may.
     beams: Option<Buffer>,
     /// What slots send of it by the first reflection, if any surface may shine.
@@ -30,6 +33,8 @@ struct Rows {
     has_factors: bool,
     /// `layer` is that of the light and the camera as they are.
     has_layer: bool,
+    /// `clusters` are those of the light and the materials as they are.
+    has_clusters: bool,
     /// `slots` are those of the light and the materials as they are.
     has_slots: bool,
     /// `hits` are those of the light, the camera and the materials as they are.
@@ -51,6 +56,7 @@ pub(super) struct Lights {
     rows: Vec<Rows>,
     factor_count: u32,
     point_count: u32,
+    cluster_count: u32,
     gloss: Option<GlossRoom>,
     /// Lights that are off and points that face away are traced, too, to no effect.
     pub(super) traces_all: bool,
@@ -73,12 +79,11 @@ fn shines(rows: &Rows, source: &LightSource) -> bool {
 }
 
 impl Lights {
-    /// Room for so many form factors and so many points that the camera sees, of each light.
+    /// Room for so many form factors, points that the camera sees and base clusters, of each light.
     pub(super) fn new(
         context: &Arc<Context>,
         lights: &[Light],
-        factor_count: u32,
-        point_count: u32,
+        [factor_count, point_count, cluster_count]: [u32; 3],
         gloss: Option<GlossRoom>,
     ) -> Result<Self> {
         let mut made = Self {
@@ -89,6 +94,7 @@ impl Lights {
             rows: Vec::new(),
             factor_count,
             point_count,
+            cluster_count,
             gloss,
             traces_all: false,
         };
@@ -106,12 +112,17 @@ impl Lights {
             factors: row("form factors", self.factor_count)?,
             layer: row("light layer", self.point_count)?,
             shadow_groups: Antialias::groups(&self.context)?,
+            clusters: match self.gloss {
+                None => Some(Pyramid::layer(&self.context, self.cluster_count)?),
+                Some(_) => None,
+            },
             beams: None,
             slots: self.gloss.map(|gloss| row("light slots", 3 * gloss.slot_count)).transpose()?,
             hits: self.gloss.map(|gloss| row("light hits", 3 * gloss.sample_count)).transpose()?,
             highlights: self.gloss.map(|gloss| row("light highlights", gloss.sample_count)).transpose()?,
             has_factors: false,
             has_layer: false,
+            has_clusters: false,
             has_slots: false,
             has_hits: false,
             has_highlights: false,
@@ -137,7 +148,7 @@ impl Lights {
     /// Of this light nothing that was traced holds any more.
     pub(super) fn moved(&mut self, light: usize) {
         let rows = &mut self.rows[light];
-        (rows.has_factors, rows.has_layer) = (false, false);
+        (rows.has_factors, rows.has_layer, rows.has_clusters) = (false, false, false);
         (rows.has_slots, rows.has_hits, rows.has_highlights) = (false, false, false);
     }
 
@@ -150,6 +161,11 @@ impl Lights {
     /// The camera sees other lobes.
     pub(super) fn lobes_changed(&mut self) {
         self.rows.iter_mut().for_each(|rows| (rows.has_hits, rows.has_highlights) = (false, false));
+    }
+
+    /// Light paths carry other shares.
+    pub(super) fn paths_changed(&mut self) {
+        self.rows.iter_mut().for_each(|rows| rows.has_clusters = false);
     }
 
     /// Clusters shine otherwise.
@@ -171,7 +187,7 @@ impl Lights {
     pub(super) fn settle(&mut self) {
         for (rows, source) in self.rows.iter_mut().zip(&self.sources) {
             if self.traces_all || shines(rows, source) {
-                (rows.has_factors, rows.has_layer) = (true, true);
+                (rows.has_factors, rows.has_layer, rows.has_clusters) = (true, true, true);
                 (rows.has_slots, rows.has_hits, rows.has_highlights) = (true, true, true);
             }
         }
@@ -240,6 +256,19 @@ impl Lights {
     /// Emission and form factors of each light that shines.
     pub(super) fn factors(&self) -> Vec<(Vec3, &Buffer)> {
         self.shining().map(|(light, rows)| (self.emission(light), &rows.factors)).collect()
+    }
+
+    /// Form factors of each light that shines and whose clusters are out of date, with where these go; none where anything may shine.
+    pub(super) fn without_clusters(&self) -> Vec<(&Buffer, &Buffer)> {
+        let due = self.shining().filter(|(_, rows)| !rows.has_clusters);
+        due.filter_map(|(_, rows)| Some((&rows.factors, rows.clusters.as_ref()?))).collect()
+    }
+
+    /// Emission and clusters of each light that shines; none where anything may shine.
+    pub(super) fn clusters(&self) -> Vec<(Vec3, &Buffer)> {
+        self.shining()
+            .filter_map(|(light, rows)| Some((self.emission(light), rows.clusters.as_ref()?)))
+            .collect()
     }
 
     /// Emission and layer of each light that shines.

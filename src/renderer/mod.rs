@@ -106,7 +106,7 @@ impl Renderer {
         let antialias = Antialias::new(context, size, scene.quality.edge_samples)?;
         let direct = Direct::new(context, size, antialias.capacity)?;
         let form_factors = FormFactors::new(context, &made.entry_points, made.area_m2)?;
-        let (factor_count, point_count) = (form_factors.point_count(), direct.point_count());
+        let factor_count = form_factors.point_count();
         let shines = made.gloss.is_some();
         let (paths, bits) = ((factor_count, made.area_m2), made.code.cluster_bits);
         let shine = |tables| Shine::new(context, &scene, &made.buffers, tables, paths, bits);
@@ -121,6 +121,7 @@ impl Renderer {
             Directions::new(scene.quality.directions),
         ));
         let [whole, read] = Scope::both(context, &made, &reads)?;
+        let counts = [factor_count, direct.point_count(), pyramid.base_count()];
         let gloss_room = shine.as_ref().map(Shine::room);
         let (points, hemisphere) = (made.point_count, made.hemisphere);
         let gather =
@@ -128,7 +129,7 @@ impl Renderer {
         Ok(Self {
             context: context.clone(),
             view: View::from(&scene.cameras[0]),
-            lights: Lights::new(context, &scene.lights, factor_count, point_count, gloss_room)?,
+            lights: Lights::new(context, &scene.lights, counts, gloss_room)?,
             primary: Primary::new(context, pixels)?,
             direct,
             pixel_colours: PixelColours::new(context, &made.buffers, pixels, antialias.capacity)?,
@@ -232,9 +233,9 @@ impl Renderer {
                 shine.record_beams(rec, &self.buffers, &self.lights);
             }
         }
-        if stages.flux {
-            let reflected_flux = self.shine.as_ref().map(|shine| &shine.clusters.reflected_flux);
-            self.form_factors.record_flux(rec, &self.lights.factors(), reflected_flux);
+        if let Some(shine) = self.shine.as_ref().filter(|_| stages.flux) {
+            let fluxes = [&shine.clusters.path_flux, &shine.clusters.reflected_flux];
+            self.form_factors.record_flux(rec, &self.lights.factors(), &fluxes);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.scan {
@@ -284,11 +285,20 @@ impl Renderer {
         }
     }
 
-    /// The hierarchy, as far as it is asked for.
+    /// The hierarchy, as far as it is asked for: the sum of the lights' layers; where surfaces may shine, of what the paths carry.
     fn record_flux(&self, rec: &mut Recorder, scope: &Scope) {
-        let (flux, deposits) = (&self.form_factors.flux, &self.path_scan.deposits);
-        let reflected_flux = self.shine.as_ref().map_or(flux, |shine| &shine.clusters.reflected_flux);
-        self.pyramid.record(rec, flux, reflected_flux, deposits, &scope.clusters);
+        let (deposits, clusters) = (&self.path_scan.deposits, &scope.clusters);
+        if let Some(shine) = &self.shine {
+            let (flux, reflected_flux) = (&shine.clusters.path_flux, &shine.clusters.reflected_flux);
+            self.pyramid.record(rec, flux, reflected_flux, deposits, clusters);
+        } else {
+            let due = self.lights.without_clusters();
+            if !due.is_empty() {
+                self.pyramid.record_layers(rec, &due, deposits, clusters);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+            }
+            self.pyramid.record_sum(rec, &self.lights.clusters(), clusters);
+        }
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 

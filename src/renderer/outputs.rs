@@ -85,11 +85,21 @@ impl Renderer {
         Ok(statistics)
     }
 
+    /// Flux of each light path's first vertex, W, summed when it is asked for; frames of scenes in which nothing may shine do without.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn path_flux(&self) -> Result<Vec<Vec3>> {
+        let flux =
+            Buffer::storage(&self.context, "path flux", 12 * u64::from(self.form_factors.point_count()))?;
+        self.context.run(|rec| self.form_factors.record_flux(rec, &self.lights.factors(), &[&flux]))?;
+        flux.read()
+    }
+
     /// What the passes can be asked about, for tests: the buffers between the stages.
     pub fn stages(&self) -> StageBuffers<'_> {
         StageBuffers {
             tint: self.lights.tint,
-            path_flux: &self.form_factors.flux,
             deposits: &self.path_scan.deposits,
             cluster_flux: &self.pyramid.flux,
             cluster_irradiance: &self.pyramid.irradiance,
@@ -105,8 +115,6 @@ impl Renderer {
 pub struct StageBuffers<'a> {
     /// What all light in them is to be multiplied with: where a single light shines, its emission.
     pub tint: Vec3,
-    /// Flux of each path's first vertex, W; three floats.
-    pub path_flux: &'a Buffer,
     /// `Deposit`s in cluster order.
     pub deposits: &'a Buffer,
     /// `ClusterFlux` of each cluster, W.

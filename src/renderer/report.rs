@@ -32,7 +32,7 @@ pub enum Layer {
 pub struct Columns {
     /// Direct illumination at the pixels, primary visibility and edges included.
     pub Tdi: f64,
-    /// Energies of the light paths: form factors, path flux, scan.
+    /// Energies of the light paths: form factors, scan; path flux where surfaces may shine.
     pub Tlpe: f64,
     /// Construction of the volumetric hierarchy.
     pub Thvds: f64,
@@ -61,7 +61,7 @@ impl Columns {
                 | PathScan::STEM
                 | Gloss::BEAMS_STEM
                 | Gloss::ENTRIES_STEM => &mut columns.Tlpe,
-                Pyramid::STEM | Gloss::STEM | ClusterViews::STEM => &mut columns.Thvds,
+                Pyramid::LAYERS_STEM | Pyramid::STEM | Gloss::STEM | ClusterViews::STEM => &mut columns.Thvds,
                 Gather::STEM | NearField::STEM | NeededRecords::STEM | Blend::STEM | GlossPixels::STEM => {
                     &mut columns.Tfg
                 }

@@ -39,7 +39,7 @@ impl Renderer {
             let what = "shadow rays of entry points that face away from a light or stand outside its cone";
             skipped.insert(what.into(), turned_away as f64 / rays as f64);
         }
-        let flux: Vec<Vec3> = self.form_factors.flux.read()?;
+        let flux = self.path_flux()?;
         Ok((skipped, flux.iter().filter(|flux| **flux == Vec3::ZERO).count() as u64))
     }
 }

@@ -5,7 +5,8 @@ use crate::world::{FLOAT, Random, SUM, World, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::frame::hvds::{ClusterFlux, LEAST_VERTICES, Pyramid, indirect_sources};
+use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
+use lightpaths::passes::frame::hvds::{ClusterFlux, ClusterLayer, LEAST_VERTICES, Pyramid, indirect_sources};
 use lightpaths::scene::{grid, hvds::Hvds};
 use lightpaths::types::{Deposit, NO_CLUSTER};
 
@@ -86,6 +87,103 @@ fn cluster_energies_equal_the_twin_and_parents_their_children() {
                 }
             }
         }
+    }
+    assert_silent(&context);
+}
+
+/// Layers of lights, and their sum: what the same light makes of path flux. A light's layer is the same to the bit whichever lights are
+/// due with it, and lights that are off are left out of the sum to no effect.
+#[test]
+fn layers_of_lights_equal_the_twin_and_add_up() {
+    let context = context();
+    let mut random = Random::new(29);
+    for (count, light_count) in [(1, 1), (63, 2), (64, 3), (65, 4), (997, 5), (131, 9), (40, 0)] {
+        let hvds = two_levels(count);
+        let mut first_deposits = vec![0];
+        for list in 0..2 * count {
+            let length = [random.below(70), 0, random.below(9)][list as usize % 3];
+            first_deposits.push(first_deposits[list as usize] + length);
+        }
+        // At entry points nothing has been reflected yet.
+        let mut deposits = Vec::new();
+        for (list, run) in first_deposits.windows(2).enumerate() {
+            deposits.extend((run[0]..run[1]).map(|_| {
+                let throughput = if list % 2 == 0 {
+                    Vec3::splat(2.0 * random.unit())
+                } else {
+                    0.5 * (1.0 + random.cube())
+                };
+                Deposit { throughput, path: random.below(499) }
+            }));
+        }
+        deposits.push(Deposit { throughput: Vec3::ZERO, path: 0 });
+        let entry_area_m2 = 0.01;
+        let rows: Vec<Vec<f32>> =
+            (0..light_count).map(|_| (0..499).map(|_| 50.0 * random.unit()).collect()).collect();
+        let emissions: Vec<Vec3> = rows.iter().map(|_| 1.5 + random.cube()).collect();
+
+        let pyramid = Pyramid::new(&context, &hvds, &first_deposits, entry_area_m2).unwrap();
+        assert_eq!(pyramid.base_count(), count);
+        let upload = |row: &Vec<f32>| Buffer::from_slice(&context, "row", row).unwrap();
+        let factors: Vec<Buffer> = rows.iter().map(upload).collect();
+        let room = || Pyramid::layer(&context, count).unwrap();
+        let (layers, alone): (Vec<Buffer>, Vec<Buffer>) = rows.iter().map(|_| (room(), room())).unzip();
+        let deposit_buffer = Buffer::from_slice(&context, "deposits", &deposits).unwrap();
+        let due: Vec<(&Buffer, &Buffer)> = factors.iter().zip(&layers).collect();
+        let lit: Vec<(Vec3, &Buffer)> = emissions.iter().copied().zip(&layers).collect();
+        context.take_redundant_barriers();
+        context
+            .run(|rec| {
+                pyramid.record_layers(rec, &due, &deposit_buffer, &pyramid.all);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+                pyramid.record_sum(rec, &lit, &pyramid.all);
+            })
+            .unwrap();
+        if light_count > 0 {
+            assert_eq!(context.take_redundant_barriers(), [""; 0]);
+        }
+        for ((row, layer), alone) in rows.iter().zip(&layers).zip(factors.iter().zip(&alone)) {
+            let twin = cpu::hvds::cluster_layer(row, &first_deposits, &deposits);
+            let device: Vec<ClusterLayer> = layer.read().unwrap();
+            for (cluster, (device, twin)) in device.iter().zip(twin).enumerate() {
+                let name = format!("cluster {cluster} of {count}");
+                assert_near(Vec3::splat(device.direct), twin[0], SUM, 0.0, &name);
+                assert_near(device.indirect, twin[1], SUM, 0.0, &name);
+            }
+            let record = |rec: &mut _| pyramid.record_layers(rec, &[alone], &deposit_buffer, &pyramid.all);
+            context.run(record).unwrap();
+            assert!(layer.read::<u32>().unwrap() == alone.1.read::<u32>().unwrap(), "alone and among others");
+        }
+
+        let of_rows: Vec<_> = emissions.iter().copied().zip(rows.iter().map(Vec::as_slice)).collect();
+        let path_flux: Vec<Vec3> = cpu::light_sum::light_sum(&of_rows, 499, entry_area_m2)
+            .into_iter()
+            .map(|flux| flux.as_vec3())
+            .collect();
+        let twin =
+            cpu::hvds::cluster_flux(&hvds, [&path_flux; 2].map(Vec::as_slice), &first_deposits, &deposits);
+        let sources = cpu::hvds::indirect_sources(&hvds, &first_deposits, LEAST_VERTICES);
+        let resolved = cpu::hvds::irradiance(&hvds, &twin, &sources, entry_area_m2);
+        let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();
+        let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();
+        for cluster in 0..hvds.cluster_count() as usize {
+            let name = format!("cluster {cluster} over {count}, {light_count} lights");
+            assert_near(flux[cluster].direct, twin[cluster][0], SUM, 0.0, &name);
+            assert_near(flux[cluster].indirect, twin[cluster][1], SUM, 0.0, &name);
+            assert_near(irradiance[cluster], resolved[cluster], SUM, 0.0, &name);
+        }
+
+        // Every second light off: left out, or black.
+        let sum = |lights: &[(Vec3, &Buffer)]| {
+            context.run(|rec| pyramid.record_sum(rec, lights, &pyramid.all)).unwrap();
+            pyramid.flux.read::<u32>().unwrap()
+        };
+        let black = lit
+            .iter()
+            .enumerate()
+            .map(|(light, (emission, layer))| (if light % 2 == 0 { *emission } else { Vec3::ZERO }, *layer));
+        let [left_out, black] = [lit.iter().copied().step_by(2).collect::<Vec<_>>(), black.collect()];
+        assert!(sum(&left_out) == sum(&black), "{light_count} lights over {count}");
     }
     assert_silent(&context);
 }

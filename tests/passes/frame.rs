@@ -63,11 +63,11 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
     let mut renderer = Renderer::new(&context, scene, &mut Silent).unwrap();
     context.take_redundant_barriers();
     let renderer = &mut renderer;
-    let (sum, factors, flux, scan): (&[&str], &[&str], &[&str], &[&str]) =
-        (&["direct_sum"], &["form_factors"], &["path_flux"], &["path_scan"]);
-    let all = &[view, LAYER, sum, factors, flux, scan, ENERGY, &["splat"], RECORDS, PICTURE];
-    let moved = &[LAYER, sum, factors, flux, ENERGY, RECORDS, PICTURE];
-    let recoloured = &[sum, flux, ENERGY, RECORDS, PICTURE];
+    let (sum, factors, scan, clusters): (&[&str], &[&str], &[&str], &[&str]) =
+        (&["direct_sum"], &["form_factors"], &["path_scan"], &["hvds_layer"]);
+    let all = &[view, LAYER, sum, factors, scan, clusters, ENERGY, &["splat"], RECORDS, PICTURE];
+    let moved = &[LAYER, sum, factors, clusters, ENERGY, RECORDS, PICTURE];
+    let recoloured = &[sum, ENERGY, RECORDS, PICTURE];
     // A single light's colour is the last factor of the picture.
     let tinted: &[&[&str]] = &[&["compose", "tonemap"]];
     expect(renderer, "the first frame", all);
@@ -113,9 +113,22 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
     renderer.move_camera(Vec3::new(0.2, 0.0, 0.4), Vec3::ZERO);
     expect(renderer, "the camera stays", &[]);
     renderer.set_diffuse(0, Vec3::new(0.5, 0.4, 0.3)).unwrap();
-    expect(renderer, "an albedo changes", &[scan, ENERGY, RECORDS, PICTURE]);
+    expect(renderer, "an albedo changes", &[scan, clusters, ENERGY, RECORDS, PICTURE]);
     renderer.set_diffuse(0, Vec3::new(0.5, 0.4, 0.3)).unwrap();
     expect(renderer, "an albedo stays", &[]);
+    renderer.add_light(Light { name: "third".to_owned(), kind }).unwrap();
+    expect(renderer, "a light is added beside one that stays", moved);
+    renderer.switch_light(1, false).unwrap();
+    renderer.set_diffuse(0, Vec3::new(0.4, 0.4, 0.3)).unwrap();
+    expect(
+        renderer,
+        "an albedo changes while a light is off",
+        &[sum, scan, clusters, ENERGY, RECORDS, PICTURE],
+    );
+    renderer.switch_light(1, true).unwrap();
+    expect(renderer, "the light comes on", &[sum, clusters, ENERGY, RECORDS, PICTURE]);
+    renderer.remove_light(1).unwrap();
+    expect(renderer, "it is removed", recoloured);
     renderer.set_exposure(1.0);
     expect(renderer, "the exposure changes", &[&["tonemap"]]);
 
@@ -124,7 +137,7 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
         (Work::Light(0), moved),
         (Work::Colour, tinted),
         (Work::View, &[view, LAYER, sum, &["splat"], PICTURE]),
-        (Work::Material, &[scan, ENERGY, RECORDS, PICTURE]),
+        (Work::Material, &[scan, clusters, ENERGY, RECORDS, PICTURE]),
     ] {
         renderer.force(work);
         expect(renderer, &format!("{work:?}"), passes);
@@ -137,7 +150,7 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
     renderer.move_light(0, Vec3::new(0.2, 0.2, 0.0)).unwrap();
     passes_of(renderer, "a light moves", moved);
     renderer.move_light(0, Vec3::new(0.2, 0.3, 0.0)).unwrap();
-    let same = &[LAYER, sum, factors, flux, ENERGY, SAME_RECORDS, PICTURE];
+    let same = &[LAYER, sum, factors, clusters, ENERGY, SAME_RECORDS, PICTURE];
     passes_of(renderer, "it moves on under the same view", same);
     renderer.move_camera(Vec3::new(-0.2, 0.0, 0.4), Vec3::ZERO);
     passes_of(renderer, "then the camera", &[view, LAYER, sum, &["splat"], RECORDS, PICTURE]);
@@ -147,7 +160,7 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
     renderer.move_camera(Vec3::new(0.2, 0.0, 0.4), Vec3::ZERO);
     passes_of(renderer, "the camera again", &[view, LAYER, sum, &["splat"], PICTURE]);
     renderer.set_skipping(false);
-    let all = &[view, LAYER, sum, factors, flux, scan, ENERGY, &["splat"], SAME_RECORDS, PICTURE];
+    let all = &[view, LAYER, sum, factors, scan, clusters, ENERGY, &["splat"], SAME_RECORDS, PICTURE];
     passes_of(renderer, "nothing is left out", all);
     assert_silent(&context);
 }

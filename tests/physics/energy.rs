@@ -29,7 +29,7 @@ fn hierarchy(renderer: &Renderer) -> Hvds {
 
 /// Flux that all vertices deposit, summed in f64.
 fn deposited(renderer: &Renderer) -> DVec3 {
-    let path_flux: Vec<Vec3> = renderer.stages().path_flux.read().unwrap();
+    let path_flux = renderer.path_flux().unwrap();
     let deposits: Vec<Deposit> = renderer.stages().deposits.read().unwrap();
     // The last one is there for vertices that no cluster holds.
     let (spare, deposits) = deposits.split_last().unwrap();

@@ -101,7 +101,7 @@ fn form_factors_take_in_the_power_of_each_kind() {
         scene.lights[0].kind = kind;
         let renderer = render(scene, SMALL);
         let stages = renderer.stages();
-        let flux: Vec<Vec3> = stages.path_flux.read().unwrap();
+        let flux = renderer.path_flux().unwrap();
         let entering: f64 = flux.iter().map(|flux| f64::from(flux.x * stages.tint.x)).sum();
         assert_close(&format!("flux of the light {}", kind.word()), entering, power, 4e-3);
     }

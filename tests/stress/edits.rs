@@ -17,11 +17,11 @@ const TINY: Quality = Quality {
     ..Quality::DRAFT
 };
 
-/// The Box with a teapot that may be edited.
-fn scene() -> Scene {
+/// The Box with a teapot that may be edited, and so may shine; or in which nothing may.
+fn scene(may_shine: bool) -> Scene {
     let mut scene = the_box(&["camera.size=[40,30]".to_owned()]);
     let teapot = scene.materials.iter_mut().find(|material| material.name == "teapot").unwrap();
-    teapot.editable = true;
+    teapot.editable = may_shine;
     scene
 }
 
@@ -80,6 +80,7 @@ impl Dice {
 /// Everything that can be edited, as it should stand. An edit is one arm of [`State::edit`] and one line of [`State::cold`]:
 /// a new one is added there.
 struct State {
+    may_shine: bool,
     lights: Vec<(Light, bool)>,
     materials: Vec<Material>,
     camera: Vec3,
@@ -89,6 +90,7 @@ impl State {
     fn of(renderer: &Renderer) -> Self {
         let scene = renderer.scene();
         Self {
+            may_shine: scene.materials.iter().any(Material::may_shine),
             lights: scene.lights.iter().map(|light| (light.clone(), true)).collect(),
             materials: scene.materials.clone(),
             camera: scene.cameras[0].position,
@@ -143,7 +145,7 @@ impl State {
                 3 => Work::Material,
                 _ => light.map_or(Work::Colour, Work::Light),
             }),
-            (11, _) => {
+            (11, _) if self.may_shine => {
                 let teapot = self.materials.iter().position(|material| material.editable).unwrap();
                 let material = &mut self.materials[teapot];
                 // Matt, or with a lobe from broad to sharp.
@@ -159,7 +161,7 @@ impl State {
     /// A renderer of the scene as it should stand, ahead of its first frame. Lights that are off are not there. Albedos of materials
     /// that are not editable are set afterwards: paths are traced for those at load.
     fn cold(&self) -> Renderer {
-        let mut scene = scene();
+        let mut scene = scene(self.may_shine);
         let on = self.lights.iter().filter(|(_, is_on)| *is_on);
         scene.lights = on.map(|(light, _)| light.clone()).collect();
         (scene.cameras[0].position, scene.cameras[0].target) = (self.camera, Vec3::ZERO);
@@ -178,7 +180,16 @@ impl State {
 
 #[test]
 fn any_sequence_of_edits_ends_where_a_cold_start_does() {
-    let mut edited = prepare(scene(), TINY);
+    any_sequence_ends_where_a_cold_start_does(true);
+}
+
+#[test]
+fn any_sequence_of_edits_of_matt_surfaces_ends_where_a_cold_start_does() {
+    any_sequence_ends_where_a_cold_start_does(false);
+}
+
+fn any_sequence_ends_where_a_cold_start_does(may_shine: bool) {
+    let mut edited = prepare(scene(may_shine), TINY);
     edited.move_camera(edited.scene().cameras[0].position, Vec3::ZERO);
     let mut state = State::of(&edited);
     let mut dice = Dice::new(4);

@@ -62,7 +62,7 @@ fn scale_and_place_change_nothing() {
 /// Flux that all vertices deposit and flux that the base level holds, W.
 fn energies(renderer: &Renderer) -> [f64; 2] {
     let stages = renderer.stages();
-    let entering: Vec<Vec3> = stages.path_flux.read().unwrap();
+    let entering = renderer.path_flux().unwrap();
     let deposits: Vec<Deposit> = stages.deposits.read().unwrap();
     let deposited =
         deposits.iter().map(|d| f64::from(d.throughput.x) * f64::from(entering[d.path as usize].x)).sum();

@@ -1,5 +1,5 @@
 //! Form factors and the flux that enters the light paths. [Yue §3]
-//! In: entry points, lights. Out: a row of form factors for each light, one an entry point; flux (W) of each path.
+//! In: entry points, lights. Out: a row of form factors for each light, one an entry point; flux (W) of each path, where that is asked for.
 //!
 //! Form factors are free of the light's colour, so that a change of colour traces no ray. The point samples of an area light
 //! share a colour, and so a row.
@@ -45,15 +45,13 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[EntryPoint::LAYOUT, FormFactorsPush::LAYOUT];
 
-/// The pipelines, the entry points and the flux of the paths that begin there.
+/// The pipelines and the entry points.
 pub struct FormFactors {
     form_factors: Pipeline,
     sum: LightSum,
     entry_points: Buffer,
     point_count: u32,
     area_m2: f32,
-    /// Flux of each path's first vertex, W; three floats.
-    pub flux: Buffer,
 }
 
 impl FormFactors {
@@ -69,14 +67,12 @@ impl FormFactors {
     pub fn new(context: &Arc<Context>, entry_points: &[PathVertex], area_m2: f32) -> Result<Self> {
         let points: Vec<EntryPoint> =
             entry_points.iter().map(|v| EntryPoint { position: v.position, side: v.side }).collect();
-        let count = entry_points.len() as u64;
         Ok(Self {
             form_factors: Pipeline::new(context, Self::STEM, &[])?,
             sum: LightSum::new(context)?,
             entry_points: Buffer::from_slice(context, "entry points", &points)?,
-            point_count: count as u32,
+            point_count: entry_points.len() as u32,
             area_m2,
-            flux: Buffer::storage(context, "path flux", count * 12)?,
         })
     }
 
@@ -130,13 +126,11 @@ impl FormFactors {
         }
     }
 
-    /// Sums the lights' rows, each with its emission, in order: flux that enters each path; and once more, where some entry points
-    /// may shine and the flux behind them is another.
-    pub fn record_flux(&self, rec: &mut Recorder, rows: &[(Vec3, &Buffer)], reflected_flux: Option<&Buffer>) {
+    /// Sums the lights' rows, each with its emission, in order, into each of these buffers: flux that enters each path, W, three floats.
+    pub fn record_flux(&self, rec: &mut Recorder, rows: &[(Vec3, &Buffer)], fluxes: &[&Buffer]) {
         let mut pass = rec.pass(Self::FLUX_STEM);
-        self.sum.record(&mut pass, rows, self.point_count, self.area_m2, &self.flux);
-        if let Some(reflected_flux) = reflected_flux {
-            self.sum.record(&mut pass, rows, self.point_count, self.area_m2, reflected_flux);
+        for flux in fluxes {
+            self.sum.record(&mut pass, rows, self.point_count, self.area_m2, flux);
         }
     }
 }

@@ -180,6 +180,8 @@ pub struct Gloss {
     children: Buffer,
     /// `GlossSlot`s.
     pub slots: Buffer,
+    /// Flux that arrives at each path's entry point, W; three floats. Where nothing shines, clusters have layers and nobody needs it.
+    pub path_flux: Buffer,
     /// Flux that each path carries on from its entry point, albedo included where that may shine, W; three floats.
     pub reflected_flux: Buffer,
     /// Of each slot, W; three floats: over the cluster's area it adds to albedo times irradiance.
@@ -220,6 +222,7 @@ impl Gloss {
             first_children: Buffer::from_slice(context, "gloss first children", &tables.first_children)?,
             children: Buffer::from_slice(context, "gloss children", &tables.children)?,
             slots: Buffer::from_slice(context, "gloss slots", &tables.slots)?,
+            path_flux: Buffer::storage(context, "path flux", u64::from(path_count) * 12)?,
             reflected_flux: Buffer::storage(context, "reflected flux", u64::from(path_count) * 12)?,
             fluxes: Buffer::storage(context, "gloss fluxes", tables.slots.len() as u64 * 12)?,
         })

@@ -1,10 +1,14 @@
 //! The volumetric hierarchy of a frame: base level and pyramid. [Yue §2, Thvds]
-//! In: path flux (W), deposits. Out: irradiance (W/m²) of every cluster.
+//! In: form factors of each light, or path flux (W); deposits. Out: irradiance (W/m²) of every cluster.
+//!
+//! What the base level receives is linear in the lights, and kept for each where their flux behind the entry point is the form factor's
+//! too: where nothing may shine.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::frame::light_sum::LightSum;
 use crate::scene::hvds::Hvds;
 use crate::types::NO_CLUSTER;
 use glam::Vec3;
@@ -15,6 +19,16 @@ gpu_struct! {
     /// Push constants of the base level.
     pub struct HvdsBasePush {
         /// Where the level begins in the list.
+        pub first_place: u32,
+        /// Its listed clusters.
+        pub cluster_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants of the layers of lights.
+    pub struct HvdsLayerPush {
+        /// Where the base level begins in the list.
         pub first_place: u32,
         /// Its listed clusters.
         pub cluster_count: u32,
@@ -49,9 +63,28 @@ gpu_struct! {
     }
 }
 
+gpu_struct! {
+    /// What a base cluster receives of one light, per unit of its emission and of the area that an entry point stands for.
+    pub struct ClusterLayer {
+        /// At entry points, in every channel.
+        pub direct: f32,
+        /// At all other vertices.
+        pub indirect: Vec3,
+    }
+}
+
 /// What this pass shares with its shaders.
-pub const LAYOUTS: &[Layout] =
-    &[HvdsBasePush::LAYOUT, HvdsLevelPush::LAYOUT, HvdsResolvePush::LAYOUT, ClusterFlux::LAYOUT];
+pub const LAYOUTS: &[Layout] = &[
+    HvdsBasePush::LAYOUT,
+    HvdsLayerPush::LAYOUT,
+    HvdsLevelPush::LAYOUT,
+    HvdsResolvePush::LAYOUT,
+    ClusterFlux::LAYOUT,
+    ClusterLayer::LAYOUT,
+];
+
+/// Lights that one dispatch takes where as many layers are due: it reads the deposits once for all of them.
+const LIGHTS: usize = 4;
 
 /// Path vertices that a cluster must hold before its indirect light is trusted. They come by chance, with unequal weights, while
 /// entry points are spread evenly: it takes more of them.
@@ -99,8 +132,14 @@ impl ClusterLists {
 /// The pipelines, the nesting of the clusters and their energy.
 pub struct Pyramid {
     base: Pipeline,
+    layers: [Pipeline; 2],
+    sum: LightSum,
     level: Pipeline,
     resolve: Pipeline,
+    /// Clusters of the base level.
+    base_count: u32,
+    /// That an entry point stands for.
+    entry_area_m2: f32,
     /// All clusters.
     pub all: ClusterLists,
     /// First deposit of each base cluster by an entry point, then its first by another vertex, and the end.
@@ -119,9 +158,11 @@ pub struct Pyramid {
 impl Pyramid {
     /// The name that shaders, twin and timing share.
     pub const STEM: &str = "hvds";
+    /// What the layers of lights are called in timings.
+    pub const LAYERS_STEM: &str = "hvds_layer";
 
     /// Uploads the nesting. `first_deposits` has the first deposit of each base cluster by an entry
-    /// point, then its first by another vertex, and the end. No root is divided by an area below `least_area_m2`, the area of one entry point: what
+    /// point, then its first by another vertex, and the end. No root is divided by an area below `entry_area_m2`, that of one entry point: what
     /// is smaller cannot be resolved. Smaller clusters are read as parts of views only, whose weights are proportional to area.
     ///
     /// # Errors
@@ -130,7 +171,7 @@ impl Pyramid {
         context: &Arc<Context>,
         hvds: &Hvds,
         first_deposits: &[u32],
-        least_area_m2: f32,
+        entry_area_m2: f32,
     ) -> Result<Self> {
         let roots = hvds.levels.last().map_or(0, |roots| roots.start) as usize;
         let inverse_areas: Vec<f32> = (0..)
@@ -138,16 +179,21 @@ impl Pyramid {
             .map(|(cluster, &area)| match cluster < roots {
                 true if area > 0.0 => 1.0 / area,
                 true => 0.0,
-                false => 1.0 / area.max(least_area_m2),
+                false => 1.0 / area.max(entry_area_m2),
             })
             .collect();
         let all = vec![true; hvds.cluster_count() as usize];
         // What nobody reads is never written.
         let dark = vec![Vec3::ZERO; hvds.cluster_count() as usize];
+        let layers = |lights| Pipeline::new(context, Self::LAYERS_STEM, &[("LIGHTS", lights as u32)]);
         Ok(Self {
             base: Pipeline::new(context, "hvds_base", &[])?,
+            layers: [layers(1)?, layers(LIGHTS)?],
+            sum: LightSum::of_clusters(context)?,
             level: Pipeline::new(context, "hvds_level", &[])?,
             resolve: Pipeline::new(context, "hvds_resolve", &[])?,
+            base_count: hvds.levels[0].len() as u32,
+            entry_area_m2,
             all: ClusterLists::new(context, &hvds.levels, &all, &all)?,
             first_deposits: Buffer::from_slice(context, "first deposits", first_deposits)?,
             first_children: Buffer::from_slice(context, "first children", &hvds.first_children)?,
@@ -195,8 +241,66 @@ impl Pyramid {
         Ok(())
     }
 
-    /// Sums the base level, then each coarser one from the level below it; then divides: for the clusters of the lists.
-    /// `reflected_flux` is what the paths carry on from their entry points: where nothing shines, the same as `path_flux`.
+    /// Room for a light's layer, dark: what nobody reads is never written.
+    ///
+    /// # Errors
+    /// The device lacks memory.
+    pub fn layer(context: &Arc<Context>, base_count: u32) -> Result<Buffer> {
+        let dark = ClusterLayer { direct: 0.0, indirect: Vec3::ZERO };
+        Buffer::from_slice(context, "cluster layer", &vec![dark; base_count as usize])
+    }
+
+    /// Clusters of the base level: values of a light's layer.
+    pub fn base_count(&self) -> u32 {
+        self.base_count
+    }
+
+    /// Sums the base level for each light whose layer is due: from its form factors into its layer.
+    pub fn record_layers(
+        &self,
+        rec: &mut Recorder,
+        due: &[(&Buffer, &Buffer)],
+        deposits: &Buffer,
+        lists: &ClusterLists,
+    ) {
+        let mut pass = rec.pass(Self::LAYERS_STEM);
+        let base = &lists.levels[0];
+        let push = HvdsLayerPush { first_place: base.start, cluster_count: base.len() as u32 };
+        let [one, four] = &self.layers;
+        let groups = due.chunks_exact(LIGHTS);
+        let single = groups.remainder().chunks(1).map(|light| (one, light));
+        for (pipeline, lights) in groups.map(|lights| (four, lights)).chain(single) {
+            let light = |place: usize| lights.get(place).unwrap_or(&lights[0]);
+            pass.dispatch(
+                pipeline,
+                [base.len() as u32, 1, 1],
+                &push,
+                &[
+                    ("Factors0", light(0).0),
+                    ("Factors1", light(1).0),
+                    ("Factors2", light(2).0),
+                    ("Factors3", light(3).0),
+                    ("FirstDeposits", &self.first_deposits),
+                    ("Deposits", deposits),
+                    ("SummedClusters", &lists.summed),
+                    ("Layer0", light(0).1),
+                    ("Layer1", light(1).1),
+                    ("Layer2", light(2).1),
+                    ("Layer3", light(3).1),
+                ],
+            );
+        }
+    }
+
+    /// Sums the base level over the layers of lights, each with its emission, in order; then the coarser levels, and divides.
+    pub fn record_sum(&self, rec: &mut Recorder, layers: &[(Vec3, &Buffer)], lists: &ClusterLists) {
+        let mut pass = rec.pass(Self::STEM);
+        self.sum.record(&mut pass, layers, self.base_count, self.entry_area_m2, &self.flux);
+        self.record_levels(&mut pass, lists);
+    }
+
+    /// Sums the base level over light paths, then the coarser levels, and divides: for the clusters of the lists.
+    /// `reflected_flux` is what the paths carry on from their entry points.
     pub fn record(
         &self,
         rec: &mut Recorder,
@@ -220,6 +324,11 @@ impl Pyramid {
                 ("SummedClusters", &lists.summed),
             ],
         );
+        self.record_levels(&mut pass, lists);
+    }
+
+    /// Sums each coarser level from the one below it; then divides by area.
+    fn record_levels(&self, pass: &mut PassScope<'_>, lists: &ClusterLists) {
         for level in lists.levels[1..].iter().filter(|level| !level.is_empty()) {
             pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch(

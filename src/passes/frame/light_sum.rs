@@ -48,7 +48,7 @@ const ROWS: [usize; 2] = [4, 8];
 pub struct LightSum {
     few: Pipeline,
     many: Pipeline,
-    /// The row of no light: one value.
+    /// The row of no light: one value, dark.
     no_row: Buffer,
 }
 
@@ -56,13 +56,26 @@ impl LightSum {
     /// The name that shader and twin share.
     pub const STEM: &str = "light_sum";
 
-    /// Prepares sums.
+    /// Prepares sums of numbers.
     ///
     /// # Errors
     /// A Vulkan call failed.
     pub fn new(context: &Arc<Context>) -> Result<Self> {
-        let [few, many] = ROWS.map(|rows| Pipeline::new(context, Self::STEM, &[("ROWS", rows as u32)]));
-        Ok(Self { few: few?, many: many?, no_row: Buffer::from_slice(context, "no row", &[0.0_f32])? })
+        Self::with_shader(context, Self::STEM)
+    }
+
+    /// Prepares sums of clusters' layers: of `ClusterLayer`s, which make `ClusterFlux`es.
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub fn of_clusters(context: &Arc<Context>) -> Result<Self> {
+        Self::with_shader(context, "hvds_sum")
+    }
+
+    fn with_shader(context: &Arc<Context>, shader: &'static str) -> Result<Self> {
+        let [few, many] = ROWS.map(|rows| Pipeline::new(context, shader, &[("ROWS", rows as u32)]));
+        // As large as the largest value.
+        Ok(Self { few: few?, many: many?, no_row: Buffer::from_slice(context, "no row", &[0.0_f32; 4])? })
     }
 
     /// Sums the first `count` values of every row, in order, each times its light's emission, and scales the whole; without

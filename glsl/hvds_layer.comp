@@ -1,0 +1,74 @@
+// Layers of the base level of the volumetric hierarchy: each cluster adds up what the light paths deposit in it of one light, or of
+// four, per unit of the light's emission: light that comes straight from the light apart from light that comes from surfaces. [Yue §2]
+// Deterministic: the lists have a fixed order, and a light's bits are the same alone and among four. One invocation = one listed
+// base cluster. In: deposits, form factors. Out: layers.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/hvds.glsl"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint LIGHTS = 1;  // 1 or 4; where it is 1, the other factors and layers are any
+
+struct HvdsLayerPush {
+    uint first_place;  // of the base level, in the list
+    uint cluster_count;
+};
+
+layout(scalar, binding = 0) readonly buffer Factors0 { float factors_0[]; };
+layout(scalar, binding = 1) readonly buffer Factors1 { float factors_1[]; };
+layout(scalar, binding = 2) readonly buffer Factors2 { float factors_2[]; };
+layout(scalar, binding = 3) readonly buffer Factors3 { float factors_3[]; };
+layout(scalar, binding = 4) readonly buffer FirstDeposits { uint first_deposits[]; };  // entry points' and others' of each cluster
+layout(scalar, binding = 5) readonly buffer Deposits { Deposit deposits[]; };
+layout(scalar, binding = 6) readonly buffer SummedClusters { uint summed_clusters[]; };
+layout(scalar, binding = 7) writeonly buffer Layer0 { ClusterLayer layer_0[]; };
+layout(scalar, binding = 8) writeonly buffer Layer1 { ClusterLayer layer_1[]; };
+layout(scalar, binding = 9) writeonly buffer Layer2 { ClusterLayer layer_2[]; };
+layout(scalar, binding = 10) writeonly buffer Layer3 { ClusterLayer layer_3[]; };
+layout(scalar, push_constant) uniform Push { HvdsLayerPush push; };
+
+// `precise` keeps products and sums apart: one light and four round alike.
+void add(inout ClusterLayer layer, vec3 throughput, float factor) {
+    precise vec3 sum = layer.indirect + throughput * factor;
+    layer.indirect = sum;
+}
+void add_direct(inout ClusterLayer layer, float throughput, float factor) {
+    precise float sum = layer.direct + throughput * factor;
+    layer.direct = sum;
+}
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= push.cluster_count) return;
+    uint cluster = summed_clusters[push.first_place + index];
+    const ClusterLayer DARK = ClusterLayer(0.0, vec3(0.0));
+    ClusterLayer sum_0 = DARK, sum_1 = DARK, sum_2 = DARK, sum_3 = DARK;
+    uint first_other = first_deposits[2u * cluster + 1u];
+    for (uint i = first_deposits[2u * cluster]; i < first_other; ++i) {
+        // Nothing has reflected the path yet: its channels are alike.
+        float throughput = deposits[i].throughput.x;
+        uint path = deposits[i].path;
+        add_direct(sum_0, throughput, factors_0[path]);
+        if (LIGHTS == 1u) continue;
+        add_direct(sum_1, throughput, factors_1[path]);
+        add_direct(sum_2, throughput, factors_2[path]);
+        add_direct(sum_3, throughput, factors_3[path]);
+    }
+    for (uint i = first_other; i < first_deposits[2u * cluster + 2u]; ++i) {
+        vec3 throughput = deposits[i].throughput;
+        uint path = deposits[i].path;
+        add(sum_0, throughput, factors_0[path]);
+        if (LIGHTS == 1u) continue;
+        add(sum_1, throughput, factors_1[path]);
+        add(sum_2, throughput, factors_2[path]);
+        add(sum_3, throughput, factors_3[path]);
+    }
+    layer_0[cluster] = sum_0;
+    if (LIGHTS == 1u) return;
+    layer_1[cluster] = sum_1;
+    layer_2[cluster] = sum_2;
+    layer_3[cluster] = sum_3;
+}

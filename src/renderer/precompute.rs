@@ -161,7 +161,15 @@ pub(super) fn precompute(
     let told: Vec<String> = undersampled(scene, &gaps, resolved, strata.area_m2, cell_size).collect();
     scene.warnings.extend(told);
     if quality.occlusion {
-        hvds.mixed = narrow_gaps::mixed((&rays, &buffers), &hvds, &patches, &surfaces, parted, lengths[1])?;
+        hvds.mixed = narrow_gaps::mixed(
+            (&rays, &buffers),
+            &hvds,
+            &patches,
+            &surfaces,
+            &strata.in_clusters,
+            parted,
+            lengths[1],
+        )?;
     }
     let clusters = ClusterBuffers::new(context, &hvds, &trusted)?;
     let area_m2 = (strata.area_m2 / f64::from(quality.entry_points)) as f32;

@@ -2,6 +2,7 @@
 
 mod accounts;
 mod changes;
+mod counts;
 mod edits;
 mod film;
 mod lights;
@@ -100,6 +101,7 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn new(context: &Arc<Context>, mut scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
+        let start = Instant::now();
         let mut made = precompute::precompute(context, &mut scene, progress)?;
         let size = scene.cameras[0].size;
         let pixels = size[0] * size[1];
@@ -126,7 +128,7 @@ impl Renderer {
         let (points, hemisphere) = (made.point_count, made.hemisphere);
         let gather =
             Gather::new(context, made.cache_points, points, made.rays, hemisphere, made.code, shines)?;
-        Ok(Self {
+        let mut renderer = Self {
             context: context.clone(),
             view: View::from(&scene.cameras[0]),
             lights: Lights::new(context, &scene.lights, counts, gloss_room)?,
@@ -163,7 +165,9 @@ impl Renderer {
             statistics: made.statistics,
             changes: Changes::ALL,
             skips: true,
-        })
+        };
+        renderer.statistics.end_precomputation("tables for frames", start.elapsed());
+        Ok(renderer)
     }
 
     /// Renders one frame: redoes what has changed since the last, and what depends on it. Where nothing has, the first such frame

@@ -1,12 +1,12 @@
 //! The precomputation, in the paper's order. [Yue §1, §2]
 
-use super::Statistics;
 use super::resolution::{blurred, outgoing_directions, undersampled};
+use super::{Statistics, counts};
 use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::near_field::NearCluster;
-use crate::passes::precompute::cache_points::{self, Geometry, Placed, Placement, Survey};
+use crate::passes::precompute::cache_points::{self, Geometry, Placed, Survey};
 use crate::passes::precompute::cluster_views::{self, ViewTables};
 use crate::passes::precompute::entry_points::{self, Strata};
 use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, LEAST_ENTRY_POINTS, RayTable};
@@ -161,7 +161,15 @@ pub(super) fn precompute(
     let told: Vec<String> = undersampled(scene, &gaps, resolved, strata.area_m2, cell_size).collect();
     scene.warnings.extend(told);
     if quality.occlusion {
-        hvds.mixed = narrow_gaps::mixed((&rays, &buffers), &hvds, &patches, &surfaces, parted, lengths[1])?;
+        hvds.mixed = narrow_gaps::mixed(
+            (&rays, &buffers),
+            &hvds,
+            &patches,
+            &surfaces,
+            &strata.in_clusters,
+            parted,
+            lengths[1],
+        )?;
     }
     let clusters = ClusterBuffers::new(context, &hvds, &trusted)?;
     let area_m2 = (strata.area_m2 / f64::from(quality.entry_points)) as f32;
@@ -282,7 +290,7 @@ pub(super) fn precompute(
         precompute_stages: watch.stages,
         ..Statistics::default()
     };
-    count(&mut statistics, scene, &surfaces, &hvds, &paths, &placement, hemisphere);
+    counts::note(&mut statistics, scene, &surfaces, &hvds, &paths, &placement, hemisphere);
     statistics.counts.insert("cache points in narrow gaps".into(), u64::from(tight_count));
     statistics.counts.insert("cache points that see near clusters".into(), u64::from(near_count));
     statistics.counts.insert("near clusters".into(), near_clusters.len() as u64);
@@ -367,36 +375,4 @@ fn reachable_surfaces(
         return Err(Error::Usage("the scene has no triangle".into()));
     }
     Ok((buffers, surfaces))
-}
-
-/// Notes what came out.
-fn count(
-    statistics: &mut Statistics,
-    scene: &Scene,
-    surfaces: &[Surface],
-    hvds: &Hvds,
-    paths: &LightPaths,
-    placement: &Placement,
-    hemisphere: Hemisphere,
-) {
-    let active_area = |triangle: &Triangle, surface: &Surface| {
-        let sides = [false, true].into_iter().filter(|&back| surface.side_is_active(back)).count();
-        triangle.area_m2() * sides as f64
-    };
-    let active: f64 = scene.triangles.iter().zip(surfaces).map(|(t, s)| active_area(t, s)).sum();
-    statistics
-        .skipped
-        .insert("unreachable surface sides (area)".into(), 1.0 - active / (2.0 * scene.area_m2()));
-    let counts = [
-        ("triangles", scene.triangles.len() as u64),
-        ("entry points", u64::from(scene.quality.entry_points)),
-        ("path vertices", paths.steps.len() as u64),
-        ("path vertices outside all clusters", paths.lost),
-        ("clusters", u64::from(hvds.cluster_count())),
-        ("base clusters", hvds.levels[0].len() as u64),
-        ("cache points", placement.points.len() as u64),
-        ("cache point candidates", placement.candidates),
-        ("gather rays", placement.points.len() as u64 * u64::from(hemisphere.rays())),
-    ];
-    statistics.counts.extend(counts.map(|(name, value)| (name.to_owned(), value)));
 }

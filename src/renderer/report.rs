@@ -8,6 +8,7 @@ use crate::passes::frame::{
     primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 /// A layer of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,4 +110,12 @@ pub struct Statistics {
     pub counts: BTreeMap<String, u64>,
     /// Shares of work that was not needed, 0..=1.
     pub skipped: BTreeMap<String, f64>,
+}
+
+impl Statistics {
+    /// Adds the last stage of the precomputation, after so long in all.
+    pub(super) fn end_precomputation(&mut self, stage: &str, whole: Duration) {
+        let before = std::mem::replace(&mut self.precompute_s, whole.as_secs_f64());
+        self.precompute_stages.push((stage.into(), self.precompute_s - before));
+    }
 }

@@ -23,6 +23,8 @@ const DIRECTIONS: Directions = Directions { side: 8 };
 const RESOLVED: f32 = 2.5;
 /// And cells part gaps of so many by themselves.
 const PARTED: f32 = 0.75;
+/// Entry points, in the mean, of each part of a mixed cluster; with fewer, what is read instead would be of single paths.
+const LEAST_ENTRY_POINTS: f32 = 1.0;
 /// What gather rays read is so much narrower than their strata (`gather_rays`).
 const SHARE: f32 = 0.25;
 
@@ -46,7 +48,7 @@ pub fn entry_points_in(gap: f32, count: u32, area_m2: f64, cell_size: f32) -> f3
 }
 
 /// Which clusters hold surface inside a gap narrower than `parted` (metres), and surface outside: once a light stands in there, they stand for
-/// neither. Empty where there is no such gap. `patches` of the base clusters.
+/// neither. Empty where there is no such gap. `patches` of the base clusters; `in_clusters`: entry points that each cluster holds, in expectation.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -55,6 +57,7 @@ pub fn mixed(
     hvds: &Hvds,
     patches: &[Patch],
     surfaces: &[Surface],
+    in_clusters: &[f32],
     parted: f32,
     clear_distance: f32,
 ) -> Result<Vec<bool>> {
@@ -85,7 +88,13 @@ pub fn mixed(
             *around = [around[0] || outside, around[1] || inside];
         }
     }
-    Ok(holds.into_iter().map(|holds| holds == [true; 2]).collect())
+    let is_known =
+        |child: u32| holds[child as usize] == [false; 2] || in_clusters[child as usize] >= LEAST_ENTRY_POINTS;
+    let is_mixed = |cluster: usize| {
+        holds[cluster] == [true; 2]
+            && (hvds.first_children[cluster]..hvds.first_children[cluster + 1]).all(is_known)
+    };
+    Ok((0..holds.len()).map(is_mixed).collect())
 }
 
 /// Widths of the narrowest gaps that the lights stand in, metres, light by light; infinite for other kinds, which have no place or send

@@ -305,7 +305,9 @@ fn the_direct_method_is_the_direct_layer() {
 fn time_prints_the_tables_and_writes_the_promised_keys() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["time", "box", "--frames", "2", "--json", "t.json"];
-    let output = run(&folder, &[&arguments, &SMALL[..]].concat());
+    // So many that the energy is right.
+    let entry_points = ["--set", "quality.entry_points=20000"];
+    let output = run(&folder, &[&arguments[..], &SMALL, &entry_points].concat());
     assert!(output.status.success(), "{}", stderr(&output));
     for word in ["Tdi", "Tlpe", "Thvds", "Tfg", "Tsplat", "Ttot", "Tlight", "Tview", "Tmat", "paper", "1271"]
     {

@@ -30,7 +30,7 @@ fn the_tables_stand_beside_the_papers() {
 fn times_of_a_wrong_picture_are_not_printed() {
     let folder = tempfile::tempdir().unwrap();
     // A handful of light paths cannot hold the energy.
-    let few = "time box --frames 1 --lights 1 --size 32x32 --set quality.entry_points=30 --set quality.gather_rays=16 -q";
+    let few = "time box --frames 1 --lights 1 --size 32x32 --set quality.entry_points=10 --set quality.gather_rays=16 -q";
     let output = run(&folder, &few.split(' ').chain(["--json", "t.json"]).collect::<Vec<_>>());
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("box: the picture's energy is "), "{}", stderr(&output));

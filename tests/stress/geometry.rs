@@ -7,8 +7,8 @@ use std::fmt::Write;
 use glam::{DVec3, Vec3};
 use lightpaths::passes::frame::hvds::ClusterFlux;
 use lightpaths::renderer::{Layer, Renderer};
-use lightpaths::scene::{Light, LightKind, LoadOptions, Scene, Triangle, shapes};
-use lightpaths::types::Deposit;
+use lightpaths::scene::{Light, LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
+use lightpaths::types::{CachePoint, Deposit};
 
 /// The room, loaded from files with a scale and a place; its lamp as bright on the walls as before.
 fn placed(scale: f64, to: DVec3) -> Scene {
@@ -144,5 +144,44 @@ fn slivers_make_no_firefly() {
     println!("brightest {brightest}, bound {bound}");
     assert!(brightest <= bound, "{brightest} W/m², {bound} W/m² at most");
     assert_eq!(count(&renderer, "pixels without a covering record"), 0);
+    assert_silent(&context());
+}
+
+/// Balls of a radius, each of 320 triangles with smooth normals, fronts outside.
+fn balls(radius: f32, places: &[Vec3]) -> Vec<Triangle> {
+    let ball = shapes::integrating_sphere(radius, 2, 0.5, Vec3::ZERO, 1.0).triangles;
+    let moved = |place: Vec3| {
+        // The sphere's fronts are inside.
+        move |triangle: &Triangle| {
+            let ([a, b, c], [l, m, n]) =
+                (triangle.positions.map(|p| p + place), triangle.normals.map(|n| -n));
+            Triangle { positions: [a, c, b], normals: [l, n, m], ..*triangle }
+        }
+    };
+    places.iter().flat_map(|&place| ball.iter().map(moved(place))).collect()
+}
+
+/// Records are far too few for the curvature: large balls ask for all of them, and small ones come after these.
+#[test]
+fn a_small_budget_reaches_all_surfaces() {
+    const SMALL_RADIUS: f32 = 0.03;
+    let mut scene = shapes::closed_box(Vec3::new(1.0, 0.8, 1.2), 0.5);
+    let corners = |x: f32, y: f32, z: [f32; 2]| {
+        [(-x, z[0]), (x, z[0]), (-x, z[1]), (x, z[1])].map(|(x, z)| Vec3::new(x, y, z))
+    };
+    let large = corners(0.3, -0.2, [-0.4, 0.2]);
+    let small = [corners(0.3, 0.15, [-0.5, -0.1]), corners(0.15, 0.25, [-0.4, -0.2])].concat();
+    scene.triangles.extend(balls(0.12, &large));
+    scene.triangles.extend(balls(SMALL_RADIUS, &small));
+    scene.cameras[0].size = [64, 48];
+    let renderer = render(scene, Quality { cache_points: 2_500, ..SMALL });
+    let points: Vec<CachePoint> = renderer.stages().cache_points.read().unwrap();
+    for place in small {
+        let near = points.iter().filter(|point| point.position.distance(place) < 1.01 * SMALL_RADIUS);
+        let count = near.count();
+        // Caps of 30° that overlap by a third: some dozens cover a sphere.
+        assert!((25..200).contains(&count), "{count} records on the ball at {place}");
+    }
+    assert_eq!(count(&renderer, "pixels that take the nearest record"), 0);
     assert_silent(&context());
 }

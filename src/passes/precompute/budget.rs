@@ -73,10 +73,11 @@ impl Demand {
     }
 }
 
-/// The length that scales all radii, such that the expected number of records meets the budget; and the one beyond which
-/// the budget had better leave something uncovered. Where curvature asks for many records whatever the length, the
-/// expectation is too high for them: flat pieces are granted a quarter of the budget at first, and an eighth in any case.
-pub(super) fn spread(demands: &[Demand], scene_size: f32, budget: u32) -> [f64; 2] {
+/// The length that scales all radii, such that the expected number of records meets the budget; the one beyond which
+/// the budget had better leave something uncovered; and the one to take if it is clear that none will do. Where curvature asks for
+/// many records whatever the length, the expectation is too high for them: flat pieces are granted a quarter of the budget at
+/// first, and an eighth in any case; half of it where what is curved is covered coarsely.
+pub(super) fn spread(demands: &[Demand], scene_size: f32, budget: u32) -> [f64; 3] {
     let curved = |unit: f64| demands.iter().map(|demand| demand.records(unit)).sum::<f64>();
     let flat = |unit: f64| demands.iter().map(|demand| demand.flat_records(unit)).sum::<f64>();
     let length = |expected: &dyn Fn(f64) -> f64, records: f64| {
@@ -90,7 +91,7 @@ pub(super) fn spread(demands: &[Demand], scene_size: f32, budget: u32) -> [f64; 
     };
     let records = BUDGET_SHARE * f64::from(budget);
     let unit = length(&curved, records).min(length(&flat, records / 4.0));
-    [unit, length(&flat, records / 8.0)]
+    [unit, length(&flat, records / 8.0), length(&flat, records / 2.0)]
 }
 
 #[cfg(test)]
@@ -106,7 +107,7 @@ mod tests {
         // Much free surface, some beside walls, some that is curved.
         let demands = [demand(10.0, 1e9, 3.0), demand(2.0, 1e9, 0.02), demand(0.5, 0.05, 0.4)];
         for budget in [1_000, 40_000] {
-            let [unit, largest] = spread(&demands, 5.0, budget);
+            let [unit, largest, _] = spread(&demands, 5.0, budget);
             let expected: f64 = demands.iter().map(|demand| demand.records(unit)).sum();
             assert!((expected / (0.9 * f64::from(budget)) - 1.0).abs() < 1e-6, "{expected} of {budget}");
             assert!(unit < largest);
@@ -116,9 +117,10 @@ mod tests {
     #[test]
     fn curvature_that_eats_the_budget_leaves_flat_surface_its_part() {
         let demands = [demand(10.0, 1e9, 3.0), demand(1.0, 1e-4, 3.0)];
-        let [unit, largest] = spread(&demands, 5.0, 10_000);
+        let [unit, largest, coarse] = spread(&demands, 5.0, 10_000);
         let flat = |unit: f64| demands[0].records(unit) / 9_000.0;
         assert!((flat(unit) - 0.25).abs() < 0.03 && (flat(largest) - 0.125).abs() < 0.02);
+        assert!((flat(coarse) - 0.5).abs() < 0.05, "{}", flat(coarse));
     }
 
     #[test]

@@ -10,8 +10,9 @@ use super::budget::{COVERED, Demand, RADIUS_RANGE, spread};
 use super::clearance::{Clearance, Surveyor};
 pub use super::coverage::Placed;
 use super::coverage::{Neighbourhood, Records};
-use super::piece_points::{plane_sequence, point_in_polygon};
+use super::piece_points::{plane_sequence, point_in_polygon, surveyed};
 use super::{Progress, shares};
+use crate::cpu::records::Tolerance;
 use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::gpu::Context;
@@ -22,12 +23,12 @@ use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Pieces of one cluster whose clearance is measured.
-const MOST_SURVEYED: usize = 16;
 /// Candidates for each record that is expected.
 const CANDIDATES_PER_RECORD: f64 = 24.0;
 /// Expected records, in budgets, from which on no length will do.
 const HOPELESS: f64 = 1.5;
+/// Where the budget does not suffice, all surface gets records that stretch to it before some gets those that it asks for.
+const STRETCHED_FIRST: [Tolerance; 2] = [Tolerance::STRETCHED, Tolerance::VALID];
 /// Candidates of the first batch, and batches at least.
 const LEAST_BATCH: usize = 4096;
 const BATCHES: usize = 24;
@@ -92,18 +93,6 @@ impl Survey {
     }
 }
 
-/// Pieces to measure: of a cluster that is cut into many, some.
-fn surveyed(pieces: &[Piece], base_clusters: usize) -> Vec<usize> {
-    let (mut counts, mut passed) = (vec![0; base_clusters], vec![0; base_clusters]);
-    pieces.iter().for_each(|piece| counts[piece.cluster as usize] += 1);
-    let is_taken = |&piece: &usize| {
-        let cluster = pieces[piece].cluster as usize;
-        passed[cluster] += 1;
-        passed[cluster] * MOST_SURVEYED % counts[cluster].max(MOST_SURVEYED) < MOST_SURVEYED
-    };
-    (0..pieces.len()).filter(is_taken).collect()
-}
-
 /// Places at most `budget` cache points on the pieces of the active sides.
 ///
 /// # Errors
@@ -127,14 +116,16 @@ pub fn place(
     let Survey { surveyor, samples, clearances } = survey;
     let neighbourhood = &Neighbourhood::new(&geometry.hvds.grid, samples, clearances);
     let demands = &Demand::of_pieces(geometry, &survey.clearances_of(geometry, geometry.hvds));
-    let [mut unit, largest] = spread(demands, geometry.scene_size, budget);
-    if demands.iter().map(|demand| demand.records(largest)).sum::<f64>() > HOPELESS * f64::from(budget) {
-        unit = largest;
+    let [mut unit, largest, coarse] = spread(demands, geometry.scene_size, budget);
+    let is_hopeless =
+        demands.iter().map(|demand| demand.records(largest)).sum::<f64>() > HOPELESS * f64::from(budget);
+    if is_hopeless {
+        unit = coarse;
     }
     let mut step = 1.1;
     let mut known = HashMap::new();
     loop {
-        let is_last = unit >= largest;
+        let is_last = is_hopeless || unit >= largest;
         let mut records = Records::new(&geometry.hvds.grid, RADIUS_RANGE[1] * unit);
         let attempt =
             Attempt { buffers, geometry, surveyor, neighbourhood, demands, unit, is_last, budget, seed };
@@ -239,21 +230,13 @@ impl Attempt<'_> {
         known: &mut Known,
         progress: &mut dyn Progress,
     ) -> Result<Placement> {
-        let mut candidates = self.candidates();
-        let mut looked_at = candidates.len() as u64;
-        progress.stage("cache points", looked_at);
-        let mut first = 0;
-        let mut has_room = true;
-        while first < candidates.len() && has_room {
-            // Small batches first, while few records stand that could cover any.
-            let batch = (first + LEAST_BATCH).min(candidates.len().div_ceil(BATCHES)).max(LEAST_BATCH);
-            let end = candidates.len().min(first + batch);
-            let open = self.uncovered(records, &mut candidates[first..end], self.seed, COVERED);
-            has_room = self.accept(records, known, open)?;
-            progress.advance(end as u64);
-            first = end;
+        let (mut looked_at, mut has_room) = (0, true);
+        for &within in &STRETCHED_FIRST[usize::from(!self.is_last)..] {
+            if has_room {
+                let (candidates, is_done) = self.fill(records, known, within, progress)?;
+                (looked_at, has_room) = (looked_at + candidates, is_done);
+            }
         }
-        drop(candidates);
         for round in 0..PROBE_ROUNDS {
             if !has_room {
                 break;
@@ -261,11 +244,11 @@ impl Attempt<'_> {
             let mut probes = self.probes();
             looked_at += probes.len() as u64;
             let seed = hash(self.seed ^ 0x5eed ^ round);
-            let bare = self.uncovered(records, &mut probes, seed, 0.0);
+            let bare = self.uncovered(records, &mut probes, seed, 0.0, Tolerance::VALID);
             if bare.len() as f64 <= UNCOVERED_SHARE * probes.len() as f64 {
                 break;
             }
-            has_room = self.accept(records, known, bare)?;
+            has_room = self.accept(records, known, bare, Tolerance::VALID)?;
         }
         Ok(Placement {
             points: std::mem::take(&mut records.points),
@@ -273,6 +256,30 @@ impl Attempt<'_> {
             candidates: looked_at,
             is_covering: has_room,
         })
+    }
+
+    /// Accepts candidates until nothing is uncovered within that tolerance. Their number; false once the budget is spent.
+    fn fill(
+        &self,
+        records: &mut Records,
+        known: &mut Known,
+        within: Tolerance,
+        progress: &mut dyn Progress,
+    ) -> Result<(u64, bool)> {
+        let mut candidates = self.candidates();
+        progress.stage("cache points", candidates.len() as u64);
+        let mut first = 0;
+        let mut has_room = true;
+        while first < candidates.len() && has_room {
+            // Small batches first, while few records stand that could cover any.
+            let batch = (first + LEAST_BATCH).min(candidates.len().div_ceil(BATCHES)).max(LEAST_BATCH);
+            let end = candidates.len().min(first + batch);
+            let open = self.uncovered(records, &mut candidates[first..end], self.seed, COVERED, within);
+            has_room = self.accept(records, known, open, within)?;
+            progress.advance(end as u64);
+            first = end;
+        }
+        Ok((candidates.len() as u64, has_room))
     }
 
     /// All candidates in a fixed shuffled order, each piece as densely as its records will stand. Where the budget may
@@ -305,13 +312,14 @@ impl Attempt<'_> {
         (0..).zip(probes).map(|(rank, (piece, index))| Candidate { rank, piece, index }).collect()
     }
 
-    /// Candidates where no record has more than this weight, in the order of their ranks. Leaves the list in another order.
+    /// Candidates where no record has more than this weight within a tolerance, in the order of their ranks. Leaves the list in another order.
     fn uncovered(
         &self,
         records: &Records,
         candidates: &mut [Candidate],
         seed: u32,
         weight: f32,
+        within: Tolerance,
     ) -> Vec<CachePoint> {
         // Neighbours on the surface one after another: they ask for the same records.
         candidates.sort_unstable_by_key(|candidate| (candidate.piece, candidate.index));
@@ -323,7 +331,8 @@ impl Attempt<'_> {
             });
             let is_open = |(candidate, point): &(&Candidate, CachePoint)| {
                 let piece = &self.geometry.hvds.pieces[candidate.piece as usize];
-                !records.cover(point, weight) && (piece.open == 1.0 || !self.geometry.is_buried(point))
+                !records.cover(point, weight, within)
+                    && (piece.open == 1.0 || !self.geometry.is_buried(point))
             };
             drawn.filter(is_open).collect()
         });
@@ -331,12 +340,18 @@ impl Attempt<'_> {
         open.into_iter().map(|drawn| drawn.1).collect()
     }
 
-    /// Accepts, in order, candidates that nothing covers yet. False once the budget is spent.
-    fn accept(&self, records: &mut Records, known: &mut Known, candidates: Vec<CachePoint>) -> Result<bool> {
+    /// Accepts, in order, candidates that nothing covers yet within a tolerance. False once the budget is spent.
+    fn accept(
+        &self,
+        records: &mut Records,
+        known: &mut Known,
+        candidates: Vec<CachePoint>,
+        within: Tolerance,
+    ) -> Result<bool> {
         let mut rest = candidates.into_iter();
         loop {
             // A few at a time: what they cover need not be measured any more.
-            let open = |candidate: &CachePoint| !records.cover(candidate, COVERED);
+            let open = |candidate: &CachePoint| !records.cover(candidate, COVERED, within);
             let next: Vec<CachePoint> = rest.by_ref().filter(open).take(MEASURED).collect();
             if next.is_empty() {
                 return Ok(true);
@@ -347,7 +362,7 @@ impl Attempt<'_> {
             known.extend(new.iter().map(place_of).zip(clearances));
             for mut candidate in next {
                 let clearance = known[&place_of(&candidate)];
-                if clearance.distance < 0.0 || records.cover(&candidate, COVERED) {
+                if clearance.distance < 0.0 || records.cover(&candidate, COVERED, within) {
                     continue;
                 }
                 if records.points.len() as u32 >= self.budget {
@@ -360,21 +375,5 @@ impl Attempt<'_> {
                 records.insert(Placed { point: candidate, clearance });
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_cluster_is_surveyed_and_none_too_often() {
-        let piece = |cluster: u32| Piece { side: 0, cluster, area_m2: 1.0, open: 1.0, corners: Vec::new() };
-        // Clusters of 1, 2, … 100 pieces, mixed.
-        let mut pieces: Vec<Piece> = (0..100).flat_map(|c| (0..=c).map(move |_| piece(c))).collect();
-        pieces.sort_by_key(|piece| piece.cluster % 7);
-        let mut taken = vec![0; 100];
-        surveyed(&pieces, 100).into_iter().for_each(|i| taken[pieces[i].cluster as usize] += 1);
-        assert_eq!(taken, (1..=100).map(|count| count.min(MOST_SURVEYED)).collect::<Vec<_>>());
     }
 }

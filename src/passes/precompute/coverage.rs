@@ -1,7 +1,7 @@
 //! What is known of the surface while cache points are placed: the clearances around a candidate, the records that cover it.
 
 use super::reaches::Reaches;
-use crate::cpu::records::record_weight;
+use crate::cpu::records::{Tolerance, record_weight_within};
 use crate::types::{CachePoint, Grid};
 use glam::{UVec3, Vec3};
 
@@ -95,10 +95,10 @@ impl Records {
     }
 
     /// Whether some record has more than this weight, at least 0, at the point.
-    pub(super) fn cover(&self, point: &CachePoint, weight: f32) -> bool {
+    pub(super) fn cover(&self, point: &CachePoint, weight: f32, within: Tolerance) -> bool {
         self.map.any(point.position, |record| {
             let record = &self.points[record as usize].point;
-            record_weight(point.position, point.normal, point.facet, record) > weight
+            record_weight_within(point.position, point.normal, point.facet, record, within) > weight
         })
     }
 }

@@ -1,7 +1,11 @@
 //! Points on pieces of the surface.
 
 use crate::cpu::sampling::hash;
+use crate::scene::hvds::Piece;
 use glam::Vec3;
+
+/// Pieces of one cluster whose clearance is measured.
+const MOST_SURVEYED: usize = 16;
 
 /// Uniform point in a convex polygon.
 pub(super) fn point_in_polygon(corners: &[Vec3], u: [f32; 2]) -> Vec3 {
@@ -24,4 +28,32 @@ pub(super) fn plane_sequence(index: u32, seed: u32) -> [f32; 2] {
     const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
     let shift = [f64::from(seed), f64::from(hash(seed))].map(|bits| bits / 4_294_967_296.0);
     [0, 1].map(|axis| (shift[axis] + f64::from(index) * STEPS[axis]).fract() as f32)
+}
+
+/// Pieces to measure: of a cluster that is cut into many, some.
+pub(super) fn surveyed(pieces: &[Piece], base_clusters: usize) -> Vec<usize> {
+    let (mut counts, mut passed) = (vec![0; base_clusters], vec![0; base_clusters]);
+    pieces.iter().for_each(|piece| counts[piece.cluster as usize] += 1);
+    let is_taken = |&piece: &usize| {
+        let cluster = pieces[piece].cluster as usize;
+        passed[cluster] += 1;
+        passed[cluster] * MOST_SURVEYED % counts[cluster].max(MOST_SURVEYED) < MOST_SURVEYED
+    };
+    (0..pieces.len()).filter(is_taken).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_cluster_is_surveyed_and_none_too_often() {
+        let piece = |cluster: u32| Piece { side: 0, cluster, area_m2: 1.0, open: 1.0, corners: Vec::new() };
+        // Clusters of 1, 2, … 100 pieces, mixed.
+        let mut pieces: Vec<Piece> = (0..100).flat_map(|c| (0..=c).map(move |_| piece(c))).collect();
+        pieces.sort_by_key(|piece| piece.cluster % 7);
+        let mut taken = vec![0; 100];
+        surveyed(&pieces, 100).into_iter().for_each(|i| taken[pieces[i].cluster as usize] += 1);
+        assert_eq!(taken, (1..=100).map(|count| count.min(MOST_SURVEYED)).collect::<Vec<_>>());
+    }
 }

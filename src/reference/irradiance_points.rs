@@ -40,7 +40,7 @@ impl Reachable {
         let root: Vec<Node> = scene.buffers.nodes.read_range(0, 1)?;
         let clear_distance = clear_distance(&root[0]);
         let rays = Rays::new(context)?;
-        let solids = Solids::new(&scene.scene.triangles, &scene.scene.eyes());
+        let solids = Solids::new(&scene.scene.triangles, &scene.scene.viewpoints());
         let (buffers, world) = (&scene.buffers, &scene.scene);
         sides::deactivate_unreachable(&rays, buffers, world, &solids, clear_distance, &mut surfaces)?;
         let area_m2 = active_sides(&scene.scene.triangles, &surfaces).map(|(_, area)| area).sum();

@@ -70,6 +70,7 @@ impl Renderer {
     }
 
     fn lights_changed(&mut self) -> Result<()> {
+        self.closed.is_due = true;
         let [emission, tint] = self.lights.upload(&self.scene.lights)?;
         self.changes.emission |= emission;
         self.changes.tint |= tint;
@@ -154,6 +155,7 @@ impl Renderer {
         }
         self.view = View::from(&camera);
         *old = camera;
+        self.closed.is_due = true;
         self.view_changed();
     }
 

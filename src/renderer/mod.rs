@@ -2,6 +2,7 @@
 
 mod accounts;
 mod changes;
+mod closed_places;
 mod counts;
 mod edits;
 mod film;
@@ -47,6 +48,7 @@ use crate::scene::Scene;
 use crate::scene::directions::Directions;
 use crate::types::{Surface, View};
 use changes::{Changes, Stages};
+use closed_places::ClosedPlaces;
 use lights::Lights;
 use needs::{Gathering, Needs};
 use scope::Scope;
@@ -89,6 +91,7 @@ pub struct Renderer {
     tonemap: Tonemap,
     exposure_stops: f32,
     clusters: ClusterBuffers,
+    closed: ClosedPlaces,
     statistics: Statistics,
     changes: Changes,
     /// Frames leave out what has not changed.
@@ -159,6 +162,7 @@ impl Renderer {
             tonemap: Tonemap::new(context, pixels)?,
             exposure_stops: 0.0,
             clusters: made.clusters,
+            closed: made.closed,
             buffers: made.buffers,
             surfaces: made.surfaces,
             scene,
@@ -172,11 +176,12 @@ impl Renderer {
 
     /// Renders one frame: redoes what has changed since the last, and what depends on it. Where nothing has, the first such frame
     /// after an edit of the light gathers the records that the view did not need, so that the camera finds them when it moves; the
-    /// others do nothing.
+    /// others do nothing. One after light and camera have come into the same closed place precomputes anew ([`Self::open_places`]).
     ///
     /// # Errors
     /// The device lacks memory or failed.
     pub fn frame(&mut self) -> Result<FrameReport> {
+        self.open_places()?;
         if !self.skips {
             self.force(Work::Everything);
         }

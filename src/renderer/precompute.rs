@@ -1,5 +1,6 @@
 //! The precomputation, in the paper's order. [Yue §1, §2]
 
+use super::closed_places::{ClosedPlaces, lost_lights};
 use super::resolution::{blurred, outgoing_directions, undersampled};
 use super::{Statistics, counts};
 use crate::cpu::math::clear_distance;
@@ -67,6 +68,7 @@ pub(super) struct Precomputed {
     pub(super) hemisphere: Hemisphere,
     pub(super) code: GatherCode,
     pub(super) clusters: ClusterBuffers,
+    pub(super) closed: ClosedPlaces,
     pub(super) near_clusters: Vec<NearCluster>,
     /// Parts of clusters that single cache points see.
     pub(super) near_parts: Vec<NearCluster>,
@@ -112,8 +114,10 @@ pub(super) fn precompute(
     watch.lap("acceleration structure");
 
     progress.stage("surfaces", 1);
-    let solids = Solids::new(&scene.triangles, &scene.eyes());
-    let (buffers, surfaces) = reachable_surfaces(context, scene, &solids, &bvh)?;
+    let solids = Solids::new(&scene.triangles, &scene.viewpoints());
+    scene.warnings.extend(lost_lights(&solids, &scene.lights));
+    let tracer = Rays::new(context)?;
+    let (buffers, surfaces, closed) = reachable_surfaces(context, scene, &solids, &tracer, &bvh)?;
     watch.lap("surfaces");
 
     progress.stage("cells", 1);
@@ -121,19 +125,18 @@ pub(super) fn precompute(
     let lengths = [(high - low).length(), clear_distance(&bvh.nodes[0])];
     let seed = quality.seed;
     let has_gaps = quality.gap_rounds > 0;
-    let rays = Rays::new(context)?;
     let build = |cells| {
         let build = if has_gaps { Hvds::build_split } else { Hvds::build };
         let mut hvds = build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells);
         let geometry = geometry(&scene.triangles, &surfaces, &solids, &hvds, lengths);
-        let open = open_shares::open_shares(&geometry, (&rays, &buffers), seed)?;
+        let open = open_shares::open_shares(&geometry, (&tracer, &buffers), seed)?;
         hvds.leave_out_buried(&open);
         Ok::<_, Error>(hvds)
     };
     let cells = build(quality.cells)?;
     let finest = (REFINED * quality.cells).min(FINEST);
     let mut hvds = build(finest)?;
-    let gaps = narrow_gaps::find(&rays, &buffers, &scene.lights)?;
+    let gaps = narrow_gaps::find(&tracer, &buffers, &scene.lights)?;
     watch.lap("cells");
 
     let geometry = geometry(&scene.triangles, &surfaces, &solids, &cells, lengths);
@@ -162,7 +165,7 @@ pub(super) fn precompute(
     scene.warnings.extend(told);
     if quality.occlusion {
         hvds.mixed = narrow_gaps::mixed(
-            (&rays, &buffers),
+            (&tracer, &buffers),
             &hvds,
             &patches,
             &surfaces,
@@ -323,6 +326,7 @@ pub(super) fn precompute(
         hemisphere,
         code,
         clusters,
+        closed: ClosedPlaces { solids, groups: closed, rays: tracer, order: bvh.order, is_due: false },
         near_clusters,
         near_parts: near_hits.entries,
         tight_count,
@@ -347,8 +351,9 @@ fn reachable_surfaces(
     context: &Arc<Context>,
     scene: &Scene,
     solids: &Solids,
+    tracer: &Rays,
     bvh: &Bvh,
-) -> Result<(SceneBuffers, Vec<Surface>)> {
+) -> Result<(SceneBuffers, Vec<Surface>, sides::ClosedPlaces)> {
     let sees = surfaces::sides_that_see_something(&scene.triangles);
     let pairs = scene.triangles.iter().zip(sees);
     let mut surfaces: Vec<Surface> =
@@ -362,17 +367,11 @@ fn reachable_surfaces(
         &scene.materials,
     )?;
     let clear_distance = clear_distance(&bvh.nodes[0]);
-    sides::deactivate_unreachable(
-        &Rays::new(context)?,
-        &buffers,
-        scene,
-        solids,
-        clear_distance,
-        &mut surfaces,
-    )?;
+    let closed =
+        sides::deactivate_unreachable(tracer, &buffers, scene, solids, clear_distance, &mut surfaces)?;
     buffers.surfaces.write(&surfaces)?;
     if surfaces.is_empty() {
         return Err(Error::Usage("the scene has no triangle".into()));
     }
-    Ok((buffers, surfaces))
+    Ok((buffers, surfaces, closed))
 }

@@ -69,6 +69,7 @@ impl Scene {
             cameras: read_cameras(&file, root, origin)?,
             quality,
             origin,
+            places: Vec::new(),
             warnings,
         };
         scene.choose_camera(options)?;

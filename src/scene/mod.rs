@@ -84,6 +84,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Cameras, recentred; at least one, the first is the default.
     pub cameras: Vec<Camera>,
+    /// Points whose surroundings take part although they are closed and hold no camera.
+    pub places: Vec<Vec3>,
     /// Every number of the method that trades time for accuracy.
     pub quality: Quality,
     /// What was subtracted from all coordinates at load, world metres.
@@ -107,10 +109,10 @@ impl Scene {
         self.triangles.iter().map(Triangle::area_m2).sum()
     }
 
-    /// Where light is sent from and looked at from: what holds such a point is no solid.
-    pub fn eyes(&self) -> Vec<Vec3> {
-        let lights = self.lights.iter().filter_map(|light| light.kind.position());
-        lights.chain(self.cameras.iter().map(|camera| camera.position)).collect()
+    /// Where somebody may look from: a closed place that holds none of these is never seen, and takes no part. Lights open none: what
+    /// they do in there is not seen either.
+    pub fn viewpoints(&self) -> Vec<Vec3> {
+        self.cameras.iter().map(|camera| camera.position).chain(self.places.iter().copied()).collect()
     }
 
     /// Smallest and largest corner of the bounding box, metres.

@@ -26,9 +26,19 @@ pub struct Solids {
 }
 
 impl Solids {
-    /// Finds them. What holds one of `eyes` (lights and cameras) is none: there its inside is meant.
-    pub fn new(triangles: &[Triangle], eyes: &[Vec3]) -> Self {
-        let parts = parts(triangles, eyes);
+    /// Finds them. What holds one of the viewpoints is none: there its inside is meant.
+    pub fn new(triangles: &[Triangle], viewpoints: &[Vec3]) -> Self {
+        let closed = Self::of(triangles, parts(triangles));
+        let entered: Vec<u32> = viewpoints.iter().flat_map(|&point| closed.holders(point)).collect();
+        if entered.is_empty() {
+            return closed;
+        }
+        let is_left = |part: &u32| !entered.contains(part);
+        Self::of(triangles, closed.parts.into_iter().map(|part| part.filter(is_left)).collect())
+    }
+
+    /// Those to which triangles belong.
+    fn of(triangles: &[Triangle], parts: Vec<Option<u32>>) -> Self {
         let of_solids: Vec<(u32, &Triangle)> =
             parts.iter().zip(triangles).filter_map(|(part, triangle)| Some(((*part)?, triangle))).collect();
         let points =
@@ -81,12 +91,22 @@ impl Solids {
         self.corners.is_empty()
     }
 
-    /// Whether a point is inside a solid: the way up from there leaves it more often than it enters it.
+    /// Whether a point is inside a solid.
     pub fn hold(&self, point: Vec3) -> bool {
+        self.holders(point).next().is_some()
+    }
+
+    /// The solids that a point is inside of: the way up from there leaves them more often than it enters them.
+    pub fn holders(&self, point: Vec3) -> impl Iterator<Item = u32> + use<> {
+        self.turns(point).into_iter().filter(|found| found.1 > 0).map(|found| found.0)
+    }
+
+    /// How often the way up from a point leaves each solid that it meets, less how often it enters it.
+    fn turns(&self, point: Vec3) -> Vec<(u32, i32)> {
         let Self { low, scale, columns, .. } = self;
         let place = (Vec2::new(point.x, point.z) - low) * scale;
         if self.is_empty() || place.cmplt(Vec2::ZERO).any() || place.cmpgt(columns.as_vec2()).any() {
-            return false;
+            return Vec::new();
         }
         let column = self.column(point);
         let column = (column.y * columns.x + column.x) as usize;
@@ -100,7 +120,7 @@ impl Solids {
                 None => left.push((solid, turns)),
             }
         }
-        left.iter().any(|found| found.1 > 0)
+        left
     }
 
     /// Column over a point in x and z.
@@ -132,7 +152,7 @@ fn passes(corners: [DVec3; 3], point: DVec3) -> i32 {
 }
 
 /// The solid of each triangle. They may touch others along edges only if they are wound alike: then they are one.
-fn parts(triangles: &[Triangle], eyes: &[Vec3]) -> Vec<Option<u32>> {
+fn parts(triangles: &[Triangle]) -> Vec<Option<u32>> {
     let mut corners: HashMap<[u32; 3], usize> = HashMap::new();
     let mut parent = Vec::new();
     let indexed: Vec<[usize; 3]> = triangles
@@ -160,22 +180,12 @@ fn parts(triangles: &[Triangle], eyes: &[Vec3]) -> Vec<Option<u32>> {
         is_solid[root(&mut parent, edge[0])] &= balance == 0;
     }
     let parts: Vec<usize> = indexed.iter().map(|corners| root(&mut parent, corners[0])).collect();
-    // Over a whole surface: its volume; and, of each eye, how often it goes around that.
-    let mut sum = |of: &dyn Fn([DVec3; 3]) -> f64, is_meant: &dyn Fn(f64) -> bool| {
-        let mut sums = vec![0.0; is_solid.len()];
-        for (triangle, &part) in triangles.iter().zip(&parts) {
-            sums[part] += of(triangle.positions.map(Vec3::as_dvec3));
-        }
-        is_solid.iter_mut().zip(sums).for_each(|(solid, sum)| *solid &= is_meant(sum));
-    };
-    sum(&|[a, b, c]| a.dot(b.cross(c)), &|volume| volume > 0.0);
-    for eye in eyes {
-        let solid_angle = |corners: [DVec3; 3]| {
-            let [a, b, c] = corners.map(|p| (p - eye.as_dvec3()).normalize_or_zero());
-            2.0 * a.dot(b.cross(c)).atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
-        };
-        sum(&solid_angle, &|angle| angle < 2.0 * std::f64::consts::PI);
+    let mut volumes = vec![0.0; is_solid.len()];
+    for (triangle, &part) in triangles.iter().zip(&parts) {
+        let [a, b, c] = triangle.positions.map(Vec3::as_dvec3);
+        volumes[part] += a.dot(b.cross(c));
     }
+    is_solid.iter_mut().zip(volumes).for_each(|(solid, volume)| *solid &= volume > 0.0);
     parts.into_iter().map(|part| is_solid[part].then_some(part as u32)).collect()
 }
 
@@ -203,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn backs_of_solids_are_inside_unless_somebody_is() {
+    fn backs_of_solids_are_inside_unless_somebody_looks_from_there() {
         // A room has its fronts inside, a block outside; the last one lacks a facet.
         let room = cube(2.0);
         let mut all = room.clone();

@@ -45,9 +45,9 @@ impl Dice {
         Vec3::new(self.unit(), self.unit(), self.unit())
     }
 
-    /// Above the teapot: a light that is inside of it when the scene is loaded makes its inside take part.
+    /// Anywhere in the Box, the inside of the teapot's closed parts not excepted, and some way out of it.
     fn place(&mut self) -> Vec3 {
-        Vec3::new(-0.8, 0.0, -0.8) + self.vector() * Vec3::new(1.6, 0.8, 1.6)
+        2.2 * (self.vector() - 0.5)
     }
 
     fn direction(&mut self) -> Vec3 {

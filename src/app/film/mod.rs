@@ -77,6 +77,11 @@ impl Film {
         let mut times_ms = Vec::new();
         let mut progress = self.device_args.progress();
         progress.stage("frames", u64::from(share.end - share.start));
+        // What the frames before have opened is open.
+        for frame in 0..share.start {
+            renderer.set_state(&film.state(frame))?;
+            renderer.open_places()?;
+        }
         for frame in share.clone() {
             renderer.set_state(&film.state(frame))?;
             times_ms.push(renderer.frame()?.frame_ms);

@@ -63,6 +63,7 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
         materials,
         lights,
         cameras,
+        places: _,
         origin: _,
         quality,
         name: _,

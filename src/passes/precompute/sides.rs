@@ -1,21 +1,64 @@
-//! Which sides of which triangles light can reach: the inside of closed solids gets no entry points, no clusters and
+//! Which sides of which triangles light can reach: the inside of closed places gets no entry points, no clusters and
 //! no cache points.
 //!
-//! Rays between sides join what sees each other; a group of sides takes part if it also sees the void, a light or a
-//! camera. Sides that provably see no surface at all were left out before, and so are backs inside solids, which parts that reach into
-//! each other would join with the rest.
+//! Rays between sides join what sees each other; a group of sides takes part if it also sees the void or if a camera is amid it.
+//! Sides that provably see no surface at all were left out before, and so are backs inside solids, which parts that reach into
+//! each other would join with the rest. Where lights are does not matter: in a place that no camera is in, they are not seen.
 
 use super::rays::{RayQuery, Rays};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
-use crate::scene::{Scene, solids::Solids};
+use crate::scene::{Scene, Triangle, solids::Solids};
 use crate::types::{NO_SIDE, Surface};
 use glam::Vec3;
+use std::collections::HashMap;
 
-/// Rays from each side. A side whose rays happen to miss all its neighbours is reached from theirs.
-const RAYS_PER_SIDE: u32 = 16;
-/// Rays from each light and camera.
+/// Rays from each side, at least. A side whose rays happen to miss all its neighbours is reached from theirs.
+const RAYS_PER_SIDE: usize = 16;
+/// Rays from all sides together, at least: what joins two places may be small.
+const RAYS: usize = 1 << 16;
+/// Rays from each camera.
 const RAYS_PER_POINT: u32 = 256;
+
+/// Groups of sides that nothing outside of them sees, and no camera either.
+pub struct ClosedPlaces {
+    /// The group of each side that has no part in transport; none of the others, and of those that see nothing at all.
+    groups: Vec<Option<usize>>,
+    /// Low and high corner of each group, metres.
+    bounds: HashMap<usize, [Vec3; 2]>,
+}
+
+impl ClosedPlaces {
+    fn new(triangles: &[Triangle], groups: Vec<Option<usize>>) -> Self {
+        let mut bounds = HashMap::new();
+        for (side, group) in groups.iter().enumerate() {
+            let Some(group) = group else { continue };
+            let [low, high] = bounds.entry(*group).or_insert([Vec3::INFINITY, Vec3::NEG_INFINITY]);
+            for corner in triangles[side / 2].positions {
+                (*low, *high) = (low.min(corner), high.max(corner));
+            }
+        }
+        Self { groups, bounds }
+    }
+
+    /// Whether one of them may hold both points.
+    pub fn may_hold(&self, points: [Vec3; 2]) -> bool {
+        let is_in = |point: Vec3, [low, high]: [Vec3; 2]| point.cmpgt(low).all() && point.cmplt(high).all();
+        self.bounds.values().any(|bounds| points.iter().all(|&point| is_in(point, *bounds)))
+    }
+
+    /// Which of them each point is amid.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn around(&self, rays: &Rays, buffers: &SceneBuffers, points: &[Vec3]) -> Result<Vec<Option<usize>>> {
+        let queries: Vec<RayQuery> = points.iter().flat_map(|&point| rays_around(point)).collect();
+        let group = |side: u32| if side == NO_SIDE { None } else { self.groups[side as usize] };
+        let answers = rays.trace(buffers, &queries)?;
+        let seen = answers.chunks_exact(RAYS_PER_POINT as usize);
+        Ok(seen.map(|seen| most(seen.iter().map(|answer| group(answer.side))).flatten()).collect())
+    }
+}
 
 /// Clears the activity of sides that light cannot reach. Surfaces and triangles in BVH order; rays start `clear_distance`
 /// (metres) off their surface.
@@ -29,7 +72,7 @@ pub fn deactivate_unreachable(
     solids: &Solids,
     clear_distance: f32,
     surfaces: &mut [Surface],
-) -> Result<()> {
+) -> Result<ClosedPlaces> {
     for (surface, is_inside) in surfaces.iter_mut().zip(solids.backs()) {
         if is_inside {
             surface.deactivate_side(true);
@@ -39,15 +82,16 @@ pub fn deactivate_unreachable(
     let mut sources = Vec::new();
     let side_count = 2 * surfaces.len();
     let outside = side_count;
+    let is_active = |surfaces: &[Surface], side: usize| surfaces[side / 2].side_is_active(side % 2 == 1);
+    let rays_per_side = RAYS_PER_SIDE.max(RAYS / side_count.max(1)) as u32;
     for side in 0..side_count {
-        let (surface, back) = (&surfaces[side / 2], side % 2 == 1);
-        if !surface.side_is_active(back) {
+        if !is_active(surfaces, side) {
             continue;
         }
         let [p0, p1, p2] = scene.triangles[side / 2].positions;
-        let normal = if back { -surface.normal } else { surface.normal };
-        for ray in 0..RAYS_PER_SIDE {
-            let u = plastic_sequence(side as u32 * RAYS_PER_SIDE + ray);
+        let normal = surfaces[side / 2].normal_of(side % 2 == 1);
+        for ray in 0..rays_per_side {
+            let u = plastic_sequence(side as u32 * rays_per_side + ray);
             let along = u[0].sqrt();
             let position = (1.0 - along) * p0 + along * ((1.0 - u[1]) * p1 + u[1] * p2);
             // Lambert's law needs no frame: the normal plus a point on the unit sphere.
@@ -56,29 +100,50 @@ pub fn deactivate_unreachable(
             sources.push(side);
         }
     }
-    for point in scene.eyes() {
-        for ray in 0..RAYS_PER_POINT {
-            let u = plastic_sequence(ray);
-            queries.push(RayQuery { origin: point, direction: sphere([u[0], u[1]]) });
-            sources.push(outside);
-        }
-    }
+    let viewpoints = scene.viewpoints();
+    queries.extend(viewpoints.iter().flat_map(|&point| rays_around(point)));
     let answers = rays.trace(buffers, &queries)?;
+    // What is buried in a solid sees its inside, which must not join it with all else that does.
+    let target = |side: u32| match side {
+        NO_SIDE => Some(outside),
+        side => Some(side as usize).filter(|&side| is_active(surfaces, side)),
+    };
     let mut groups = Groups::new(side_count + 1);
     for (&source, answer) in sources.iter().zip(&answers) {
-        let target = if answer.side == NO_SIDE { outside } else { answer.side as usize };
-        // What is buried in a solid sees its inside, which must not join it with all else that does.
-        if target == outside || surfaces[target / 2].side_is_active(target % 2 == 1) {
+        if let Some(target) = target(answer.side) {
             groups.join(source, target);
         }
     }
-    let reachable = groups.find(outside);
-    for side in 0..side_count {
-        if groups.find(side) != reachable {
-            surfaces[side / 2].deactivate_side(side % 2 == 1);
+    for seen in answers[sources.len()..].chunks_exact(RAYS_PER_POINT as usize) {
+        let seen = seen.iter().map(|answer| target(answer.side).map(|target| groups.find(target)));
+        if let Some(group) = most(seen).flatten() {
+            groups.join(group, outside);
         }
     }
-    Ok(())
+    let reachable = groups.find(outside);
+    let mut left_out =
+        |side| Some(groups.find(side)).filter(|&group| is_active(surfaces, side) && group != reachable);
+    let closed = ClosedPlaces::new(&scene.triangles, (0..side_count).map(&mut left_out).collect());
+    for side in (0..side_count).filter(|&side| closed.groups[side].is_some()) {
+        surfaces[side / 2].deactivate_side(side % 2 == 1);
+    }
+    Ok(closed)
+}
+
+/// Rays all around a point.
+fn rays_around(point: Vec3) -> impl Iterator<Item = RayQuery> {
+    (0..RAYS_PER_POINT).map(move |ray| {
+        let u = plastic_sequence(ray);
+        RayQuery { origin: point, direction: sphere([u[0], u[1]]) }
+    })
+}
+
+/// What more than half of the items are.
+fn most<T: Ord + Copy>(items: impl Iterator<Item = T>) -> Option<T> {
+    let mut items: Vec<T> = items.collect();
+    items.sort_unstable();
+    let middle = *items.get(items.len() / 2)?;
+    (2 * items.iter().filter(|&&item| item == middle).count() > items.len()).then_some(middle)
 }
 
 /// Point of a three-dimensional additive recurrence on the plastic number's generalisation.
@@ -115,5 +180,17 @@ impl Groups {
     fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.find(a), self.find(b));
         self.0[a.max(b)] = a.min(b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn most_is_more_than_half() {
+        assert_eq!(most([1, 3, 3].into_iter()), Some(3));
+        assert_eq!(most([1, 3, 3, 2].into_iter()), None);
+        assert_eq!(most(std::iter::empty::<u32>()), None);
     }
 }

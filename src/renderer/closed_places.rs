@@ -1,0 +1,87 @@
+//! Closed places: nobody could look from there when the paths were traced, and they take no part. A light alone in one changes
+//! nothing that is seen, and a camera alone sees nothing; once both are in the same, it has to take part.
+
+use super::Renderer;
+use crate::error::Result;
+use crate::passes::SceneBuffers;
+use crate::passes::precompute::{Silent, rays::Rays, sides};
+use crate::scene::{Light, solids::Solids};
+use glam::Vec3;
+
+/// What is closed, and whether somebody may have come in.
+pub(super) struct ClosedPlaces {
+    pub(super) solids: Solids,
+    pub(super) groups: sides::ClosedPlaces,
+    pub(super) rays: Rays,
+    /// Where each triangle stood in the scene as it was given.
+    pub(super) order: Vec<u32>,
+    /// The camera or a light has changed since that was last asked.
+    pub(super) is_due: bool,
+}
+
+impl ClosedPlaces {
+    /// Whether the camera and one of the lights are in the same.
+    fn hold_both(&self, buffers: &SceneBuffers, camera: Vec3, lights: &[Vec3]) -> Result<bool> {
+        let solids: Vec<u32> = self.solids.holders(camera).collect();
+        if lights.iter().any(|&light| self.solids.holders(light).any(|solid| solids.contains(&solid))) {
+            return Ok(true);
+        }
+        // Bounds first: rays wait for the device.
+        let near: Vec<Vec3> =
+            lights.iter().copied().filter(|&light| self.groups.may_hold([camera, light])).collect();
+        if near.is_empty() {
+            return Ok(false);
+        }
+        let around = self.groups.around(&self.rays, buffers, &[&[camera], &near[..]].concat())?;
+        Ok(around[0].is_some() && around[1..].contains(&around[0]))
+    }
+}
+
+/// One sentence for each light in a solid.
+pub(super) fn lost_lights<'a>(solids: &'a Solids, lights: &'a [Light]) -> impl Iterator<Item = String> + 'a {
+    let is_lost = |light: &&Light| light.kind.position().is_some_and(|place| solids.hold(place));
+    lights.iter().filter(is_lost).map(|light| {
+        format!(
+            "light `{}` is inside a closed surface, and none of its light leaves it; move it, or the camera in there, too",
+            light.name
+        )
+    })
+}
+
+impl Renderer {
+    /// Lets a closed place take part that holds the camera and a light by now: all is precomputed anew, as a cold start
+    /// would do it, and as long. It takes part for good then. [`Self::frame`] does this by itself; whoever leaves frames out and wants the bits of
+    /// those that follow calls it in their stead.
+    ///
+    /// # Errors
+    /// The device lacks memory, for what was and what comes, or failed; the renderer is left as it was.
+    pub fn open_places(&mut self) -> Result<()> {
+        if !std::mem::take(&mut self.closed.is_due) {
+            return Ok(());
+        }
+        let camera = self.scene.cameras[0].position;
+        let shining = (0..self.scene.lights.len()).filter(|&light| self.lights.is_on(light));
+        let lights: Vec<Vec3> =
+            shining.filter_map(|light| self.scene.lights[light].kind.position()).collect();
+        if !self.closed.hold_both(&self.buffers, camera, &lights)? {
+            return Ok(());
+        }
+        let mut scene = self.scene.clone();
+        scene.places.push(camera);
+        scene.warnings.clear();
+        let mut order = vec![0; self.closed.order.len()];
+        (0..).zip(&self.closed.order).for_each(|(new, &old)| order[old as usize] = new);
+        scene.reorder(&order);
+        let mut opened = Self::new(&self.context, scene, &mut Silent)?;
+        for light in 0..self.scene.lights.len() {
+            if !self.lights.is_on(light) {
+                opened.switch_light(light, false)?;
+            }
+        }
+        opened.closed.is_due = false;
+        opened.set_exposure(self.exposure_stops);
+        opened.set_skipping(self.skips);
+        *self = opened;
+        Ok(())
+    }
+}

@@ -1,0 +1,141 @@
+//! Closed places: who goes into one and comes out again finds what a cold start would show.
+
+use crate::common::{assert_silent, context};
+use crate::determinism::bits;
+use crate::{prepare, the_box};
+use glam::Vec3;
+use lightpaths::renderer::{Layer, Renderer};
+use lightpaths::scene::{Light, LightKind, Quality, Scene, Triangle, shapes};
+
+const SMALL: Quality = Quality {
+    preset: "test",
+    entry_points: 10_000,
+    cache_points: 1_500,
+    gather_rays: 64,
+    cells: 16,
+    ..Quality::DRAFT
+};
+
+/// Middles of two chambers beside the Box.
+const BLOCK: Vec3 = Vec3::new(3.0, 0.0, 0.0);
+const CELL: Vec3 = Vec3::new(-3.0, 0.0, 0.0);
+
+/// The Box, which is open in front, a block that is solid, and a chamber that is a surface wound inwards in a shell that
+/// has a hole in its corner, so that it is none.
+fn scene() -> Scene {
+    let mut scene = the_box(&["camera.size=[40,30]".to_owned()]);
+    let mut add = |size: f32, middle: Vec3, turn: bool, count: usize| {
+        let chamber = shapes::closed_box(Vec3::splat(size), 0.5);
+        scene.triangles.extend(chamber.triangles.iter().take(count).map(|triangle| {
+            let [a, b, c] = triangle.positions.map(|corner| corner + middle);
+            let positions = if turn { [a, c, b] } else { [a, b, c] };
+            let normals = if turn { triangle.normals.map(|normal| -normal) } else { triangle.normals };
+            Triangle { positions, normals, material: 0 }
+        }));
+    };
+    add(1.0, BLOCK, true, 12);
+    add(1.0, CELL, false, 12);
+    add(1.1, CELL, true, 11);
+    scene
+}
+
+fn look_from(renderer: &mut Renderer, middle: Vec3) {
+    renderer.move_camera(middle + 0.3 * Vec3::Z, middle);
+}
+
+/// A renderer that starts with everything where another has it, after its first frame.
+fn cold(other: &Renderer, places: &[Vec3]) -> Renderer {
+    let mut scene = scene();
+    scene.lights.clone_from(&other.scene().lights);
+    scene.cameras.clone_from(&other.scene().cameras);
+    scene.places = places.to_vec();
+    let mut renderer = prepare(scene, SMALL);
+    (0..other.scene().lights.len()).for_each(|light| {
+        renderer.switch_light(light, other.light_is_on(light)).unwrap();
+    });
+    renderer.frame().unwrap();
+    renderer
+}
+
+fn brightest(renderer: &Renderer, layer: Layer) -> f32 {
+    renderer.layer(layer).unwrap().into_iter().flatten().fold(0.0, f32::max)
+}
+
+#[test]
+fn light_and_camera_enter_closed_places_as_if_they_had_always_been_there() {
+    let mut scene = scene();
+    // One that stays behind, and is off.
+    let kind = LightKind::Point { position: Vec3::new(0.0, 0.5, 0.0), intensity: Vec3::ONE };
+    scene.lights.push(Light { name: "behind".to_owned(), kind });
+    let start = scene.cameras[0].clone();
+    let mut edited = prepare(scene, SMALL);
+    edited.switch_light(1, false).unwrap();
+    edited.frame().unwrap();
+    let outside = bits(&edited);
+    let home = edited.scene().lights[0].kind.position().unwrap();
+
+    for (count, middle) in [(1, BLOCK), (2, CELL)] {
+        // The light alone: nothing of it is seen, and nothing is opened for it.
+        edited.move_light(0, middle).unwrap();
+        edited.frame().unwrap();
+        assert_eq!((brightest(&edited, Layer::Beauty), edited.scene().places.len()), (0.0, count - 1));
+        let alone = cold(&edited, &edited.scene().places);
+        assert!(bits(&edited) == bits(&alone), "light in {middle}");
+        let is_told = |warning: &String| warning.starts_with("light `lamp` is inside a closed surface");
+        // Of solids alone; an open surface may let some through.
+        assert_eq!(alone.scene().warnings.iter().any(is_told), middle == BLOCK);
+        // The camera alone: it is dark in there.
+        edited.move_light(0, home).unwrap();
+        look_from(&mut edited, middle);
+        edited.frame().unwrap();
+        assert_eq!((brightest(&edited, Layer::Beauty), edited.scene().places.len()), (0.0, count - 1));
+        assert!(bits(&edited) == bits(&cold(&edited, &edited.scene().places)), "camera in {middle}");
+        // Each in another.
+        edited.move_light(0, -middle).unwrap();
+        edited.frame().unwrap();
+        assert_eq!((brightest(&edited, Layer::Beauty), edited.scene().places.len()), (0.0, count - 1));
+        // Both.
+        edited.move_light(0, middle).unwrap();
+        edited.frame().unwrap();
+        assert_eq!(edited.scene().places.len(), count);
+        assert!(brightest(&edited, Layer::Direct) > 0.1 && brightest(&edited, Layer::Indirect) > 0.01);
+        let before = &edited.scene().places[..count - 1];
+        assert!(bits(&edited) == bits(&cold(&edited, before)), "both in {middle}");
+        assert!(!edited.light_is_on(1));
+        // And out again: it stays open.
+        edited.move_light(0, home).unwrap();
+        edited.set_camera(&start);
+        edited.frame().unwrap();
+        assert_eq!(edited.scene().places.len(), count);
+        assert!(bits(&edited) == bits(&cold(&edited, &edited.scene().places)), "out of {middle}");
+    }
+    assert!(bits(&edited) != outside, "the inside of places takes no budget");
+    assert_silent(&context());
+}
+
+/// Whoever leaves out the frames of a film that others render.
+#[test]
+fn frames_left_out_open_places_as_well() {
+    let places = [Vec3::new(0.0, 0.5, 0.0), BLOCK, Vec3::new(0.1, 0.5, 0.0)];
+    let show = |is_left_out: bool| {
+        let mut renderer = prepare(scene(), SMALL);
+        let camera = renderer.scene().cameras[0].clone();
+        for (frame, &place) in places.iter().enumerate() {
+            renderer.move_light(0, place).unwrap();
+            if place == BLOCK {
+                look_from(&mut renderer, place);
+            } else {
+                renderer.set_camera(&camera);
+            }
+            if is_left_out && frame < 2 {
+                renderer.open_places().unwrap();
+            } else {
+                renderer.frame().unwrap();
+            }
+        }
+        assert_eq!(renderer.scene().places.len(), 1);
+        bits(&renderer)
+    };
+    assert!(show(true) == show(false));
+    assert_silent(&context());
+}

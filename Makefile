@@ -4,7 +4,7 @@ CARGO ?= cargo
 # rustup puts cargo here; a shell that was open before the installation does not know yet.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help run test stress lint bench tables figures film peers spirv setup clean
+.PHONY: help run test stress lint bench tables figures film scale peers spirv setup clean
 
 help:
 	@echo 'make run    build, render the Box to out/box.png and time it'
@@ -15,6 +15,7 @@ help:
 	@echo 'make tables the paper'"'"'s tables 1 to 3 for every built-in scene (15 minutes at most on two cores), into out/tables.json'
 	@echo 'make figures the paper'"'"'s figures 4 to 6, into out/figures (half an hour on two cores)'
 	@echo 'make film   the built-in film of the Box, into out/film (docs/films.md)'
+	@echo 'make scale  time and memory against sizes, into out/scale (an hour on two cores)'
 	@echo 'make peers  Mitsuba and Cycles on the Box beside ours, into out/peers (1.5 GB, half an hour on two cores)'
 	@echo 'make spirv  rebuild spirv/ from glsl/ (needs cmake and a C++ compiler)'
 	@echo 'make setup  install what any of these needs'
@@ -68,6 +69,14 @@ film:
 	@scripts/setup.sh
 	@mkdir -p out
 	$(CARGO) run --release --locked -- film $(FILM) -o out/film
+
+# Options of the sizes, e.g. `make scale SCALE='atrium --lights 1,2,4'`.
+SCALE ?= room
+
+scale:
+	@scripts/setup.sh
+	@mkdir -p out
+	$(CARGO) run --release --locked -- scale $(SCALE) -o out/scale
 
 # Options of the table, e.g. `make peers PEERS='atrium --spp 16,64'`.
 PEERS ?= box

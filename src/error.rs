@@ -51,6 +51,9 @@ pub enum Error {
 }
 
 impl Error {
+    /// Ends an [`Error::OutOfMemory`] of which no setting in particular is known to help.
+    pub(crate) const SMALLER: &str = "a smaller preset or image needs less";
+
     /// An [`Error::Input`] about a whole file.
     pub fn input(file: impl AsRef<Path>, message: impl Into<String>) -> Self {
         Self::Input { file: file.as_ref().to_owned(), line: None, message: message.into() }

@@ -15,8 +15,10 @@ mod film;
 mod heatmap;
 mod info;
 mod output;
+mod plot;
 mod progress;
 mod render;
+mod scale;
 mod sweep;
 mod time;
 
@@ -33,6 +35,7 @@ enum Command {
     Render(render::Render),
     Time(time::Time),
     Sweep(sweep::Sweep),
+    Scale(scale::Scale),
     Figures(sweep::figures::Figures),
     Compare(compare::Compare),
     Film(film::Film),
@@ -49,6 +52,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Render(command) => command.run(),
             Command::Time(command) => command.run(),
             Command::Sweep(command) => command.run(),
+            Command::Scale(command) => command.run(),
             Command::Figures(command) => command.run(),
             Command::Compare(command) => command.run(),
             Command::Film(command) => command.run(),

@@ -108,6 +108,20 @@ impl OutputFile {
     }
 }
 
+/// Creates a folder for several files, and those that it is in, where they are not there.
+///
+/// # Errors
+/// [`Error::Output`] when that cannot be, or something else has the name.
+pub(super) fn create_folder(folder: &Path) -> Result<()> {
+    fs::create_dir_all(folder).map_err(|error| {
+        let reason = match folder.exists() {
+            true => "is not a folder".to_owned(),
+            false => format!("cannot be created: {}", error.kind()),
+        };
+        Error::output(folder, reason)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

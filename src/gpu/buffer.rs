@@ -226,10 +226,7 @@ impl Drop for Allocated {
 }
 
 fn out_of_memory(name: &str, bytes: u64, limit: String) -> Error {
-    Error::OutOfMemory(format!(
-        "buffer `{name}` needs {}, {limit}; a smaller preset or image needs less",
-        mebibytes(bytes)
-    ))
+    Error::OutOfMemory(format!("buffer `{name}` needs {}, {limit}; {}", mebibytes(bytes), Error::SMALLER))
 }
 
 fn mebibytes(bytes: u64) -> String {

@@ -1,6 +1,7 @@
 //! The renderer: owns the passes; the precomputation and the frame are recipes in the paper's order.
 
 mod accounts;
+mod advice;
 mod changes;
 mod closed_places;
 mod counts;
@@ -103,7 +104,11 @@ impl Renderer {
     ///
     /// # Errors
     /// The device lacks memory or failed.
-    pub fn new(context: &Arc<Context>, mut scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
+        Self::make(context, scene, progress).map_err(advice::advise)
+    }
+
+    fn make(context: &Arc<Context>, mut scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
         let start = Instant::now();
         let mut made = precompute::precompute(context, &mut scene, progress)?;
         let size = scene.cameras[0].size;
@@ -383,15 +388,5 @@ impl Renderer {
             colours: &self.pixel_colours,
             tint: self.lights.tint,
         }
-    }
-
-    /// Width and height in pixels.
-    pub fn size(&self) -> [u32; 2] {
-        [self.view.width, self.view.height]
-    }
-
-    /// The scene, its triangles in BVH order.
-    pub fn scene(&self) -> &Scene {
-        &self.scene
     }
 }

@@ -4,10 +4,21 @@ use super::{Layer, Renderer, Statistics};
 use crate::error::Result;
 use crate::gpu::Buffer;
 use crate::passes::precompute::ray_bundles::RayBundles;
+use crate::scene::Scene;
 use crate::types::{NO_SIDE, PixelSurface};
 use glam::Vec3;
 
 impl Renderer {
+    /// Width and height in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        [self.view.width, self.view.height]
+    }
+
+    /// The scene, its triangles in BVH order.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
     /// The last frame for eyes: sRGB codes R, G, B, 255, row by row from the top.
     ///
     /// # Errors

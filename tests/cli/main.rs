@@ -7,6 +7,7 @@ mod compare;
 mod exact;
 mod film;
 mod lights;
+mod scale;
 mod sweep;
 mod textures;
 mod time;

@@ -3,14 +3,13 @@
 mod share;
 mod video;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 
 use super::args::{DeviceArgs, SceneArgs, device_label, parse_finite};
-use super::output::OutputFile;
+use super::output::{OutputFile, create_folder};
 use crate::error::{Error, Result};
 use crate::image::{ExrLayer, write_exr, write_png};
 use crate::renderer::{Layer, Renderer};
@@ -151,16 +150,6 @@ impl Film {
             Err(error) => Err(error),
         }
     }
-}
-
-fn create_folder(folder: &Path) -> Result<()> {
-    fs::create_dir_all(folder).map_err(|error| {
-        let reason = match folder.exists() {
-            true => "is not a folder".to_owned(),
-            false => format!("cannot be created: {}", error.kind()),
-        };
-        Error::output(folder, reason)
-    })
 }
 
 /// Times of frames for people; of at least one.

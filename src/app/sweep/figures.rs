@@ -8,9 +8,10 @@ use clap::Args;
 use super::measure::measure;
 use super::reference::Reference;
 use super::report::{self, Shown};
-use super::{Preset, ReferenceArgs, plot, rivals, settings, shown};
+use super::{Preset, ReferenceArgs, rivals, settings, shown};
 use crate::app::args::{DeviceArgs, SceneArgs, device_label, shell_word};
-use crate::app::output::OutputFile;
+use crate::app::output::{OutputFile, create_folder};
+use crate::app::plot;
 use crate::error::{Error, Result};
 use crate::scene::{Scene, builtin};
 
@@ -50,8 +51,7 @@ impl Figures {
         let context = self.device_args.open()?;
         let device = format!("{}, {}", device_label(&context), context.driver());
         drop(context);
-        std::fs::create_dir_all(&self.output)
-            .map_err(|error| Error::output(&self.output, format!("cannot be created: {}", error.kind())))?;
+        create_folder(&self.output)?;
         let page = |stem: &String| OutputFile::check(&self.output.join(format!("{stem}.html")));
         let pages = stems.iter().map(page).collect::<Result<Vec<_>>>()?;
         if cfg!(debug_assertions) {

@@ -3,7 +3,6 @@
 mod cache;
 pub(super) mod figures;
 mod measure;
-mod plot;
 mod plots;
 mod reference;
 mod report;
@@ -20,7 +19,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::args::{DeviceArgs, SceneArgs, device_label, parse_seconds, shell_word};
-use super::output::OutputFile;
+use super::output::{OutputFile, create_folder};
 use super::render::sampled::Budget;
 use super::{compare, heatmap};
 use crate::error::{Error, Result};
@@ -110,8 +109,7 @@ impl Sweep {
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let cache = self.reference_args.folder()?;
         let context = self.device_args.open()?;
-        std::fs::create_dir_all(&self.output)
-            .map_err(|error| Error::output(&self.output, format!("cannot be created: {}", error.kind())))?;
+        create_folder(&self.output)?;
         let [json, html] =
             ["sweep.json", "report.html"].map(|name| OutputFile::check(&self.output.join(name)));
         let (json, html) = (json?, html?);

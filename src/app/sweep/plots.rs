@@ -1,9 +1,9 @@
 //! The plots of a report.
 
-use super::plot::{Plot, Point, Series};
 use super::report::{figure, seconds};
 use super::results::{Occasion, Results, Rival, Setting};
 use super::settings::{FRONT_SERIES, PRESET, QUANTITIES};
+use crate::app::plot::{Plot, Point, Series};
 
 /// File stem and plot.
 pub(super) fn all(results: &Results) -> [(&'static str, Plot); 3] {

@@ -3,10 +3,10 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use super::plot::escape;
 use super::results::{Results, Rival, Setting};
 use super::settings::{self, FRONT_SERIES, PRESET};
 use super::{heatmap, plots};
+use crate::app::plot::escape;
 
 /// A picture with what is to be said of it.
 #[derive(Debug)]

@@ -161,7 +161,7 @@ fn plots_show_each_method_and_every_setting() {
     let labels: Vec<&str> = plots[0].1.series.iter().map(|series| series.label.as_str()).collect();
     assert_eq!(labels.last(), Some(&"path tracing"));
     let points =
-        |plot: &super::plot::Plot| plot.series.iter().map(|series| series.points.len()).sum::<usize>();
+        |plot: &crate::app::plot::Plot| plot.series.iter().map(|series| series.points.len()).sum::<usize>();
     // The rival without a picture stands hollow at our error.
     assert_eq!(points(&plots[0].1), results.settings.len() + 3);
     assert_eq!(plots[0].1.series[2].points.iter().filter(|point| point.is_hollow).count(), 1);

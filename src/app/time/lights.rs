@@ -117,7 +117,7 @@ fn processor_ms() -> Option<f64> {
 
 /// So many lights: the scene's own, and then copies of them at other places that the camera sees, in open space. Their power
 /// adds up to that of the scene's own.
-fn fitting(scene: &Scene, own: &[Light], count: usize) -> Vec<Light> {
+pub(in crate::app) fn fitting(scene: &Scene, own: &[Light], count: usize) -> Vec<Light> {
     let share = own.len() as f32 / count as f32;
     let mut places = open_places(scene);
     let light = |index: usize| {

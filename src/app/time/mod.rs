@@ -1,7 +1,7 @@
 //! `lightpaths time`: the paper's tables on this machine.
 
 mod bandwidth;
-mod lights;
+pub(super) mod lights;
 mod measure;
 mod paper;
 mod report;

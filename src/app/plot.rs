@@ -21,36 +21,36 @@ const ROW: f64 = 18.0;
 
 /// Something with a value on each axis.
 #[derive(Clone, Debug)]
-pub(super) struct Point {
-    pub(super) x: f64,
-    pub(super) y: f64,
+pub(in crate::app) struct Point {
+    pub(in crate::app) x: f64,
+    pub(in crate::app) y: f64,
     /// On the Pareto front: gets a ring.
-    pub(super) is_ringed: bool,
+    pub(in crate::app) is_ringed: bool,
     /// Reckoned, not measured: is drawn hollow.
-    pub(super) is_hollow: bool,
+    pub(in crate::app) is_hollow: bool,
     /// What a pointer that rests on it is told.
-    pub(super) says: String,
+    pub(in crate::app) says: String,
 }
 
 /// Points of one kind.
 #[derive(Clone, Debug)]
-pub(super) struct Series {
-    pub(super) label: String,
-    pub(super) points: Vec<Point>,
+pub(in crate::app) struct Series {
+    pub(in crate::app) label: String,
+    pub(in crate::app) points: Vec<Point>,
     /// Joined in the order of x.
-    pub(super) is_joined: bool,
+    pub(in crate::app) is_joined: bool,
 }
 
 /// A plot; values must be positive.
 #[derive(Clone, Debug)]
-pub(super) struct Plot {
+pub(in crate::app) struct Plot {
     /// For readers who do not see it.
-    pub(super) title: String,
-    pub(super) x_label: String,
-    pub(super) y_label: String,
-    pub(super) series: Vec<Series>,
+    pub(in crate::app) title: String,
+    pub(in crate::app) x_label: String,
+    pub(in crate::app) y_label: String,
+    pub(in crate::app) series: Vec<Series>,
     /// A horizontal line and what it stands for.
-    pub(super) level: Option<(f64, String)>,
+    pub(in crate::app) level: Option<(f64, String)>,
 }
 
 /// A logarithmic axis from data to the page.
@@ -85,12 +85,12 @@ impl Axis {
 
 impl Plot {
     /// As a file of its own.
-    pub(super) fn file(&self) -> String {
+    pub(in crate::app) fn file(&self) -> String {
         self.svg(" xmlns=\"http://www.w3.org/2000/svg\"")
     }
 
     /// For a page; `file` adds the name space that only a file needs.
-    pub(super) fn svg(&self, attributes: &str) -> String {
+    pub(in crate::app) fn svg(&self, attributes: &str) -> String {
         let points = || self.series.iter().flat_map(|series| &series.points);
         let x = Axis::new(points().map(|point| point.x), LEFT, RIGHT);
         let levels = self.level.iter().map(|(value, _)| *value);
@@ -215,7 +215,7 @@ fn short(value: f64) -> String {
 }
 
 /// Text as it may stand in HTML and in attributes.
-pub(super) fn escape(text: &str) -> String {
+pub(in crate::app) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

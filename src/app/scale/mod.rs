@@ -1,0 +1,175 @@
+//! `lightpaths scale`: what time and memory grow with.
+
+mod growth;
+mod trials;
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::args::{DeviceArgs, SceneArgs, device_label};
+use super::output::{OutputFile, create_folder};
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+use trials::{Quantity, Sizes, Trial, measure};
+
+/// Set time and memory against sizes: triangles, entry points, cache points and lights
+///
+/// Each is varied by itself; the rest stays as the scene and its preset have it. A size that the device has no room for is listed with what it would
+/// need. Prints a table and the powers with which time and memory grow; writes scale.json and plots (SVG).
+#[derive(Debug, Args)]
+pub(super) struct Scale {
+    /// A .toml scene file, an .obj, or a built-in scene
+    #[arg(default_value = "room")]
+    scene: String,
+    /// Folder for the results; created if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Numbers of triangles, of scenes whose first model is made to measure
+    /// [default: 10000,100000,1000000]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
+    triangles: Option<Vec<u32>>,
+    /// Numbers of entry points
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "100000,1000000,10000000", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
+    entry_points: Vec<u32>,
+    /// Numbers of cache points
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "10000,40000,160000", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    cache_points: Vec<u32>,
+    /// Numbers of lights, one of which moves: the scene's own, copies of them where there are fewer
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,16,256", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    lights: Vec<u32>,
+    #[command(flatten)]
+    scene_args: SceneArgs,
+    #[command(flatten)]
+    device_args: DeviceArgs,
+}
+
+/// What triangles are set to where nobody says.
+const TRIANGLES: [u32; 3] = [10_000, 100_000, 1_000_000];
+
+/// A trial that the device had no room for.
+#[derive(Debug, serde::Serialize)]
+struct Refusal {
+    quantity: &'static str,
+    size: u32,
+    why: String,
+}
+
+/// What scale.json holds.
+#[derive(Debug, serde::Serialize)]
+struct Results {
+    version: &'static str,
+    debug_build: bool,
+    scene: String,
+    preset: &'static str,
+    size: [u32; 2],
+    device: String,
+    driver: String,
+    trials: Vec<Trial>,
+    refused: Vec<Refusal>,
+}
+
+impl Scale {
+    pub(super) fn run(self) -> Result<()> {
+        let scene = self.scene_args.load(&self.scene)?;
+        scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
+        if scene.lights.is_empty() {
+            return Err(Error::Usage(format!("{}: has no light, and one has to move", self.scene)));
+        }
+        let context = self.device_args.open()?;
+        create_folder(&self.output)?;
+        let json = OutputFile::check(&self.output.join("scale.json"))?;
+        if cfg!(debug_assertions) {
+            self.device_args.warn("this is a debug build; its times mean little");
+        }
+        let mut results = Results {
+            version: env!("CARGO_PKG_VERSION"),
+            debug_build: cfg!(debug_assertions),
+            scene: scene.name.clone(),
+            preset: scene.quality.preset,
+            size: scene.cameras[0].size,
+            device: device_label(&context),
+            driver: context.driver().to_owned(),
+            trials: Vec::new(),
+            refused: Vec::new(),
+        };
+        drop(context);
+        for (quantity, sizes) in self.lists(&scene)? {
+            for size in sizes {
+                self.attempt(&scene, quantity, size, &mut results)?;
+            }
+        }
+        let text = serde_json::to_string_pretty(&results).expect("results are plain data");
+        json.write(|out| writeln!(out, "{text}"))?;
+        for (stem, plot) in growth::plots(&results.trials) {
+            OutputFile::check(&self.output.join(format!("{stem}.svg")))?
+                .write(|out| out.write_all(plot.file().as_bytes()))?;
+        }
+        super::print(&growth::text(&results))
+    }
+
+    /// Every quantity and the sizes to try.
+    fn lists(&self, scene: &Scene) -> Result<Vec<(Quantity, Vec<u32>)>> {
+        let triangles = match &self.triangles {
+            Some(sizes) => sizes.clone(),
+            // Only some scenes come in sizes.
+            None if self.load(TRIANGLES[0]).is_ok() => TRIANGLES.to_vec(),
+            None => {
+                self.device_args.say(&format!("{}: its triangles are what they are", scene.name));
+                Vec::new()
+            }
+        };
+        if let Some(&first) = triangles.first() {
+            self.load(first)?;
+        }
+        Ok(vec![
+            (Quantity::Triangles, triangles),
+            (Quantity::EntryPoints, self.entry_points.clone()),
+            (Quantity::CachePoints, self.cache_points.clone()),
+            (Quantity::Lights, self.lights.clone()),
+        ])
+    }
+
+    /// The scene with about so many triangles.
+    fn load(&self, triangles: u32) -> Result<Scene> {
+        let mut options = self.scene_args.options();
+        options.set.push(format!("model.0.triangles={triangles}"));
+        Scene::load(&self.scene, &options)
+    }
+
+    /// Tries a size, or notes why that cannot be.
+    fn attempt(&self, scene: &Scene, quantity: Quantity, size: u32, results: &mut Results) -> Result<()> {
+        let name = quantity.name();
+        let sized = match quantity {
+            Quantity::Triangles => self.load(size)?,
+            _ => quantity.sized(scene, size),
+        };
+        // A size may stand in several lists: the scene's own does.
+        let sizes = Sizes::of(&sized);
+        let known = results.trials.iter().find(|trial| trial.sizes == sizes).cloned();
+        let trial = match known {
+            Some(known) => Ok(Trial { quantity: name, ..known }),
+            None => measure(sized, name, &self.device_args),
+        };
+        match trial {
+            Ok(trial) => {
+                self.device_args.say(&format!(
+                    "{name} {}: precompute {:.2} s, relit frame {:.1} ms, {:.0} MB",
+                    quantity.of(&trial.sizes),
+                    trial.precompute_s,
+                    trial.relit_frame_ms,
+                    trial.memory_mb,
+                ));
+                results.trials.push(trial);
+                Ok(())
+            }
+            Err(error @ Error::OutOfMemory(_)) => {
+                self.device_args.warn(&format!("left out {name} {size}: {error}"));
+                results.refused.push(Refusal { quantity: name, size, why: error.to_string() });
+                Ok(())
+            }
+            Err(error) => Err(error),
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! One size: what it costs.
+
+use std::time::Instant;
+
+use crate::app::args::DeviceArgs;
+use crate::app::time::lights::fitting;
+use crate::error::Result;
+use crate::renderer::{FrameReport, Renderer, Work};
+use crate::scene::{Quality, Scene};
+
+/// Frames of each kind of which the median is taken.
+const FRAMES: usize = 3;
+
+/// Passes that trace shadow rays, whose time grows with the depth of the acceleration structure.
+const SHADOWS: [&str; 3] = ["direct", "shadow_edges", "form_factors"];
+
+/// What is varied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Quantity {
+    Triangles,
+    EntryPoints,
+    CachePoints,
+    Lights,
+}
+
+impl Quantity {
+    /// In the order of the table.
+    pub(super) const ALL: [Self; 4] = [Self::Triangles, Self::EntryPoints, Self::CachePoints, Self::Lights];
+
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Triangles => "triangles",
+            Self::EntryPoints => "entry points",
+            Self::CachePoints => "cache points",
+            Self::Lights => "lights",
+        }
+    }
+
+    /// How many of them there are.
+    pub(super) fn of(self, sizes: &Sizes) -> u32 {
+        match self {
+            Self::Triangles => sizes.triangles,
+            Self::EntryPoints => sizes.entry_points,
+            Self::CachePoints => sizes.cache_points,
+            Self::Lights => sizes.lights,
+        }
+    }
+
+    /// A scene with so many of them; triangles are the model's.
+    pub(super) fn sized(self, scene: &Scene, size: u32) -> Scene {
+        let mut scene = scene.clone();
+        let Quality { entry_points, cache_points, .. } = &mut scene.quality;
+        match self {
+            Self::Triangles => {}
+            Self::EntryPoints => *entry_points = size,
+            Self::CachePoints => *cache_points = size,
+            Self::Lights => scene.lights = fitting(&scene, &scene.lights, size as usize),
+        }
+        scene
+    }
+}
+
+/// All sizes of a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub(super) struct Sizes {
+    pub(super) triangles: u32,
+    pub(super) entry_points: u32,
+    /// Asked for; fewer may do.
+    pub(super) cache_points: u32,
+    pub(super) lights: u32,
+}
+
+impl Sizes {
+    pub(super) fn of(scene: &Scene) -> Self {
+        let Quality { entry_points, cache_points, .. } = scene.quality;
+        let (triangles, lights) = (scene.triangles.len() as u32, scene.lights.len() as u32);
+        Self { triangles, entry_points, cache_points, lights }
+    }
+}
+
+/// What a trial took. Frames are on the clock unless they say otherwise, medians.
+#[derive(Clone, Debug, serde::Serialize)]
+pub(super) struct Trial {
+    /// What it was tried for.
+    pub(super) quantity: &'static str,
+    pub(super) sizes: Sizes,
+    pub(super) precompute_s: f64,
+    pub(super) first_frame_ms: f64,
+    /// After a light moved.
+    pub(super) relit_frame_ms: f64,
+    /// Of its device time, what is no shadow ray.
+    pub(super) relit_without_shadows_ms: f64,
+    /// After the camera moved.
+    pub(super) view_frame_ms: f64,
+    pub(super) memory_mb: f64,
+    pub(super) largest_binding_mb: f64,
+}
+
+/// Precomputes and renders a scene.
+pub(super) fn measure(scene: Scene, quantity: &'static str, device_args: &DeviceArgs) -> Result<Trial> {
+    let sizes = Sizes::of(&scene);
+    // A context for each, so that the peak of its memory is its own.
+    let context = device_args.open()?;
+    let start = Instant::now();
+    let mut renderer = device_args.renderer(&context, scene)?;
+    let precompute_s = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    renderer.frame()?;
+    let first_frame_ms = 1e3 * start.elapsed().as_secs_f64();
+    let relit = frames(&mut renderer, Work::Light(0))?;
+    let view = frames(&mut renderer, Work::View)?;
+    let statistics = renderer.statistics()?;
+    device_args.report_validation(&context);
+    let rest = |frame: &FrameReport| {
+        let passes = frame.passes.iter().filter(|pass| !SHADOWS.contains(&pass.name));
+        passes.map(|pass| pass.ms).sum::<f64>()
+    };
+    Ok(Trial {
+        quantity,
+        sizes,
+        precompute_s,
+        first_frame_ms,
+        relit_frame_ms: median(relit.iter().map(|frame| frame.frame_ms)),
+        relit_without_shadows_ms: median(relit.iter().map(rest)),
+        view_frame_ms: median(view.iter().map(|frame| frame.frame_ms)),
+        memory_mb: statistics.peak_memory_bytes as f64 / 1e6,
+        largest_binding_mb: statistics.largest_binding_bytes as f64 / 1e6,
+    })
+}
+
+/// Some frames after one that warms up.
+fn frames(renderer: &mut Renderer, work: Work) -> Result<Vec<FrameReport>> {
+    let mut frame = || {
+        renderer.force(work);
+        renderer.frame()
+    };
+    frame()?;
+    (0..FRAMES).map(|_| frame()).collect()
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}

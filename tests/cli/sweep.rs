@@ -97,7 +97,7 @@ fn wrong_arguments_are_refused_before_anything_is_made() {
     for (arguments, words) in [
         ("sweep box", &["--output"][..]),
         ("sweep no_such_scene -o out", &["no_such_scene"]),
-        ("sweep box -o file", &["file", "cannot be created"]),
+        ("sweep box -o file", &["file", "is not a folder"]),
         ("sweep box -o out --spp 3", &["--spp"]),
         ("sweep box -o out --seconds 0", &["--seconds"]),
         ("sweep box -o out --device nobody", &["nobody"]),

@@ -73,8 +73,8 @@ impl Demand {
     }
 }
 
-/// The length that scales all radii, such that the expected number of records meets the budget; the one beyond which
-/// the budget had better leave something uncovered; and the one to take if it is clear that none will do. Where curvature asks for
+/// The length that scales all radii, such that the expected number of records meets the budget; the longest at which that may be
+/// off; and the one to take where no length will do. Where curvature asks for
 /// many records whatever the length, the expectation is too high for them: flat pieces are granted a quarter of the budget at
 /// first, and an eighth in any case; half of it where what is curved is covered coarsely.
 pub(super) fn spread(demands: &[Demand], scene_size: f32, budget: u32) -> [f64; 3] {

@@ -117,15 +117,14 @@ pub fn place(
     let neighbourhood = &Neighbourhood::new(&geometry.hvds.grid, samples, clearances);
     let demands = &Demand::of_pieces(geometry, &survey.clearances_of(geometry, geometry.hvds));
     let [mut unit, largest, coarse] = spread(demands, geometry.scene_size, budget);
-    let is_hopeless =
+    let mut is_last =
         demands.iter().map(|demand| demand.records(largest)).sum::<f64>() > HOPELESS * f64::from(budget);
-    if is_hopeless {
-        unit = coarse;
-    }
-    let mut step = 1.1;
+    let first = unit;
     let mut known = HashMap::new();
     loop {
-        let is_last = is_hopeless || unit >= largest;
+        if is_last {
+            unit = coarse;
+        }
         let mut records = Records::new(&geometry.hvds.grid, RADIUS_RANGE[1] * unit);
         let attempt =
             Attempt { buffers, geometry, surveyor, neighbourhood, demands, unit, is_last, budget, seed };
@@ -133,9 +132,9 @@ pub fn place(
         if placement.is_covering || is_last {
             return Ok(placement);
         }
-        unit *= step;
-        // The estimate is rarely far off; where it is, small steps would take long.
-        step = 1.4;
+        // The estimate is rarely far off; where it is, longer radii blur more than records that stretch.
+        is_last = unit > first;
+        unit *= 1.1;
     }
 }
 

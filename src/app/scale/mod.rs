@@ -77,6 +77,7 @@ impl Scale {
         if scene.lights.is_empty() {
             return Err(Error::Usage(format!("{}: has no light, and one has to move", self.scene)));
         }
+        let lists = self.lists(&scene)?;
         let context = self.device_args.open()?;
         create_folder(&self.output)?;
         let json = OutputFile::check(&self.output.join("scale.json"))?;
@@ -95,7 +96,7 @@ impl Scale {
             refused: Vec::new(),
         };
         drop(context);
-        for (quantity, sizes) in self.lists(&scene)? {
+        for (quantity, sizes) in lists {
             for size in sizes {
                 self.attempt(&scene, quantity, size, &mut results)?;
             }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use crate::app::args::DeviceArgs;
-use crate::app::time::lights::fitting;
+use crate::app::time::{lights::fitting, measure::Summary};
 use crate::error::Result;
 use crate::renderer::{FrameReport, Renderer, Work};
 use crate::scene::{Quality, Scene};
@@ -115,14 +115,15 @@ pub(super) fn measure(scene: Scene, quantity: &'static str, device_args: &Device
         let passes = frame.passes.iter().filter(|pass| !SHADOWS.contains(&pass.name));
         passes.map(|pass| pass.ms).sum::<f64>()
     };
+    let on_the_clock = |frames: &[FrameReport]| Summary::of(frames.iter().map(|frame| frame.frame_ms)).median;
     Ok(Trial {
         quantity,
         sizes,
         precompute_s,
         first_frame_ms,
-        relit_frame_ms: median(relit.iter().map(|frame| frame.frame_ms)),
-        relit_without_shadows_ms: median(relit.iter().map(rest)),
-        view_frame_ms: median(view.iter().map(|frame| frame.frame_ms)),
+        relit_frame_ms: on_the_clock(&relit),
+        relit_without_shadows_ms: Summary::of(relit.iter().map(rest)).median,
+        view_frame_ms: on_the_clock(&view),
         memory_mb: statistics.peak_memory_bytes as f64 / 1e6,
         largest_binding_mb: statistics.largest_binding_bytes as f64 / 1e6,
     })
@@ -136,10 +137,4 @@ fn frames(renderer: &mut Renderer, work: Work) -> Result<Vec<FrameReport>> {
     };
     frame()?;
     (0..FRAMES).map(|_| frame()).collect()
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
 }

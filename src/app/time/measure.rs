@@ -22,16 +22,16 @@ const STEP_FRAME: usize = 2;
 
 /// Order statistics of a set of times, milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub(super) struct Summary {
-    pub(super) median: f64,
-    pub(super) p10: f64,
-    pub(super) p90: f64,
-    pub(super) min: f64,
+pub(in crate::app) struct Summary {
+    pub(in crate::app) median: f64,
+    pub(in crate::app) p10: f64,
+    pub(in crate::app) p90: f64,
+    pub(in crate::app) min: f64,
 }
 
 impl Summary {
     /// Of at least one time.
-    pub(super) fn of(times: impl IntoIterator<Item = f64>) -> Self {
+    pub(in crate::app) fn of(times: impl IntoIterator<Item = f64>) -> Self {
         let mut times: Vec<f64> = times.into_iter().collect();
         times.sort_by(f64::total_cmp);
         let quantile = |share: f64| {

@@ -2,7 +2,7 @@
 
 mod bandwidth;
 pub(super) mod lights;
-mod measure;
+pub(super) mod measure;
 mod paper;
 mod report;
 mod tables;

@@ -1,7 +1,7 @@
-// Radiance towards the camera: albedo times direct and indirect irradiance, averaged over the samples where a pixel shows an
+// Radiance towards the camera: albedo times direct and indirect irradiance, summed over the slots of samples where a pixel shows an
 // edge. Deterministic. One invocation = one pixel, or, in a second dispatch, one edge pixel: there are few, and side by side none
-// waits for another's samples. In: irradiances (W/m²; direct ones of the pixels, then of the edge samples),
-// reflectances, edge samples.
+// waits for another's slots. In: irradiances (W/m²; direct ones of the pixels, then of the slots, times their weights),
+// reflectances, slots of edge pixels.
 // Out: radiance, W/m²/sr; black where a ray left the scene.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -19,8 +19,8 @@ layout(constant_id = 1) const uint AT_EDGES = 0;  // 1: only pixels that show an
 
 struct ComposePush {
     uint pixel_count;
-    uint most_samples;     // of an edge pixel
-    uint capacity;         // samples that there was room for
+    uint width;            // pixels
+    EdgeRoom room;
     vec3 tint;             // what all light is to be multiplied with
     float direct_share;    // 1, or 0 for a picture without direct light
     float indirect_share;  // the same for indirect light
@@ -32,26 +32,26 @@ layout(scalar, binding = 2) readonly buffer Pixels { PixelSurface pixels[]; };
 layout(scalar, binding = 3) readonly buffer DirectIrradiance { vec3 direct_irradiance[]; };
 layout(scalar, binding = 4) readonly buffer IndirectIrradiance { vec3 indirect_irradiance[]; };
 layout(scalar, binding = 5) readonly buffer EdgeOffsets { uint edge_offsets[]; };
-layout(scalar, binding = 6) readonly buffer EdgeSurfaces { PixelSurface edge_surfaces[]; };
-layout(scalar, binding = 7) readonly buffer EdgeSources { EdgeSource edge_sources[]; };
-layout(scalar, binding = 8) readonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
-layout(scalar, binding = 9) writeonly buffer Radiance { vec3 radiance[]; };
-layout(scalar, binding = 10) readonly buffer PixelColours { uint pixel_colours[]; };  // packed; only in scenes with images
-layout(scalar, binding = 11) readonly buffer EdgeColours { uint edge_colours[]; };
-layout(scalar, binding = 12) readonly buffer EdgePixels { uint edge_pixels[]; };  // their indices
+layout(scalar, binding = 6) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
+layout(scalar, binding = 7) readonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
+layout(scalar, binding = 8) writeonly buffer Radiance { vec3 radiance[]; };
+layout(scalar, binding = 9) readonly buffer PixelColours { uint pixel_colours[]; };  // packed; only in scenes with images
+layout(scalar, binding = 10) readonly buffer EdgeColours { uint edge_colours[]; };
+layout(scalar, binding = 11) readonly buffer EdgePixels { uint edge_pixels[]; };  // their indices
 layout(scalar, push_constant) uniform Push { ComposePush push; };
 
 uint material_of(uint side) { return surfaces[side >> 1].material; }
 
-// `colour` is the image's there, `source` the pixel whose indirect irradiance it takes, `shiner` the one that shines alike.
-vec3 reflected(uint side, vec3 colour, vec3 direct, uint source, uint shiner) {
+// `colour` is the image's there, `source` the pixel whose indirect irradiance it takes, `shiner` the one that shines alike. All but
+// `direct` is times `weight`.
+vec3 reflected(uint side, vec3 colour, vec3 direct, uint source, uint shiner, float weight) {
     if (side == NO_SIDE) return vec3(0.0);
-    vec3 irradiance = push.direct_share * direct + push.indirect_share * indirect_irradiance[source];
+    vec3 irradiance = push.direct_share * direct + push.indirect_share * weight * indirect_irradiance[source];
     vec3 radiance = materials[material_of(side)].diffuse * irradiance * (1.0 / PI);
     if (HAS_TEXTURES != 0u) radiance *= colour;
     if (SHINES == 1u) {
         GlossShine shine = gloss_radiance[shiner];
-        radiance += push.direct_share * shine.direct + push.indirect_share * shine.indirect;
+        radiance += weight * (push.direct_share * shine.direct + push.indirect_share * shine.indirect);
     }
     return radiance;
 }
@@ -66,20 +66,22 @@ uint shiner_of(uint side, uint source, uint index) {
 // What the centre of a pixel sees.
 vec3 centre(uint index) {
     vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(pixel_colours[index]) : vec3(1.0);
-    return reflected(pixels[index].side, colour, direct_irradiance[index], index, index);
+    return reflected(pixels[index].side, colour, direct_irradiance[index], index, index, 1.0);
 }
 
-// What `count` samples of the edge pixel that is number `edge` of all see on average.
-vec3 mean_of_samples(uint edge, uint count, uint index) {
+// What the samples of the edge pixel that is number `edge` of all see on average.
+vec3 mean_of_samples(uint edge, uint count, uint slots, uint index) {
+    uvec2 size = uvec2(push.width, push.pixel_count / push.width);
     vec3 sum = vec3(0.0);
-    for (uint i = edge * count; i < (edge + 1u) * count; ++i) {
-        uint side = edge_surfaces[i].side;
-        EdgeSource source = edge_sources[i];
-        uint shiner = SHINES == 1u ? shiner_of(side, source.pixel, index) : source.pixel;
+    for (uint i = edge * slots; i < (edge + 1u) * slots; ++i) {
+        EdgeSlot slot = edge_slots[i];
+        if (slot.side == NO_SIDE) break;
+        uint source = pixel_at(size, index, place_of(slot));
+        uint shiner = SHINES == 1u ? shiner_of(slot.side, source, index) : source;
         vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(edge_colours[i]) : vec3(1.0);
-        sum += source.share * reflected(side, colour, direct_irradiance[push.pixel_count + i], source.pixel, shiner);
+        sum += reflected(slot.side, colour, direct_irradiance[push.pixel_count + i], source, shiner, weight_of(slot, count));
     }
-    return sum / float(count);
+    return sum;
 }
 
 void main() {
@@ -89,8 +91,8 @@ void main() {
         return;
     }
     uint edge_count = edge_offsets[push.pixel_count];
-    uint count = samples_per_edge(edge_count, push.most_samples, push.capacity);
+    uint count = samples_per_edge(edge_count, push.room);
     if (index >= edge_count || count == 0u) return;
     uint pixel = edge_pixels[index];
-    radiance[pixel] = push.tint * mean_of_samples(index, count, pixel);
+    radiance[pixel] = push.tint * mean_of_samples(index, count, slots_per_edge(edge_count, push.room), pixel);
 }

@@ -11,7 +11,6 @@ layout(local_size_x = 8, local_size_y = 8) in;
 struct DirectPush {
     uint width;         // points of a row
     uint point_count;
-    uint first_value;   // of the layer
     uint light;
     uint first_sample;  // of the light, in this dispatch; later ones add to what the first wrote
     uint end_sample;
@@ -43,6 +42,5 @@ void main() {
         found = light_factor(lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, point.normal,
                              point.footprint);
     }
-    uint value = push.first_value + index;
-    light_layer[value] = (push.first_sample == 0u ? 0.0 : light_layer[value]) + found;
+    light_layer[index] = (push.first_sample == 0u ? 0.0 : light_layer[index]) + found;
 }

@@ -1,4 +1,4 @@
-// Colours of images at the samples of edge pixels. No ray is traced. Deterministic. One invocation = one sample.
+// Colours of images at edge pixels: the mean over the samples of each slot. No ray is traced. Deterministic. One invocation = one slot.
 // In: what the samples see, images. Out: packed colours. Only in scenes with images.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -13,20 +13,18 @@ layout(local_size_x = 64) in;
 
 struct EdgeColoursPush {
     View view;
-    uint most_samples;  // of a pixel
-    uint capacity;      // samples that there is room for
+    EdgeRoom room;
 };
 
 layout(scalar, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(scalar, binding = 1) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 2) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 3) readonly buffer EdgePixels { uint edge_pixels[]; };
-layout(scalar, binding = 4) readonly buffer EdgeSurfaces { PixelSurface edge_surfaces[]; };
-layout(scalar, binding = 5) readonly buffer EdgeSources { EdgeSource edge_sources[]; };
-layout(scalar, binding = 6) writeonly buffer EdgeColours { uint edge_colours[]; };
-layout(scalar, binding = 7) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
-layout(scalar, binding = 8) readonly buffer Textures { Texture textures[]; };
-layout(scalar, binding = 9) readonly buffer Texels { uint texels[]; };
+layout(scalar, binding = 4) readonly buffer EdgeSamples { EdgeSample edge_samples[]; };
+layout(scalar, binding = 5) writeonly buffer EdgeColours { uint edge_colours[]; };
+layout(scalar, binding = 6) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 7) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 8) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { EdgeColoursPush push; };
 
 #include "include/textures.glsl"
@@ -35,16 +33,22 @@ layout(scalar, push_constant) uniform Push { EdgeColoursPush push; };
 void main() {
     View view = push.view;
     uint edge_count = edge_offsets[view.width * view.height];
-    uint count = samples_per_edge(edge_count, push.most_samples, push.capacity);
+    uint count = samples_per_edge(edge_count, push.room);
+    uint slots = slots_per_edge(edge_count, push.room);
     uint index = flat_invocation();
-    if (index >= edge_count * count) return;
-    uint pixel = edge_pixels[index / count];
-    uint side = edge_surfaces[index].side;
+    if (index >= edge_count * slots || count == 0u) return;
+    uint edge = index / slots;
+    uint pixel = edge_pixels[edge];
     vec2 corner = vec2(pixel % view.width, pixel / view.width);
-    vec3 colour = vec3(0.0);
-    for (bool is_due = side != NO_SIDE; is_due; is_due = false) {
+    vec3 sum = vec3(0.0);
+    float weight = 0.0;
+    for (uint i = 0u; i < count; ++i) {
+        EdgeSample found = edge_samples[edge * count + i];
+        if (found.side == NO_SIDE || slot_of(found) != index % slots) continue;
         // The very point that `edge_samples` asked.
-        colour = colour_through(view, corner + sample_3d(edge_sources[index].number, pixel).xy, side >> 1).xyz;
+        vec2 point = corner + sample_3d(i + point_of(found) * count, pixel).xy;
+        sum += float(eighths_of(found)) * colour_through(view, point, found.side >> 1).xyz;
+        weight += float(eighths_of(found));
     }
-    edge_colours[index] = pack_colour(colour);
+    edge_colours[index] = pack_colour(sum / max(weight, 1.0));
 }

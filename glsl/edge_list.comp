@@ -1,13 +1,18 @@
-// Antialiasing, step 2: lists the edge pixels, in order, and counts them and workgroups that take four each. Deterministic.
-// One invocation = one pixel. In: edge pixels before each pixel, and the end. Out: their indices; a dispatch's size.
+// Antialiasing, step 2: lists the edge pixels, in order, and counts them and the workgroups that take them: four each, 64 samples
+// each and 64 each. Deterministic. One invocation = one pixel. In: edge pixels before each pixel, and the end. Out: their indices;
+// sizes of dispatches.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/dispatch.glsl"
+#include "include/antialias.glsl"
 
 layout(local_size_x = 64) in;
 
-struct EdgeListPush { uint pixel_count; };
+struct EdgeListPush {
+    uint pixel_count;
+    EdgeRoom room;
+};
 
 layout(scalar, binding = 0) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 1) writeonly buffer EdgePixels { uint edge_pixels[]; };
@@ -17,16 +22,23 @@ layout(scalar, push_constant) uniform Push { EdgeListPush push; };
 // Workgroups along x, fewer than any device takes; the rest goes along y.
 const uint ROW = 1024u;
 
+void put_groups(uint first, uint groups) {
+    edge_groups[first] = min(groups, ROW);
+    edge_groups[first + 1u] = (groups + ROW - 1u) / ROW;
+    edge_groups[first + 2u] = 1u;
+}
+
 void main() {
     uint index = flat_invocation();
     if (index >= push.pixel_count) return;
     uint place = edge_offsets[index];
     if (edge_offsets[index + 1u] != place) edge_pixels[place] = index;
     if (index == 0u) {
-        uint groups = (edge_offsets[push.pixel_count] + 3u) / 4u;
-        edge_groups[0] = min(groups, ROW);
-        edge_groups[1] = (groups + ROW - 1u) / ROW;
-        edge_groups[2] = 1u;
-        edge_groups[3] = edge_offsets[push.pixel_count];
+        uint edge_count = edge_offsets[push.pixel_count];
+        uint samples = edge_count * samples_per_edge(edge_count, push.room);
+        put_groups(0u, (edge_count + 3u) / 4u);
+        edge_groups[3] = edge_count;
+        put_groups(4u, (samples + 63u) / 64u);
+        put_groups(8u, (edge_count + 63u) / 64u);
     }
 }

@@ -1,7 +1,7 @@
 // Antialiasing of a light, step 3: at the pixels across which its light changes much, the mean of the light over samples
 // spread over the pixel. On a flat surface they lie on the plane that its centre sees and take no camera ray; on a curved one
-// that plane would hide them behind the surface. Deterministic. Sixteen invocations = one pixel.
-// In: camera, scene, pixels, the light. Out: its layer at these pixels.
+// that plane would hide them behind the surface. At edge pixels that need more samples, those, each in the slot that it resembles.
+// Deterministic. Sixteen invocations = one pixel. In: camera, scene, pixels, the light. Out: its layer at these pixels.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -10,15 +10,15 @@
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/antialias.glsl"
+#include "include/records.glsl"
 
 const uint LANES = 16u;  // that share a pixel
 
 layout(local_size_x = 64) in;
 
-struct ShadowEdgesPush {
+struct EdgeLightPush {
     View view;
-    uint most_samples;  // of a pixel
-    uint capacity;      // samples that may be taken
+    EdgeRoom room;
     uint light;
     uint first_sample;  // of the light, in this dispatch; later ones add to what the first wrote
     uint end_sample;
@@ -29,27 +29,28 @@ layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
 layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) readonly buffer Lights { LightSource lights[]; };
-layout(scalar, binding = 4) readonly buffer Pixels { PixelSurface pixels[]; };
-layout(scalar, binding = 5) readonly buffer ShadowOffsets { uint shadow_offsets[]; };
-layout(scalar, binding = 6) readonly buffer ShadowPixels { uint shadow_pixels[]; };
-layout(scalar, binding = 7) buffer LightLayer { float light_layer[]; };
-layout(scalar, push_constant) uniform Push { ShadowEdgesPush push; };
+layout(scalar, binding = 4) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 5) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(scalar, binding = 6) readonly buffer ShadowOffsets { uint shadow_offsets[]; };
+layout(scalar, binding = 7) readonly buffer ShadowPixels { uint shadow_pixels[]; };
+layout(scalar, binding = 8) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
+layout(scalar, binding = 9) readonly buffer EdgeNeeds { uint edge_needs[]; };
+layout(scalar, binding = 10) buffer LightLayer { float light_layer[]; };
+layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 #include "include/bvh.glsl"
 #include "include/primary.glsl"
 #include "include/lights.glsl"
 #include "include/direct.glsl"
+#include "include/alike.glsl"
 
-shared float sums[64];
+shared vec4 sums[64];
 
 // Cosine between shading and geometric normal below which a surface is curved.
 const float FLAT = 0.99999;
 
 // Unit geometric normal of a side.
-vec3 facing_normal(uint side) {
-    vec3 normal = surfaces[side >> 1].normal;
-    return (side & 1u) != 0u ? -normal : normal;
-}
+vec3 facing_normal(uint side) { return facet_of(surfaces[side >> 1], side); }
 
 // Where the ray of an image point meets the plane that a pixel sees; the pixel's own position where it grazes that plane.
 vec3 on_plane(View view, PixelSurface pixel, vec3 normal, vec2 point) {
@@ -61,34 +62,73 @@ vec3 on_plane(View view, PixelSurface pixel, vec3 normal, vec2 point) {
     return abs(t - depth) < 0.25 * depth ? view.position + t * direction : pixel.position;
 }
 
+// The slot of an edge pixel, the first of which is `first`, that a further sample belongs to: of its material, where one is, and then
+// the least dissimilar.
+uint slot_for(PixelSurface found, uint pixel, uint first, uint room) {
+    uvec2 size = uvec2(push.view.width, push.view.height);
+    uint best = 0u;
+    float least = 1e30;
+    for (uint i = 0u; i < room; ++i) {
+        EdgeSlot slot = edge_slots[first + i];
+        if (slot.side == NO_SIDE) break;
+        float cost = dissimilarity(found, pixels[pixel_at(size, pixel, place_of(slot))]);
+        if (surfaces[found.side >> 1].material != surfaces[slot.side >> 1].material) cost += 1e6;
+        best = cost < least ? i : best;
+        least = min(cost, least);
+    }
+    return best;
+}
+
 void main() {
     View view = push.view;
-    uint edge_count = shadow_offsets[view.width * view.height];
-    uint count = samples_per_edge(edge_count, push.most_samples, push.capacity);
-    uint edge = flat_workgroup() * (64u / LANES) + gl_LocalInvocationIndex / LANES;
+    uint pixel_count = view.width * view.height;
+    uint listed = shadow_offsets[pixel_count];
+    uint place = flat_workgroup() * (64u / LANES) + gl_LocalInvocationIndex / LANES;
     uint lane = gl_LocalInvocationIndex % LANES;
-    uint index = shadow_pixels[min(edge, max(edge_count, 1u) - 1u)];
+    uint index = shadow_pixels[min(place, max(listed, 1u) - 1u)];
+    uint edge = edge_offsets[index];
+    bool is_edge = edge_offsets[index + 1u] != edge;
+    // Samples before the first one, all that count, and where an edge pixel keeps its light.
+    uint before = 0u;
+    uint count = samples_per_edge(listed, push.room);
+    uint slots = slots_per_edge(edge_offsets[pixel_count], push.room);
+    uint first_slot = edge * slots;
+    if (is_edge) {
+        before = samples_per_edge(edge_offsets[pixel_count], push.room);
+        count = edge_needs[edge];
+    }
     vec2 corner = vec2(index % view.width, index / view.width);
-    float sum = 0.0;
-    for (uint i = lane; i < count && edge < edge_count; i += LANES) {
+    vec4 sum = vec4(0.0);
+    for (uint i = before + lane; i < count && place < listed; i += LANES) {
         PixelSurface found = pixels[index];
         vec3 normal = facing_normal(found.side);
         vec2 point = corner + sample_3d(i, index).xy;
-        bool is_curved = dot(found.normal, normal) < FLAT;
-        if (!is_curved) found.position = on_plane(view, found, normal, point);
+        bool is_traced = is_edge || dot(found.normal, normal) < FLAT;
+        if (!is_traced) found.position = on_plane(view, found, normal, point);
         // A loop that turns once or never, which lavapipe skips where a branch would be taken by all.
-        for (bool is_due = is_curved; is_due; is_due = false) {
+        for (bool is_due = is_traced; is_due; is_due = false) {
             found = seen_through(view, point);
             if (found.side != NO_SIDE) normal = facing_normal(found.side);
         }
         if (found.side == NO_SIDE) continue;
-        sum += light_factor(lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, found.position, normal, found.normal,
-                            found.footprint);
+        float light = light_factor(lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, found.position, normal,
+                                   found.normal, found.footprint);
+        uint slot = 0u;
+        for (bool is_due = is_edge && light > 0.0; is_due; is_due = false) slot = slot_for(found, index, first_slot, slots);
+        sum += mix(vec4(0.0), vec4(light), equal(uvec4(0u, 1u, 2u, 3u), uvec4(slot)));
     }
     sums[gl_LocalInvocationIndex] = sum;
     barrier();
-    if (lane != 0u || edge >= edge_count || count == 0u) return;
-    float total = 0.0;
+    if (lane != 0u || place >= listed || count == 0u) return;
+    vec4 total = vec4(0.0);
     for (uint i = 0u; i < LANES; ++i) total += sums[gl_LocalInvocationIndex + i];
-    light_layer[index] = (push.first_sample == 0u ? 0.0 : light_layer[index]) + total / float(count);
+    if (!is_edge) {
+        light_layer[index] = (push.first_sample == 0u ? 0.0 : light_layer[index]) + total.x / float(count);
+        return;
+    }
+    for (uint i = 0u; i < slots; ++i) {
+        uint value = pixel_count + first_slot + i;
+        float share = push.first_sample == 0u ? float(before) / float(count) : 1.0;
+        light_layer[value] = light_layer[value] * share + total[i] / float(count);
+    }
 }

@@ -1,6 +1,6 @@
-// Antialiasing of a light, step 1: marks the pixels across which its light changes much, an edge of a shadow, where
-// geometry shows none: those pixels are averaged over samples already. Deterministic. One invocation = one pixel.
-// In: the light's layer, edge pixels. Out: 1 for such a pixel, else 0.
+// Antialiasing of a light, step 2: marks the pixels across which its light changes much, an edge of a shadow, where
+// geometry shows none: those pixels are averaged over samples already. And those of them that need more samples. Deterministic.
+// One invocation = one pixel. In: the light's layer, edge pixels and their needs. Out: 1 for such a pixel, else 0.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -17,6 +17,7 @@ struct EdgeMarkPush {
 layout(scalar, binding = 0) readonly buffer LightLayer { float light_layer[]; };
 layout(scalar, binding = 1) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 2) writeonly buffer ShadowOffsets { uint shadow_offsets[]; };
+layout(scalar, binding = 3) readonly buffer EdgeNeeds { uint edge_needs[]; };
 layout(scalar, push_constant) uniform Push { EdgeMarkPush push; };
 
 void main() {
@@ -32,5 +33,7 @@ void main() {
         float there = light_layer[other.y * size.x + other.x];
         found = found || abs(here - there) > uintBitsToFloat(CONTRAST) * max(here, there);
     }
-    shadow_offsets[index] = uint(found && edge_offsets[index] == edge_offsets[index + 1]);
+    uint edge = edge_offsets[index];
+    for (bool is_due = edge_offsets[index + 1] != edge; is_due; is_due = false) found = edge_needs[edge] != 0u;
+    shadow_offsets[index] = uint(found);
 }

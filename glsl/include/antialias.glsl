@@ -1,15 +1,50 @@
-// Pixels that show an edge are averaged over samples spread over their area; the others are what their centres see.
+// Pixels that show an edge are averaged over samples spread over their area; the others are what their centres see. Samples of a
+// pixel that take indirect light from the same pixel and show the same material share a slot: direct light is summed up in it.
 
-// What a sample of an edge pixel stands for.
-struct EdgeSource {
-    uint pixel;   // whose indirect irradiance it takes
-    uint number;  // of the pixel's point that it shows
-    float share;  // of the points that were asked for it, those that met a surface
+// What a sample of an edge pixel sees. Where, follows from its number and the side.
+struct EdgeSample {
+    uint side;  // NO_SIDE where none of its points met a surface
+    uint what;  // bits 0-2: which of its points it shows; 3-6: eighths of them that met a surface; 7-10: place of the pixel whose
+                // indirect light it takes among the nine around, row by row; 11-12: its slot
 };
 
+// What some samples of an edge pixel have in common.
+struct EdgeSlot {
+    uint side;  // of the first of them; NO_SIDE: nobody's, as all slots behind it
+    uint what;  // bits 0-3: place of the pixel whose indirect light they take; from bit 4: their eighths, summed
+};
+
+// How much room there is.
+struct EdgeRoom {
+    uint most_samples;  // of a pixel
+    uint samples;       // in all
+    uint slots;         // in all
+};
+
+const uint MOST_SLOTS = 4u;  // of a pixel
+
+// Slots of each edge pixel.
+uint slots_per_edge(uint edge_count, EdgeRoom room) { return min(MOST_SLOTS, room.slots / max(edge_count, 1u)); }
+
 // Samples of each edge pixel: as many as there is room for, if that is enough to be better than the centre alone: LEAST_SAMPLES in
-// src/passes/frame/antialias.rs.
-uint samples_per_edge(uint edge_count, uint most, uint capacity) {
-    uint count = min(most, capacity / max(edge_count, 1u));
-    return count < 4u ? 0u : count;
+// src/passes/frame/antialias.rs. One slot would take all for one surface.
+uint samples_per_edge(uint edge_count, EdgeRoom room) {
+    uint count = min(room.most_samples, room.samples / max(edge_count, 1u));
+    return count < 4u || slots_per_edge(edge_count, room) < 2u ? 0u : count;
+}
+
+uint point_of(EdgeSample found) { return found.what & 7u; }
+uint eighths_of(EdgeSample found) { return found.what >> 3 & 15u; }
+uint place_of(EdgeSample found) { return found.what >> 7 & 15u; }
+uint slot_of(EdgeSample found) { return found.what >> 11 & 3u; }
+
+uint place_of(EdgeSlot slot) { return slot.what & 15u; }
+// Share of a pixel's `count` samples that a slot stands for.
+float weight_of(EdgeSlot slot, uint count) { return float(slot.what >> 4) / float(8u * count); }
+
+// The pixel at one of the nine places around another; beyond its edges the image repeats itself.
+uint pixel_at(uvec2 size, uint pixel, uint place) {
+    ivec2 xy = ivec2(pixel % size.x, pixel / size.x) + ivec2(place % 3u, place / 3u) - 1;
+    uvec2 inside = uvec2(clamp(xy, ivec2(0), ivec2(size) - 1));
+    return inside.y * size.x + inside.x;
 }

@@ -13,3 +13,20 @@ PixelSurface seen_through(View view, vec2 point) {
     float footprint = view.pixel_area * hit.t * hit.t;
     return PixelSurface(hit_position(hit), 2u * hit.triangle + uint(back), back ? -normal : normal, footprint);
 }
+
+// The same where it is known which side the ray meets, without a ray: needs nothing of bvh.glsl but hit_position.
+PixelSurface seen_on(View view, vec2 point, uint side) {
+    vec2 ndc = point / vec2(view.width, view.height) * 2.0 - 1.0;
+    vec3 direction = view.forward + ndc.x * view.right - ndc.y * view.up;
+    uint triangle = side >> 1;
+    Triangle corners = triangles[triangle];
+    Surface surface = surfaces[triangle];
+    vec3 across = cross(corners.p1 - corners.p0, corners.p2 - corners.p0);
+    float t = dot(across, corners.p0 - view.position) / dot(across, direction);
+    vec3 from_p0 = view.position - corners.p0 + t * direction;
+    vec2 weights = vec2(dot(cross(from_p0, corners.p2 - corners.p0), across), dot(cross(corners.p1 - corners.p0, from_p0), across))
+                 / dot(across, across);
+    Hit hit = Hit(t, triangle, vec3(1.0 - weights.x - weights.y, weights));
+    vec3 normal = normalize(hit.barycentric.x * surface.n0 + hit.barycentric.y * surface.n1 + hit.barycentric.z * surface.n2);
+    return PixelSurface(hit_position(hit), side, (side & 1u) != 0u ? -normal : normal, view.pixel_area * t * t);
+}

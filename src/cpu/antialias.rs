@@ -72,10 +72,59 @@ fn beside(index: usize, [width, height]: [u32; 2]) -> impl Iterator<Item = usize
     beside.into_iter().flatten()
 }
 
-/// Samples that each of so many edge pixels gets: `most`, or what there is room for; none where that is fewer than four.
-pub fn samples_per_edge(edge_count: u32, most: u32, capacity: u32) -> u32 {
-    let share = capacity.checked_div(edge_count).unwrap_or(capacity).min(most);
-    if share < 4 { 0 } else { share }
+/// Slots of an edge pixel at most.
+const MOST_SLOTS: u32 = 4;
+
+/// Slots of each of so many edge pixels where there is room for `slots` in all.
+pub fn slots_per_edge(edge_count: u32, slots: u32) -> u32 {
+    MOST_SLOTS.min(slots / edge_count.max(1))
+}
+
+/// Samples that each of so many edge pixels gets: `most`, or what there is room for; none where that is fewer than four, or where all
+/// would share a slot.
+pub fn samples_per_edge(edge_count: u32, most: u32, [samples, slots]: [u32; 2]) -> u32 {
+    let count = most.min(samples / edge_count.max(1));
+    if count < 4 || slots_per_edge(edge_count, slots) < 2 { 0 } else { count }
+}
+
+/// Which slot of an edge pixel each of its samples belongs to, if it sees anything: samples of one sort (in order: material, place of
+/// the pixel whose indirect light they take) share one. Where a pixel has more sorts than slots, the first of the material, else the last.
+pub fn slots(sorts: &[Option<(u32, u32)>], room: u32) -> Vec<Option<usize>> {
+    let mut slots: Vec<(u32, u32)> = Vec::new();
+    let mut slot_of = |sort: (u32, u32)| {
+        if let Some(own) = slots.iter().position(|slot| *slot == sort) {
+            return own;
+        }
+        if slots.len() < room as usize {
+            slots.push(sort);
+            return slots.len() - 1;
+        }
+        slots.iter().position(|slot| slot.0 == sort.0).unwrap_or(slots.len() - 1)
+    };
+    sorts.iter().map(|sort| sort.map(&mut slot_of)).collect()
+}
+
+/// What makes an edge pixel take more samples of a light.
+#[derive(Clone, Copy)]
+pub struct Needs {
+    /// Variance over squared mean from which it does.
+    pub spread: f64,
+    /// Samples then, times that.
+    pub density: f64,
+    /// At most so many, times those that it has.
+    pub most: u32,
+}
+
+/// How many samples a pixel needs of a light that is so bright at those it has: a multiple of sixteen, 0 where these will do.
+pub fn need(needs: Needs, light: &[f64]) -> u32 {
+    let count = light.len() as u32;
+    let mean = light.iter().sum::<f64>() / f64::from(count);
+    let variance = light.iter().map(|light| light * light).sum::<f64>() / f64::from(count) - mean * mean;
+    if !(mean > 0.0 && variance >= needs.spread * mean * mean) {
+        return 0;
+    }
+    let need = ((needs.density * variance / (mean * mean)) as u32).min(needs.most * count) & !15;
+    if need > count { need } else { 0 }
 }
 
 /// What sample number `sample` of a pixel sees.

@@ -26,9 +26,9 @@ impl Renderer {
         let (due_layers, layer_rays) = due(self.lights.without_layer());
         let (due_factors, factor_rays) = due(self.lights.without_factors());
         let points = u64::from(self.direct.point_count());
-        let samples = u64::from(self.antialias.capacity);
-        let edge_samples = self.antialias.edge_surfaces.bytes() + self.antialias.edge_sources.bytes();
-        let edge_surfaces = self.antialias.edge_surfaces.bytes();
+        let [edge_samples, slots] =
+            [&self.antialias.edge_samples, &self.antialias.edge_slots].map(Buffer::bytes);
+        let slot_count = u64::from(self.antialias.room.slots);
         let records = self.gather.records.bytes();
         // Passes of one name share an account: of records gathered ahead of the others, again in narrow gaps, and the others, the mean.
         let gathers = passes.iter().filter(|pass| pass.name == Gather::STEM).count();
@@ -66,12 +66,12 @@ impl Renderer {
                 Blend::STEM => self.blend.list_bytes() + 2 * records + self.gather.cache_points.bytes(),
                 Splat::STEM => surface + self.gather.cache_points.bytes() + 4 * pairs + weights,
                 Splat::APPLY_STEM => surface + weights + records + image,
-                Antialias::STEM => surface + 8 * pixels + edge_samples,
+                Antialias::STEM => surface + 8 * pixels + edge_samples + slots,
                 PixelColours::STEM => surface + edge_samples + pixel_colours + edge_colours,
-                Antialias::SHADOW_STEM => due_layers * (edge_surfaces + 4 * samples + 16 * pixels),
+                Antialias::SHADOW_STEM => due_layers * (2 * edge_samples + 4 * slot_count + 16 * pixels),
                 Compose::STEM => {
                     let colours = pixel_colours + edge_colours;
-                    surface + 3 * image + 4 * pixels + 12 * samples + edge_samples + colours
+                    surface + 3 * image + 4 * pixels + 12 * slot_count + slots + colours
                 }
                 Tonemap::STEM => image + 4 * pixels,
                 _ => continue,

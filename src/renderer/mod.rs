@@ -26,7 +26,7 @@ pub use report::{Columns, FrameReport, Layer, Statistics};
 pub use twins::{Exact, Stage};
 
 use crate::error::Result;
-use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
 use crate::gpu::{Context, Recorder};
 use crate::passes::frame::{
     antialias::Antialias,
@@ -114,7 +114,7 @@ impl Renderer {
         let size = scene.cameras[0].size;
         let pixels = size[0] * size[1];
         let antialias = Antialias::new(context, size, scene.quality.edge_samples)?;
-        let direct = Direct::new(context, size, antialias.capacity)?;
+        let direct = Direct::new(context, size, antialias.room.slots)?;
         let form_factors = FormFactors::new(context, &made.entry_points, made.area_m2)?;
         let factor_count = form_factors.point_count();
         let shines = made.gloss.is_some();
@@ -142,7 +142,7 @@ impl Renderer {
             lights: Lights::new(context, &scene.lights, counts, gloss_room)?,
             primary: Primary::new(context, pixels)?,
             direct,
-            pixel_colours: PixelColours::new(context, &made.buffers, pixels, antialias.capacity)?,
+            pixel_colours: PixelColours::new(context, &made.buffers, pixels, antialias.room.slots)?,
             antialias,
             form_factors,
             path_scan: PathScan::new(
@@ -163,7 +163,7 @@ impl Renderer {
             blend: Blend::new(context, &made.neighbourhoods)?,
             splat: Splat::new(context, made.point_count, size)?,
             shine,
-            compose: Compose::new(context, &made.buffers, pixels, shines)?,
+            compose: Compose::new(context, &made.buffers, size, shines)?,
             tonemap: Tonemap::new(context, pixels)?,
             exposure_stops: 0.0,
             clusters: made.clusters,
@@ -366,14 +366,12 @@ impl Renderer {
         for &(light, layer) in &lights {
             self.direct.record(&mut pass, &self.buffers, light, pixels, layer);
         }
-        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.barrier(COMPUTE_TO_INDIRECT);
         drop(pass);
         let mut pass = rec.pass(Antialias::SHADOW_STEM);
         for (light, layer) in lights {
-            self.direct.record_samples(&mut pass, &self.buffers, light, &self.antialias.edge_surfaces, layer);
-            pass.barrier(COMPUTE_TO_COMPUTE);
             let layer = (layer, self.lights.shadow_groups(light));
-            self.antialias.record_shadows(&mut pass, &self.buffers, &self.view, light, pixels, layer);
+            self.antialias.record_light(&mut pass, &self.buffers, &self.view, light, pixels, layer);
             pass.barrier(COMPUTE_TO_COMPUTE);
         }
     }

@@ -101,9 +101,9 @@ impl Renderer {
         self.scene.quality.edge_samples = samples;
         self.antialias = Antialias::new(&self.context, self.size(), samples)?;
         let [width, height] = self.size();
-        let capacity = self.antialias.capacity;
-        self.pixel_colours = PixelColours::new(&self.context, &self.buffers, width * height, capacity)?;
-        self.direct = Direct::new(&self.context, self.size(), capacity)?;
+        let slots = self.antialias.room.slots;
+        self.pixel_colours = PixelColours::new(&self.context, &self.buffers, width * height, slots)?;
+        self.direct = Direct::new(&self.context, self.size(), slots)?;
         self.lights.resize_layers(self.direct.point_count())?;
         self.view_changed();
         Ok(())

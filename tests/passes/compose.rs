@@ -1,6 +1,6 @@
 //! What pixels and their samples are composed of: the colours of images there, and the picture.
 
-use crate::antialias::{Frame, camera, lights};
+use crate::antialias::{Frame, camera, lights, parts_of};
 use crate::common::{assert_silent, context};
 use crate::world::{FLOAT, Random, SUM, World, assert_near, textured};
 use glam::{DVec3, Vec3};
@@ -9,7 +9,7 @@ use lightpaths::cpu::pixel_colours::colour_through;
 use lightpaths::cpu::sampling::sample_3d;
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::frame::antialias::EdgeSource;
+use lightpaths::passes::frame::antialias::EdgeSample;
 use lightpaths::passes::frame::compose::{Compose, Irradiances};
 use lightpaths::passes::frame::gloss_pixels::GlossShine;
 use lightpaths::passes::frame::pixel_colours::POINTS;
@@ -30,21 +30,32 @@ fn colours_of_pixels_and_samples_equal_the_twin() {
         let frame = Frame::new(world, &lights(), &camera(size, distance), most);
         let (geometry, view) = (world.geometry(), &frame.view);
         let count = frame.samples_per_edge(frame.edge_count());
-        let samples = frame.samples();
+        let (samples, slots) = (frame.samples(), frame.slots_per_edge());
         let of_pixel = |(index, pixel): (u32, &PixelSurface)| {
             cpu::pixel_colours::pixel_colour(geometry, view, index, pixel.side, POINTS)
         };
-        let of_sample = |(index, (sample, source)): (u32, &(PixelSurface, EdgeSource))| {
-            let pixel = frame.edge_pixels()[(index / count) as usize];
+        let of_sample = |pixel: u32, index: u32, sample: EdgeSample| {
             let corner = DVec3::new(f64::from(pixel % size[0]), f64::from(pixel / size[0]), 0.0);
-            let point = corner + sample_3d(source.number, pixel).as_dvec3();
-            let seen = Some(sample.side).filter(|&side| side != NO_SIDE);
-            seen.and_then(|side| colour_through(geometry, view, point.truncate(), side)).unwrap_or_default()
+            let point = corner + sample_3d(index + parts_of(sample)[0] * count, pixel).as_dvec3();
+            colour_through(geometry, view, point.truncate(), sample.side).unwrap_or_default()
+        };
+        let of_slot = |number: usize| {
+            let (edge, slot) = (number / slots, number % slots);
+            let first = edge * count as usize;
+            let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+            for (index, &sample) in (0..).zip(&samples[first..first + count as usize]) {
+                let [_, eighths, _, own] = parts_of(sample);
+                if sample.side != NO_SIDE && own as usize == slot {
+                    sum += f64::from(eighths) * of_sample(frame.edge_pixels()[edge], index, sample);
+                    weight += f64::from(eighths);
+                }
+            }
+            if weight > 0.0 { sum / weight } else { DVec3::ZERO }
         };
         let pixels: Vec<DVec3> = (0..).zip(&frame.pixels).map(of_pixel).collect();
-        let samples: Vec<DVec3> = (0..).zip(&samples).map(of_sample).collect();
+        let slots: Vec<DVec3> = (0..frame.slots().len()).map(of_slot).collect();
         for (what, buffer, twin) in
-            [("pixels", &frame.colours.of_pixels, pixels), ("samples", &frame.colours.of_edges, samples)]
+            [("pixels", &frame.colours.of_pixels, pixels), ("slots", &frame.colours.of_edges, slots)]
         {
             let found: Vec<u32> = buffer.read_range(0, twin.len()).unwrap();
             // Half of the last bit of a packed root, and the error of f32 texture coordinates at a slant.
@@ -79,7 +90,7 @@ fn pictures_equal_the_twin_in(world: &World) {
         let frame = Frame::new(world, &lights(), &camera(size, 1.0), most);
         let indirect: Vec<Vec3> = frame.pixels.iter().map(|_| 1.0 + random.cube()).collect();
         let buffer = Buffer::from_slice(&world.context, "indirect", &indirect).unwrap();
-        let pass = Compose::new(&world.context, &world.buffers, frame.pixels.len() as u32, true).unwrap();
+        let pass = Compose::new(&world.context, &world.buffers, size, true).unwrap();
         let shine =
             |random: &mut Random| GlossShine { direct: 1.0 + random.cube(), indirect: 1.0 + random.cube() };
         let shine: Vec<GlossShine> = frame.pixels.iter().map(|_| shine(&mut random)).collect();
@@ -103,7 +114,7 @@ fn pictures_equal_the_twin_in(world: &World) {
         world.context.run(|rec| pass.record(rec, &world.buffers, irradiances, share)).unwrap();
         let radiance: Vec<Vec3> = pass.radiance.read().unwrap();
         let material_of = |side: u32| world.surfaces[side as usize / 2].material;
-        let reflected = |pixel: usize, side: u32, colour: DVec3, direct: Vec3, source: usize| {
+        let reflected = |pixel: usize, side: u32, colour: DVec3, direct: Vec3, source: usize, weight: f32| {
             if side == NO_SIDE {
                 return DVec3::ZERO;
             }
@@ -116,32 +127,32 @@ fn pictures_equal_the_twin_in(world: &World) {
             cpu::compose::compose(
                 albedo,
                 share[0] * light * direct,
-                share[1] * light * indirect[source],
-                light * (share[0] * shine.direct + share[1] * shine.indirect),
+                share[1] * weight * light * indirect[source],
+                weight * light * (share[0] * shine.direct + share[1] * shine.indirect),
             )
         };
-        let count = frame.samples_per_edge(frame.edge_count()) as usize;
-        let samples = frame.samples();
-        assert_eq!(samples.is_empty(), most == 0);
+        let count = frame.samples_per_edge(frame.edge_count());
+        let (slots, room) = (frame.slots(), frame.slots_per_edge());
+        assert_eq!(slots.is_empty(), most == 0);
         for (index, device) in radiance.iter().enumerate() {
             let first = frame.offsets[index] as usize;
             let is_sampled = count > 0 && frame.offsets[index + 1] as usize > first;
             if !is_sampled {
                 let pixel = &frame.pixels[index];
                 let tint = tint(&of_pixels, index);
-                let twin = reflected(index, pixel.side, tint, frame.irradiance[index], index);
+                let twin = reflected(index, pixel.side, tint, frame.irradiance[index], index, 1.0);
                 assert_near(*device, twin, FLOAT, 0.0, "centre");
                 continue;
             }
-            let own = first * count..(first + 1) * count;
-            let sample = |number: usize| {
-                let (surface, source) = &samples[number];
+            let own = (first * room..(first + 1) * room).filter(|&slot| slots[slot].side != NO_SIDE);
+            let part = |number: usize| {
+                let slot = &slots[number];
                 let direct = frame.irradiance[frame.pixels.len() + number];
-                f64::from(source.share)
-                    * reflected(index, surface.side, tint(&of_edges, number), direct, source.pixel as usize)
+                let weight = (slot.what >> 4) as f32 / (8 * count) as f32;
+                let source = frame.pixel_at(index as u32, slot.what & 15) as usize;
+                reflected(index, slot.side, tint(&of_edges, number), direct, source, weight)
             };
-            let sum: DVec3 = own.map(sample).sum();
-            assert_near(*device, sum / count as f64, SUM, 0.0, "edge");
+            assert_near(*device, own.map(part).sum(), SUM, 0.0, "edge");
         }
     }
     assert_silent(&context());

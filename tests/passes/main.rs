@@ -13,6 +13,7 @@ mod blend;
 mod cluster_views;
 mod clusters;
 mod compose;
+mod edge_slots;
 mod energy;
 mod entry_points;
 mod frame;

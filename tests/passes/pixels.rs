@@ -71,7 +71,7 @@ fn radiance_equals_the_twin() {
         let upload = |name: &str, values: &[Vec3]| Buffer::from_slice(&world.context, name, values).unwrap();
         let [direct, indirect] = [upload("direct", &irradiances[0]), upload("indirect", &irradiances[1])];
         let surfaces = Buffer::from_slice(&world.context, "pixels", &pixels).unwrap();
-        let pass = Compose::new(&world.context, &world.buffers, count as u32, false).unwrap();
+        let pass = Compose::new(&world.context, &world.buffers, [count as u32, 1], false).unwrap();
         let antialias = Antialias::new(&world.context, [count as u32, 1], 0).unwrap();
         let colours = PixelColours::new(&world.context, &world.buffers, count as u32, 0).unwrap();
         let irradiances_of = Irradiances {

@@ -1,6 +1,8 @@
 //! Antialiasing: pixels that show an edge are averaged over samples of their area. Where geometry or materials make the edge,
-//! the samples' surfaces are found once a camera and kept; every light lights them as it lights pixels. Where a light makes it,
-//! a shadow, that light alone is averaged, in its layer. In: pixels, scene, lights' layers. Out: which pixels, their samples.
+//! what the samples see is found once a camera and kept; every light lights them as it lights pixels, and adds them up by slots:
+//! samples that take their indirect light from the same pixel and show the same material. Where that light differs much among them
+//! it takes more. Where a light makes the edge, a shadow, that light alone is averaged, in its layer. In: pixels, scene, lights'
+//! layers. Out: which pixels, their slots, light.
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
@@ -8,18 +10,39 @@ use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::{OneLight, SceneBuffers};
-use crate::types::{PixelSurface, View};
+use crate::types::View;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// What a sample of an edge pixel stands for.
-    pub struct EdgeSource {
-        /// The pixel whose indirect irradiance it takes.
-        pub pixel: u32,
-        /// Number of the pixel's point that it shows.
-        pub number: u32,
-        /// Of the points that were asked for it, those that met a surface.
-        pub share: f32,
+    /// What a sample of an edge pixel sees. Where, follows from its number and the side.
+    pub struct EdgeSample {
+        /// As in `PixelSurface`; `NO_SIDE` where none of its points met a surface.
+        pub side: u32,
+        /// Bits 0-2: which of its points it shows; 3-6: eighths of them that met a surface; 7-10: place of the pixel whose indirect
+        /// light it takes among the nine around, row by row; 11-12: its slot.
+        pub what: u32,
+    }
+}
+
+gpu_struct! {
+    /// What some samples of an edge pixel have in common.
+    pub struct EdgeSlot {
+        /// Side of the first of them; `NO_SIDE`: nobody's, as all slots of the pixel behind it.
+        pub side: u32,
+        /// Bits 0-3: place of the pixel whose indirect light they take; from bit 4: their eighths, summed.
+        pub what: u32,
+    }
+}
+
+gpu_struct! {
+    /// How much room there is.
+    pub struct EdgeRoom {
+        /// Samples of a pixel at most; zero turns antialiasing off.
+        pub most_samples: u32,
+        /// Samples in all; with more edges than that, each gets fewer.
+        pub samples: u32,
+        /// Slots in all; likewise.
+        pub slots: u32,
     }
 }
 
@@ -34,10 +57,12 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `edge_list`.
+    /// Push constants of `edge_list`, `edge_slots` and `edge_sums`.
     pub struct EdgeListPush {
         /// Pixels.
         pub pixel_count: u32,
+        /// For samples.
+        pub room: EdgeRoom,
     }
 }
 
@@ -46,22 +71,18 @@ gpu_struct! {
     pub struct EdgeSamplesPush {
         /// The camera.
         pub view: View,
-        /// Samples of a pixel at most.
-        pub most_samples: u32,
-        /// Samples that there is room for.
-        pub capacity: u32,
+        /// For samples.
+        pub room: EdgeRoom,
     }
 }
 
 gpu_struct! {
-    /// Push constants of `shadow_edges`.
-    pub struct ShadowEdgesPush {
+    /// Push constants of `edge_direct` and `shadow_edges`.
+    pub struct EdgeLightPush {
         /// The camera.
         pub view: View,
-        /// Samples of a pixel at most.
-        pub most_samples: u32,
-        /// Samples that may be taken.
-        pub capacity: u32,
+        /// For samples.
+        pub room: EdgeRoom,
         /// Which light.
         pub light: u32,
         /// First point sample of the light.
@@ -75,11 +96,13 @@ gpu_struct! {
 
 /// What this pass shares with its shaders.
 pub const LAYOUTS: &[Layout] = &[
-    EdgeSource::LAYOUT,
+    EdgeSample::LAYOUT,
+    EdgeSlot::LAYOUT,
+    EdgeRoom::LAYOUT,
     EdgeMarkPush::LAYOUT,
     EdgeListPush::LAYOUT,
     EdgeSamplesPush::LAYOUT,
-    ShadowEdgesPush::LAYOUT,
+    EdgeLightPush::LAYOUT,
 ];
 
 /// Cosine below which the normals of neighbouring pixels make an edge: 25°, more than curved models turn in a pixel.
@@ -89,15 +112,27 @@ pub const STEP: f32 = 2.0;
 /// Relative difference of one light between neighbours that makes an edge.
 pub const CONTRAST: f32 = 0.1;
 /// Points that a sample of the scene's outline asks: what is beside a surface there is black, so that nothing shows more than how
-/// much of the pixel it covers.
+/// much of the pixel it covers. Eighths of them are counted.
 pub const OUTLINE_POINTS: u32 = 8;
-/// An average pixel has room for the share 1/`SPREAD` of the samples that an edge pixel asks for.
-const SPREAD: u64 = 16;
+/// Variance of a light among samples over their squared mean, from which a pixel takes more of them.
+pub const SPREAD: f32 = 0.5;
+/// Samples that a pixel takes then, times that: the variance of their mean is one over it, of the mean squared.
+pub const DENSITY: u32 = 64;
+/// But so many times what every edge pixel has at most.
+pub const MOST: u32 = 16;
+/// Slots of an edge pixel at most.
+pub const MOST_SLOTS: u32 = 4;
+/// An average pixel has room for the share 1/`SHARE` of the samples that an edge pixel asks for.
+const SHARE: u64 = 2;
 /// Samples of an edge pixel at the least; where there is room for fewer, no pixel has any.
 pub const LEAST_SAMPLES: u32 = 4;
-/// But there is room for so many at the least, 9 MiB: in a small picture light changes much from pixel to pixel, and most show an
-/// edge.
+/// But there is room for so many samples, and as many slots, at the least, 6 MiB: in a small picture light changes much from pixel to
+/// pixel, and most show an edge.
 const LEAST_ROOM: u64 = 1 << 18;
+/// Where workgroups of 64 samples, and of 64 edge pixels, are counted beside those of four edge pixels, bytes.
+const SAMPLE_GROUPS: u64 = 16;
+/// See above.
+const PIXEL_GROUPS: u64 = 32;
 
 /// The pipelines and the samples.
 pub struct Antialias {
@@ -105,27 +140,32 @@ pub struct Antialias {
     shadow_mark: Pipeline,
     list: Pipeline,
     samples: Pipeline,
+    slots: Pipeline,
+    direct: Pipeline,
+    sums: Pipeline,
     shadow_edges: Pipeline,
     prefix_sum: PrefixSum,
     /// Index of each edge pixel.
     pub edge_pixels: Buffer,
-    /// Workgroups along each axis that take four of them each; their number.
+    /// Workgroups along each axis that take edge pixels or samples; the number of edge pixels.
     edge_groups: Buffer,
-    /// Index of each pixel at the shadow edges of the light that was taken last.
+    /// Light of each sample, of the light that was taken last.
+    edge_light: Buffer,
+    /// How many samples each edge pixel needs of the light that was taken last; 0 where it has enough.
+    pub edge_needs: Buffer,
+    /// Index of each pixel that the light that was taken last is to be averaged at: its shadows' edges, and needy edge pixels.
     shadow_pixels: Buffer,
-    /// Shadow edges of the light that was taken last before each pixel, and their number.
+    /// Those before each pixel, and their number.
     shadow_offsets: Buffer,
     size: [u32; 2],
-    /// Samples of an edge pixel at most; zero turns antialiasing off.
-    pub most_samples: u32,
-    /// Samples that there is room for; with more edges than that, each gets fewer.
-    pub capacity: u32,
+    /// What there is room for.
+    pub room: EdgeRoom,
     /// Edge pixels before each pixel, and their number.
     pub offsets: Buffer,
-    /// `PixelSurface`s that samples see, edge pixel by edge pixel.
-    pub edge_surfaces: Buffer,
-    /// Their `EdgeSource`s.
-    pub edge_sources: Buffer,
+    /// `EdgeSample`s, edge pixel by edge pixel.
+    pub edge_samples: Buffer,
+    /// Their `EdgeSlot`s, edge pixel by edge pixel.
+    pub edge_slots: Buffer,
 }
 
 impl Antialias {
@@ -140,42 +180,55 @@ impl Antialias {
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, size: [u32; 2], most_samples: u32) -> Result<Self> {
         let pixel_count = size[0] * size[1];
-        let all = u64::from(pixel_count) * u64::from(most_samples);
-        let wanted = all.div_ceil(SPREAD).max(all.min(LEAST_ROOM));
-        let bindable = context.limits().storage_range_bytes / size_of::<PixelSurface>() as u64;
-        let capacity = wanted.min(bindable) as u32;
+        let room = Self::room(context, pixel_count, most_samples);
         let no_edges = vec![0_u32; pixel_count as usize + 1];
         let bits = |thresholds: &[(&'static str, f32)]| -> Vec<_> {
             thresholds.iter().map(|&(name, value)| (name, value.to_bits())).collect()
         };
-        let room = u64::from(capacity.max(1));
+        let more = [("SPREAD", SPREAD.to_bits()), ("DENSITY", DENSITY), ("MOST", MOST)];
+        let pixels = |name| Buffer::storage(context, name, 4 * u64::from(pixel_count));
+        let stored = |name, count: u32, bytes: usize| {
+            Buffer::storage(context, name, u64::from(count.max(1)) * bytes as u64)
+        };
         Ok(Self {
             mark: Pipeline::new(context, "edge_mark", &bits(&[("CREASE", CREASE), ("STEP", STEP)]))?,
             shadow_mark: Pipeline::new(context, "shadow_mark", &bits(&[("CONTRAST", CONTRAST)]))?,
             list: Pipeline::new(context, "edge_list", &[])?,
             samples: Pipeline::new(context, Self::STEM, &[("OUTLINE_POINTS", OUTLINE_POINTS)])?,
+            slots: Pipeline::new(context, "edge_slots", &[])?,
+            direct: Pipeline::new(context, "edge_direct", &[])?,
+            sums: Pipeline::new(context, "edge_sums", &more)?,
             shadow_edges: Pipeline::new(context, Self::SHADOW_STEM, &[])?,
             prefix_sum: PrefixSum::new(context, pixel_count)?,
-            edge_pixels: Buffer::storage(context, "edge pixels", 4 * u64::from(pixel_count))?,
+            edge_pixels: pixels("edge pixels")?,
             edge_groups: Self::groups(context)?,
-            shadow_pixels: Buffer::storage(context, "shadow pixels", 4 * u64::from(pixel_count))?,
+            edge_light: stored("edge light", room.samples, size_of::<f32>())?,
+            edge_needs: pixels("edge needs")?,
+            shadow_pixels: pixels("shadow pixels")?,
             shadow_offsets: Buffer::from_slice(context, "shadow offsets", &no_edges)?,
             size,
-            most_samples,
-            capacity,
+            room,
             offsets: Buffer::from_slice(context, "edge offsets", &no_edges)?,
-            edge_surfaces: Buffer::storage(
-                context,
-                "edge surfaces",
-                room * size_of::<PixelSurface>() as u64,
-            )?,
-            edge_sources: Buffer::storage(context, "edge sources", room * size_of::<EdgeSource>() as u64)?,
+            edge_samples: stored("edge samples", room.samples, size_of::<EdgeSample>())?,
+            edge_slots: stored("edge slots", room.slots, size_of::<EdgeSlot>())?,
         })
+    }
+
+    /// Room for an image of so many pixels with so many samples at each edge: samples for a share of them, and as many slots as that
+    /// many edge pixels will have.
+    fn room(context: &Context, pixel_count: u32, most_samples: u32) -> EdgeRoom {
+        let all = u64::from(pixel_count) * u64::from(most_samples);
+        let wanted = all.div_ceil(SHARE).max(all.min(LEAST_ROOM));
+        let bindable = context.limits().storage_range_bytes / size_of::<EdgeSample>() as u64;
+        let all_slots = u64::from(pixel_count) * u64::from(MOST_SLOTS);
+        let slots = (u64::from(pixel_count) * 3 / 2).max(all_slots.min(LEAST_ROOM));
+        let slots = if most_samples == 0 { 0 } else { slots.min(bindable) };
+        EdgeRoom { most_samples, samples: wanted.min(bindable) as u32, slots: slots as u32 }
     }
 
     /// Finds the edges that a camera sees, and what samples of them see. Does nothing where antialiasing is off.
     pub fn record(&self, rec: &mut Recorder, scene: &SceneBuffers, view: &View, pixels: &Buffer) {
-        if self.most_samples == 0 {
+        if self.room.most_samples == 0 {
             return;
         }
         let [width, height] = self.size;
@@ -187,11 +240,11 @@ impl Antialias {
             &[("Surfaces", &scene.surfaces), ("Pixels", pixels), ("EdgeOffsets", &self.offsets)],
         );
         self.record_list(&mut pass, &self.offsets, &self.edge_pixels, &self.edge_groups);
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        pass.dispatch(
+        pass.barrier(COMPUTE_TO_INDIRECT);
+        pass.dispatch_indirect(
             &self.samples,
-            [self.capacity, 1, 1],
-            &EdgeSamplesPush { view: *view, most_samples: self.most_samples, capacity: self.capacity },
+            (&self.edge_groups, SAMPLE_GROUPS),
+            &EdgeSamplesPush { view: *view, room: self.room },
             &[
                 ("Nodes", &scene.nodes),
                 ("Triangles", &scene.triangles),
@@ -199,15 +252,27 @@ impl Antialias {
                 ("Pixels", pixels),
                 ("EdgeOffsets", &self.offsets),
                 ("EdgePixels", &self.edge_pixels),
-                ("EdgeSurfaces", &self.edge_surfaces),
-                ("EdgeSources", &self.edge_sources),
+                ("EdgeSamples", &self.edge_samples),
+            ],
+        );
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.dispatch_indirect(
+            &self.slots,
+            self.pixel_groups(),
+            &self.list_push(),
+            &[
+                ("Surfaces", &scene.surfaces),
+                ("EdgeOffsets", &self.offsets),
+                ("EdgeSamples", &self.edge_samples),
+                ("EdgeSlots", &self.edge_slots),
             ],
         );
     }
 
-    /// Averages a light over the pixels that its shadows' edges cross, in its layer of the pixels; `groups`, of [`Self::groups`], keeps
-    /// their number. Records into an open pass, with barriers between its own dispatches only. Does nothing where antialiasing is off.
-    pub fn record_shadows(
+    /// A light at the edge pixels that a camera sees, and its mean over the pixels that its shadows' edges cross, in its layer;
+    /// `groups`, of [`Self::groups`], keeps the number of pixels that it was averaged at anew. Records into an open pass, with barriers
+    /// between its own dispatches only; one to indirect dispatches is due before. Does nothing where antialiasing is off.
+    pub fn record_light(
         &self,
         pass: &mut PassScope<'_>,
         scene: &SceneBuffers,
@@ -216,47 +281,85 @@ impl Antialias {
         pixels: &Buffer,
         (layer, groups): (&Buffer, &Buffer),
     ) {
-        if self.most_samples == 0 {
+        if self.room.most_samples == 0 {
             return;
         }
         let [width, height] = self.size;
+        let push = |(first_sample, end_sample)| EdgeLightPush {
+            view: *view,
+            room: self.room,
+            light: light.index,
+            first_sample,
+            end_sample,
+            traces_all: u32::from(light.traces_all),
+        };
+        let traced = [
+            ("Nodes", &scene.nodes),
+            ("Triangles", &scene.triangles),
+            ("Surfaces", &scene.surfaces),
+            ("Lights", light.table),
+            ("EdgeOffsets", &self.offsets),
+        ];
+        let samples = [
+            ("EdgePixels", &self.edge_pixels),
+            ("EdgeSamples", &self.edge_samples),
+            ("EdgeLight", &self.edge_light),
+        ];
+        let bindings: Vec<_> = traced.into_iter().chain(samples).collect();
+        for span in light.spans() {
+            pass.dispatch_indirect(&self.direct, (&self.edge_groups, SAMPLE_GROUPS), &push(span), &bindings);
+            pass.barrier(COMPUTE_TO_COMPUTE);
+        }
+        pass.dispatch_indirect(
+            &self.sums,
+            self.pixel_groups(),
+            &self.list_push(),
+            &[
+                ("EdgeOffsets", &self.offsets),
+                ("EdgeSamples", &self.edge_samples),
+                ("EdgeLight", &self.edge_light),
+                ("LightLayer", layer),
+                ("EdgeNeeds", &self.edge_needs),
+            ],
+        );
+        pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.shadow_mark,
             [width, height, 1],
             &EdgeMarkPush { width, height },
-            &[("LightLayer", layer), ("EdgeOffsets", &self.offsets), ("ShadowOffsets", &self.shadow_offsets)],
+            &[
+                ("LightLayer", layer),
+                ("EdgeOffsets", &self.offsets),
+                ("ShadowOffsets", &self.shadow_offsets),
+                ("EdgeNeeds", &self.edge_needs),
+            ],
         );
         self.record_list(pass, &self.shadow_offsets, &self.shadow_pixels, groups);
         pass.barrier(COMPUTE_TO_INDIRECT);
-        for (first_sample, end_sample) in light.spans() {
-            let push = ShadowEdgesPush {
-                view: *view,
-                most_samples: self.most_samples,
-                capacity: self.capacity,
-                light: light.index,
-                first_sample,
-                end_sample,
-                traces_all: u32::from(light.traces_all),
-            };
-            if first_sample > 0 {
+        let averaged = [
+            ("Pixels", pixels),
+            ("ShadowOffsets", &self.shadow_offsets),
+            ("ShadowPixels", &self.shadow_pixels),
+            ("EdgeSlots", &self.edge_slots),
+            ("EdgeNeeds", &self.edge_needs),
+            ("LightLayer", layer),
+        ];
+        let bindings: Vec<_> = traced.into_iter().chain(averaged).collect();
+        for span in light.spans() {
+            if span.0 > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
-            pass.dispatch_indirect(
-                &self.shadow_edges,
-                (groups, 0),
-                &push,
-                &[
-                    ("Nodes", &scene.nodes),
-                    ("Triangles", &scene.triangles),
-                    ("Surfaces", &scene.surfaces),
-                    ("Lights", light.table),
-                    ("Pixels", pixels),
-                    ("ShadowOffsets", &self.shadow_offsets),
-                    ("ShadowPixels", &self.shadow_pixels),
-                    ("LightLayer", layer),
-                ],
-            );
+            pass.dispatch_indirect(&self.shadow_edges, (groups, 0), &push(span), &bindings);
         }
+    }
+
+    /// Where workgroups that take 64 edge pixels each are counted.
+    pub fn pixel_groups(&self) -> (&Buffer, u64) {
+        (&self.edge_groups, PIXEL_GROUPS)
+    }
+
+    fn list_push(&self) -> EdgeListPush {
+        EdgeListPush { pixel_count: self.size[0] * self.size[1], room: self.room }
     }
 
     /// Turns marks into a list of the marked pixels.
@@ -266,7 +369,7 @@ impl Antialias {
         self.prefix_sum.record(pass, offsets, pixel_count);
         pass.barrier(COMPUTE_TO_COMPUTE);
         let edges = [("EdgeOffsets", offsets), ("EdgePixels", pixels), ("EdgeGroups", groups)];
-        pass.dispatch(&self.list, [pixel_count, 1, 1], &EdgeListPush { pixel_count }, &edges);
+        pass.dispatch(&self.list, [pixel_count, 1, 1], &self.list_push(), &edges);
     }
 
     /// Room for the number of edge pixels in a list, and of workgroups that take them.
@@ -274,7 +377,7 @@ impl Antialias {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn groups(context: &Arc<Context>) -> Result<Buffer> {
-        Buffer::from_slice(context, "edge groups", &[0_u32; 4])
+        Buffer::from_slice(context, "edge groups", &[0_u32; 12])
     }
 
     /// Edge pixels that were counted there.

@@ -1,12 +1,12 @@
-//! Radiance towards the camera. In: pixels, direct and indirect irradiance (W/m²), edge samples,
-//! reflectances. Out: W/m²/sr.
+//! Radiance towards the camera. In: pixels, direct and indirect irradiance (W/m²), slots of edge
+//! pixels, reflectances. Out: W/m²/sr.
 
 use crate::error::Result;
-use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::gpu::barrier::COMPUTE_TO_INDIRECT;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
-use crate::passes::frame::antialias::{Antialias, LEAST_SAMPLES};
+use crate::passes::frame::antialias::{Antialias, EdgeRoom};
 use crate::passes::frame::pixel_colours::PixelColours;
 use glam::Vec3;
 use std::sync::Arc;
@@ -16,10 +16,10 @@ gpu_struct! {
     pub struct ComposePush {
         /// Pixels.
         pub pixel_count: u32,
-        /// Samples of an edge pixel at most.
-        pub most_samples: u32,
-        /// Samples that there was room for.
-        pub capacity: u32,
+        /// Pixels.
+        pub width: u32,
+        /// For samples of edge pixels.
+        pub room: EdgeRoom,
         /// What all light is to be multiplied with.
         pub tint: Vec3,
         /// 1, or 0 for a picture without direct light.
@@ -37,7 +37,7 @@ pub const LAYOUTS: &[Layout] = &[ComposePush::LAYOUT];
 pub struct Irradiances<'a> {
     /// `PixelSurface`s.
     pub pixels: &'a Buffer,
-    /// Direct irradiance of each pixel and then of each edge sample, W/m².
+    /// Direct irradiance of each pixel and then of each slot of edge pixels, W/m².
     pub direct: &'a Buffer,
     /// Indirect irradiance of each pixel, W/m².
     pub indirect: &'a Buffer,
@@ -55,7 +55,7 @@ pub struct Irradiances<'a> {
 pub struct Compose {
     centres: Pipeline,
     edges: Pipeline,
-    pixel_count: u32,
+    size: [u32; 2],
     /// Radiance of each pixel, W/m²/sr; three floats.
     pub radiance: Buffer,
 }
@@ -64,11 +64,11 @@ impl Compose {
     /// The name that shader, twin and timing share.
     pub const STEM: &str = "compose";
 
-    /// Makes room for an image of `pixel_count` pixels; `shines` where some surfaces may.
+    /// Makes room for an image of that size; `shines` where some surfaces may.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, scene: &SceneBuffers, pixel_count: u32, shines: bool) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, scene: &SceneBuffers, size: [u32; 2], shines: bool) -> Result<Self> {
         let pipeline = |at_edges: u32| {
             let constants =
                 [("SHINES", u32::from(shines)), ("AT_EDGES", at_edges), scene.textures.constant()];
@@ -77,8 +77,8 @@ impl Compose {
         Ok(Self {
             centres: pipeline(0)?,
             edges: pipeline(1)?,
-            pixel_count,
-            radiance: Buffer::storage(context, "radiance", u64::from(pixel_count) * 12)?,
+            size,
+            radiance: Buffer::storage(context, "radiance", u64::from(size[0]) * u64::from(size[1]) * 12)?,
         })
     }
 
@@ -91,10 +91,11 @@ impl Compose {
         [direct_share, indirect_share]: [f32; 2],
     ) {
         let Irradiances { pixels, direct, indirect, gloss, antialias, colours, tint } = irradiances;
+        let pixel_count = self.size[0] * self.size[1];
         let push = ComposePush {
-            pixel_count: self.pixel_count,
-            most_samples: antialias.most_samples,
-            capacity: antialias.capacity,
+            pixel_count,
+            width: self.size[0],
+            room: antialias.room,
             tint,
             direct_share,
             indirect_share,
@@ -106,8 +107,7 @@ impl Compose {
             ("DirectIrradiance", direct),
             ("IndirectIrradiance", indirect),
             ("EdgeOffsets", &antialias.offsets),
-            ("EdgeSurfaces", &antialias.edge_surfaces),
-            ("EdgeSources", &antialias.edge_sources),
+            ("EdgeSlots", &antialias.edge_slots),
             // Where nothing shines nobody reads it.
             ("GlossRadiance", gloss.unwrap_or(indirect)),
             ("Radiance", &self.radiance),
@@ -116,12 +116,10 @@ impl Compose {
             ("EdgePixels", &antialias.edge_pixels),
         ];
         let mut pass = rec.pass(Self::STEM);
-        pass.dispatch(&self.centres, [self.pixel_count, 1, 1], &push, &bindings);
-        // As many as can have samples; how many there are, the device knows.
-        let most_edges = self.pixel_count.min(antialias.capacity / LEAST_SAMPLES);
-        if most_edges > 0 {
-            pass.barrier(COMPUTE_TO_COMPUTE);
-            pass.dispatch(&self.edges, [most_edges, 1, 1], &push, &bindings);
+        pass.dispatch(&self.centres, [pixel_count, 1, 1], &push, &bindings);
+        if antialias.room.most_samples > 0 {
+            pass.barrier(COMPUTE_TO_INDIRECT);
+            pass.dispatch_indirect(&self.edges, antialias.pixel_groups(), &push, &bindings);
         }
     }
 }

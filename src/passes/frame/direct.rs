@@ -17,8 +17,6 @@ gpu_struct! {
         pub width: u32,
         /// Points.
         pub point_count: u32,
-        /// Where the points' values start in the layer.
-        pub first_value: u32,
         /// Which light.
         pub light: u32,
         /// First point sample of the light.
@@ -33,16 +31,13 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[DirectPush::LAYOUT];
 
-/// Edge samples of a row: how they are spread over workgroups.
-const SAMPLE_ROW: u32 = 64;
-
 /// The pipelines and the sum over all lights.
 pub struct Direct {
     pipeline: Pipeline,
     sum: LightSum,
     size: [u32; 2],
-    sample_count: u32,
-    /// Direct irradiance of each pixel and then of each edge sample, W/m²; three floats.
+    slot_count: u32,
+    /// Direct irradiance of each pixel and then of each slot of edge pixels, W/m²; three floats.
     pub irradiance: Buffer,
 }
 
@@ -52,24 +47,24 @@ impl Direct {
     /// What the sum over the lights is called in timings.
     pub const SUM_STEM: &str = "direct_sum";
 
-    /// Makes room for an image of that size and so many edge samples.
+    /// Makes room for an image of that size and so many slots of edge pixels.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, size: [u32; 2], sample_count: u32) -> Result<Self> {
-        let points = u64::from(size[0]) * u64::from(size[1]) + u64::from(sample_count);
+    pub fn new(context: &Arc<Context>, size: [u32; 2], slot_count: u32) -> Result<Self> {
+        let points = u64::from(size[0]) * u64::from(size[1]) + u64::from(slot_count);
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
             sum: LightSum::new(context)?,
             size,
-            sample_count,
+            slot_count,
             irradiance: Buffer::storage(context, "direct irradiance", points * 12)?,
         })
     }
 
-    /// Values of a light's layer: one a pixel, then one an edge sample.
+    /// Values of a light's layer: one a pixel, then one a slot of edge pixels.
     pub fn point_count(&self) -> u32 {
-        self.pixel_count() + self.sample_count
+        self.pixel_count() + self.slot_count
     }
 
     fn pixel_count(&self) -> u32 {
@@ -86,41 +81,17 @@ impl Direct {
         pixels: &Buffer,
         layer: &Buffer,
     ) {
-        self.trace(pass, scene, light, (pixels, self.size[0], self.pixel_count(), 0), layer);
-    }
-
-    /// The same at the edge samples.
-    pub fn record_samples(
-        &self,
-        pass: &mut PassScope<'_>,
-        scene: &SceneBuffers,
-        light: OneLight<'_>,
-        edge_surfaces: &Buffer,
-        layer: &Buffer,
-    ) {
-        let points = (edge_surfaces, SAMPLE_ROW, self.sample_count, self.pixel_count());
-        self.trace(pass, scene, light, points, layer);
-    }
-
-    fn trace(
-        &self,
-        pass: &mut PassScope<'_>,
-        scene: &SceneBuffers,
-        light: OneLight<'_>,
-        (points, width, point_count, first_value): (&Buffer, u32, u32, u32),
-        layer: &Buffer,
-    ) {
+        let [width, _] = self.size;
         for (first_sample, end_sample) in light.spans() {
             if first_sample > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
             pass.dispatch(
                 &self.pipeline,
-                [width, point_count.div_ceil(width), 1],
+                [self.size[0], self.size[1], 1],
                 &DirectPush {
                     width,
-                    point_count,
-                    first_value,
+                    point_count: self.pixel_count(),
                     light: light.index,
                     first_sample,
                     end_sample,
@@ -131,7 +102,7 @@ impl Direct {
                     ("Triangles", &scene.triangles),
                     ("Surfaces", &scene.surfaces),
                     ("Lights", light.table),
-                    ("SeenPoints", points),
+                    ("SeenPoints", pixels),
                     ("LightLayer", layer),
                 ],
             );

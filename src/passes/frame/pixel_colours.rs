@@ -1,4 +1,4 @@
-//! Colours of images at pixels and at the samples of edge pixels, by which the composition multiplies albedos.
+//! Colours of images at pixels and at the slots of edge pixels, by which the composition multiplies albedos.
 //! In: what they see, images. Out: packed colours. In scenes without images, nothing runs.
 
 use crate::cpu::textures::unpack_colour;
@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
-use crate::passes::frame::antialias::Antialias;
+use crate::passes::frame::antialias::{Antialias, EdgeRoom};
 use crate::scene::Material;
 use crate::types::{NO_SIDE, PixelSurface, Surface, View};
 use glam::Vec3;
@@ -25,10 +25,8 @@ gpu_struct! {
     pub struct EdgeColoursPush {
         /// The camera.
         pub view: View,
-        /// Samples of a pixel at most.
-        pub most_samples: u32,
-        /// Samples that there is room for.
-        pub capacity: u32,
+        /// For samples of edge pixels.
+        pub room: EdgeRoom,
     }
 }
 
@@ -43,7 +41,7 @@ pub struct PixelColours {
     pipelines: Option<[Pipeline; 2]>,
     /// Mean colour of each pixel, packed; a word that nobody reads in scenes without images.
     pub of_pixels: Buffer,
-    /// Colour of each edge sample, packed; likewise.
+    /// Colour of each slot of edge pixels, packed; likewise.
     pub of_edges: Buffer,
 }
 
@@ -51,7 +49,7 @@ impl PixelColours {
     /// The name that shader, twin and timing share.
     pub const STEM: &str = "pixel_colours";
 
-    /// Makes room for an image of `pixel_count` pixels and the edge samples that `antialias` has room for, where the scene has images.
+    /// Makes room for an image of `pixel_count` pixels and so many slots of edge pixels, where the scene has images.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -59,7 +57,7 @@ impl PixelColours {
         context: &Arc<Context>,
         scene: &SceneBuffers,
         pixel_count: u32,
-        edge_capacity: u32,
+        slot_count: u32,
     ) -> Result<Self> {
         let constant = scene.textures.constant();
         let pipelines = || -> Result<_> {
@@ -71,12 +69,12 @@ impl PixelColours {
         Ok(Self {
             pipelines: scene.textures.are_used.then(pipelines).transpose()?,
             of_pixels: scene.textures.colours(context, "pixel colours", pixel_count.into())?,
-            of_edges: scene.textures.colours(context, "edge colours", edge_capacity.into())?,
+            of_edges: scene.textures.colours(context, "edge colours", slot_count.into())?,
         })
     }
 
-    /// Colours of all pixels, and of the edge samples of the same camera while their list is there: shadow edges overwrite it. Does
-    /// nothing in scenes without images.
+    /// Colours of all pixels, and of the edge pixels of the same camera. Does nothing
+    /// in scenes without images.
     pub fn record(
         &self,
         rec: &mut Recorder,
@@ -98,19 +96,18 @@ impl PixelColours {
                 ("PixelColours", &self.of_pixels),
             ]),
         );
-        let Some(antialias) = antialias.filter(|antialias| antialias.most_samples > 0) else { return };
-        let (most_samples, capacity) = (antialias.most_samples, antialias.capacity);
+        let Some(antialias) = antialias.filter(|antialias| antialias.room.most_samples > 0) else { return };
+        let room = antialias.room;
         pass.dispatch(
             of_edges,
-            [capacity, 1, 1],
-            &EdgeColoursPush { view: *view, most_samples, capacity },
+            [room.slots, 1, 1],
+            &EdgeColoursPush { view: *view, room },
             &scene.textures.after([
                 ("Triangles", &scene.triangles),
                 ("Surfaces", &scene.surfaces),
                 ("EdgeOffsets", &antialias.offsets),
                 ("EdgePixels", &antialias.edge_pixels),
-                ("EdgeSurfaces", &antialias.edge_surfaces),
-                ("EdgeSources", &antialias.edge_sources),
+                ("EdgeSamples", &antialias.edge_samples),
                 ("EdgeColours", &self.of_edges),
             ]),
         );

@@ -1,0 +1,55 @@
+// Antialiasing, step 4: gives samples of an edge pixel that take indirect light from the same pixel and show the same material a slot
+// of it. Where a pixel has more such sorts than slots, those to come go to the first of their material, else to the last. Deterministic.
+// One invocation = one edge pixel. In: its samples. Out: its slots; the samples know theirs.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/antialias.glsl"
+
+layout(local_size_x = 64) in;
+
+struct EdgeListPush {
+    uint pixel_count;
+    EdgeRoom room;
+};
+
+layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
+layout(scalar, binding = 1) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 2) buffer EdgeSamples { EdgeSample edge_samples[]; };
+layout(scalar, binding = 3) writeonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
+layout(scalar, push_constant) uniform Push { EdgeListPush push; };
+
+void main() {
+    uint edge_count = edge_offsets[push.pixel_count];
+    uint count = samples_per_edge(edge_count, push.room);
+    uint room = slots_per_edge(edge_count, push.room);
+    uint edge = flat_invocation();
+    if (edge >= edge_count) return;
+    EdgeSlot slots[MOST_SLOTS];
+    uint materials[MOST_SLOTS];
+    uint used = 0u;
+    for (uint i = 0u; i < MOST_SLOTS; ++i) slots[i] = EdgeSlot(NO_SIDE, 0u);
+    for (uint i = 0u; i < count; ++i) {
+        EdgeSample found = edge_samples[edge * count + i];
+        if (found.side == NO_SIDE) continue;
+        uint material = surfaces[found.side >> 1].material;
+        uint own = MOST_SLOTS;
+        uint alike = MOST_SLOTS;
+        for (uint k = used; k-- > 0u;) {
+            if (materials[k] != material) continue;
+            alike = k;
+            if (place_of(slots[k]) == place_of(found)) own = k;
+        }
+        if (own == MOST_SLOTS && used < room) {
+            own = used++;
+            slots[own] = EdgeSlot(found.side, place_of(found));
+            materials[own] = material;
+        }
+        if (own == MOST_SLOTS) own = alike < MOST_SLOTS ? alike : used - 1u;
+        slots[own].what += eighths_of(found) << 4;
+        edge_samples[edge * count + i].what = found.what | own << 11;
+    }
+    for (uint i = 0u; i < room; ++i) edge_slots[edge * room + i] = slots[i];
+}

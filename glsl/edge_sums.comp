@@ -1,0 +1,52 @@
+// Antialiasing of a light, step 1: adds up its light at the samples of an edge pixel, slot by slot, and finds how many samples such a
+// spread asks for. Deterministic. One invocation = one edge pixel. In: samples, their light. Out: the light's layer at the pixel's
+// slots; how many samples the pixel should have, 0 where those will do.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/antialias.glsl"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint SPREAD = 0;  // float bits: variance over squared mean from which a pixel takes more samples
+layout(constant_id = 1) const uint DENSITY = 0; // samples then, times that
+layout(constant_id = 2) const uint MOST = 0;    // but so many at most, times what every edge pixel has
+
+struct EdgeListPush {
+    uint pixel_count;
+    EdgeRoom room;
+};
+
+layout(scalar, binding = 0) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 1) readonly buffer EdgeSamples { EdgeSample edge_samples[]; };
+layout(scalar, binding = 2) readonly buffer EdgeLight { float edge_light[]; };
+layout(scalar, binding = 3) writeonly buffer LightLayer { float light_layer[]; };
+layout(scalar, binding = 4) writeonly buffer EdgeNeeds { uint edge_needs[]; };
+layout(scalar, push_constant) uniform Push { EdgeListPush push; };
+
+void main() {
+    uint edge_count = edge_offsets[push.pixel_count];
+    uint count = samples_per_edge(edge_count, push.room);
+    uint room = slots_per_edge(edge_count, push.room);
+    uint edge = flat_invocation();
+    if (edge >= edge_count) return;
+    vec4 sums = vec4(0.0);
+    float squares = 0.0;
+    bool is_covered = true;
+    for (uint i = edge * count; i < (edge + 1u) * count; ++i) {
+        float light = edge_light[i];
+        uint what = edge_samples[i].what;
+        EdgeSample found = EdgeSample(0u, what);
+        sums += mix(vec4(0.0), vec4(light), equal(uvec4(0u, 1u, 2u, 3u), uvec4(slot_of(found))));
+        squares += light * light;
+        is_covered = is_covered && eighths_of(found) == 8u;
+    }
+    for (uint i = 0u; i < room && count > 0u; ++i) light_layer[push.pixel_count + edge * room + i] = sums[i] / float(count);
+    // Along the scene's outline each sample has asked several points already.
+    float mean = (sums.x + sums.y + sums.z + sums.w) / float(max(count, 1u));
+    float variance = squares / float(max(count, 1u)) - mean * mean;
+    float spread = mean > 0.0 && is_covered ? variance / (mean * mean) : 0.0;
+    uint need = min(uint(float(DENSITY) * spread), MOST * count) & ~15u;
+    edge_needs[edge] = spread < uintBitsToFloat(SPREAD) || need <= count ? 0u : need;
+}

@@ -1,0 +1,128 @@
+//! Slots of edge pixels: which samples share one, and the light that is added up in them.
+
+use crate::antialias::{Frame, camera, parts_of};
+use crate::common::{assert_silent, context};
+use crate::path_trace;
+use crate::world::World;
+use lightpaths::cpu;
+use lightpaths::cpu::antialias::Needs;
+use lightpaths::passes::frame::antialias::{DENSITY, EdgeSample, MOST, SPREAD};
+use lightpaths::passes::light_sources;
+use lightpaths::scene::shapes;
+use lightpaths::types::{NO_SIDE, PixelSurface};
+
+#[test]
+fn slots_equal_the_twin() {
+    let (room, boxes) = (World::textured_room(), World::room());
+    for (world, size, most, slots_each) in
+        [(&room, [31, 17], 16, 4), (&boxes, [31, 17], 64, 3), (&boxes, [13, 11], 128, 2)]
+    {
+        let camera = camera(size, 1.0);
+        let edges = Frame::new(world, &[], &camera, most).edge_count();
+        let frame = Frame::with_room(world, &[], &camera, most, [u32::MAX, slots_each * edges]);
+        let (count, room) = (frame.samples_per_edge(edges) as usize, frame.slots_per_edge());
+        assert_eq!((count, room), (most as usize, slots_each as usize));
+        let (samples, slots) = (frame.samples(), frame.slots());
+        let mut used = 0;
+        for (samples, slots) in samples.chunks_exact(count).zip(slots.chunks_exact(room)) {
+            let sort = |sample: &EdgeSample| {
+                let material = || world.surfaces[sample.side as usize / 2].material;
+                (sample.side != NO_SIDE).then(|| (material(), parts_of(*sample)[2]))
+            };
+            let sorts: Vec<_> = samples.iter().map(sort).collect();
+            let twin = cpu::antialias::slots(&sorts, slots_each);
+            for (sample, twin) in samples.iter().zip(&twin).filter(|(_, twin)| twin.is_some()) {
+                assert_eq!(Some(parts_of(*sample)[3] as usize), *twin);
+            }
+            for (number, slot) in slots.iter().enumerate() {
+                let mut own = samples.iter().zip(&twin).filter(|(_, twin)| **twin == Some(number)).peekable();
+                let first = own.peek().map(|(sample, _)| **sample);
+                let side = first.map_or(NO_SIDE, |sample| sample.side);
+                let place = first.map_or(0, |sample| parts_of(sample)[2]);
+                let eighths: u32 = own.map(|(sample, _)| parts_of(*sample)[1]).sum();
+                assert_eq!((slot.side, slot.what), (side, place | eighths << 4));
+                used += usize::from(side != NO_SIDE);
+            }
+        }
+        assert!(used > edges as usize, "{used} slots of {edges} pixels");
+    }
+    assert_silent(&context());
+}
+
+/// The light of edge pixels: its sum over slots is the mean over samples, and over more of them where it differs much among those.
+#[test]
+fn light_at_edges_equals_the_twin() {
+    let room = path_trace::world();
+    let squares = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
+    let mut lights = light_sources(&path_trace::lights());
+    // In more dispatches than one.
+    (lights[2].samples, lights[2].stride, lights[2].modulus) = (17, 11, 18);
+    let needs = Needs { spread: f64::from(SPREAD), density: f64::from(DENSITY), most: MOST };
+    let (mut needy, mut plain, mut other_needs) = (0, 0, 0);
+    for (world, size, most, distance) in
+        [(&room, [23, 19], 16, 1.0), (&room, [7, 1], 20, 1.0), (&squares, [33, 29], 16, 4.0)]
+    {
+        let frame = Frame::new(world, &lights, &camera(size, distance), most);
+        let (geometry, slots) = (world.geometry(), frame.slots_per_edge());
+        let count = frame.samples_per_edge(frame.edge_count());
+        assert_eq!(count, most);
+        let samples = frame.samples();
+        for ((light, [_, layer]), device_needs) in lights.iter().zip(&frame.layers).zip(&frame.needs) {
+            let layer = &layer[frame.pixels.len()..];
+            let (mut differ, mut edges) = (0, 0);
+            let edge = frame.edge_pixels().into_iter().zip(samples.chunks_exact(count as usize));
+            for (((pixel, own), layer), &device_need) in edge.zip(layer.chunks_exact(slots)).zip(device_needs)
+            {
+                let lit = |number| {
+                    let seen = cpu::antialias::sample(geometry, &frame.view, pixel, number);
+                    seen.map_or(0.0, |seen| {
+                        let surface = PixelSurface {
+                            position: seen.hit.position.as_vec3(),
+                            side: seen.side,
+                            normal: seen.normal.as_vec3(),
+                            footprint: seen.footprint as f32,
+                        };
+                        cpu::direct::layer(geometry, light, &surface)
+                    })
+                };
+                let light_of = |(index, &sample): (u32, &EdgeSample)| {
+                    let [point, eighths, _, _] = parts_of(sample);
+                    if eighths == 0 { 0.0 } else { f64::from(eighths) / 8.0 * lit(index + point * count) }
+                };
+                let values: Vec<f64> = (0..).zip(own).map(light_of).collect();
+                let is_covered = own.iter().all(|&sample| parts_of(sample)[1] == 8);
+                let need = if is_covered { cpu::antialias::need(needs, &values) } else { 0 };
+                other_needs += usize::from(need != device_need);
+                edges += 1;
+                let room = |slot: usize| samples_in(own, slot) > 0;
+                let sum: f64 = (0..slots).filter(|&slot| room(slot)).map(|slot| f64::from(layer[slot])).sum();
+                if device_need > 0 {
+                    let more: f64 = (count..device_need).map(lit).sum();
+                    let twin = (values.iter().sum::<f64>() + more) / f64::from(device_need);
+                    differ += usize::from((sum - twin).abs() > 0.05 * (twin + 1e-2));
+                    needy += 1;
+                    continue;
+                }
+                for slot in (0..slots).filter(|&slot| room(slot)) {
+                    let own =
+                        own.iter().zip(&values).filter(|(sample, _)| parts_of(**sample)[3] as usize == slot);
+                    let twin = own.map(|(_, value)| value).sum::<f64>() / f64::from(count);
+                    differ += usize::from((f64::from(layer[slot]) - twin).abs() > 1e-3 * (twin + 1e-2));
+                }
+                plain += 1;
+            }
+            // Many shadow rays a pixel: one of them may pass an edge on the other side.
+            assert!(differ * 20 <= edges + 20, "{differ} of {edges} pixels of {size:?} differ");
+        }
+    }
+    println!("{needy} needy, {plain} plain, {other_needs} other needs");
+    assert!(needy > 50 && plain > 500, "{needy} needy, {plain} plain");
+    assert!(other_needs * 20 <= needy + plain, "{other_needs} other needs of {}", needy + plain);
+    assert_silent(&context());
+}
+
+/// Samples of a pixel that see something and belong to a slot.
+fn samples_in(samples: &[EdgeSample], slot: usize) -> usize {
+    let is_own = |sample: &&EdgeSample| sample.side != NO_SIDE && parts_of(**sample)[3] as usize == slot;
+    samples.iter().filter(is_own).count()
+}

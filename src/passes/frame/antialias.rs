@@ -115,7 +115,7 @@ pub const CONTRAST: f32 = 0.1;
 /// much of the pixel it covers. Eighths of them are counted.
 pub const OUTLINE_POINTS: u32 = 8;
 /// Variance of a light among samples over their squared mean, from which a pixel takes more of them.
-pub const SPREAD: f32 = 0.5;
+pub const SPREAD: f32 = 1.5;
 /// Samples that a pixel takes then, times that: the variance of their mean is one over it, of the mean squared.
 pub const DENSITY: u32 = 64;
 /// But so many times what every edge pixel has at most.
@@ -123,12 +123,12 @@ pub const MOST: u32 = 16;
 /// Slots of an edge pixel at most.
 pub const MOST_SLOTS: u32 = 4;
 /// An average pixel has room for the share 1/`SHARE` of the samples that an edge pixel asks for.
-const SHARE: u64 = 2;
+const SHARE: u64 = 3;
 /// Samples of an edge pixel at the least; where there is room for fewer, no pixel has any.
 pub const LEAST_SAMPLES: u32 = 4;
-/// But there is room for so many samples, and as many slots, at the least, 6 MiB: in a small picture light changes much from pixel to
-/// pixel, and most show an edge.
-const LEAST_ROOM: u64 = 1 << 18;
+/// But there is room for so many samples, 7.5 MiB, and as many slots, if that is all of them: in a small picture light changes much
+/// from pixel to pixel, and most show an edge.
+const LEAST_ROOM: u64 = 5 << 17;
 /// Where workgroups of 64 samples, and of 64 edge pixels, are counted beside those of four edge pixels, bytes.
 const SAMPLE_GROUPS: u64 = 16;
 /// See above.

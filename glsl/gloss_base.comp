@@ -1,7 +1,7 @@
-// Outgoing directions of shining clusters: π times what the Phong lobes of their path vertices send there, of light from surfaces, or
-// straight from one light, per unit of its emission. [Yue §2]
-// Deterministic: the lists have a fixed order. One invocation = one direction of one cluster.
-// In: beams of a light at entry points, or deposits and flux of paths (W).
+// Outgoing directions of shining clusters: π times what the Phong lobes of their path vertices send there of a light, or of each of four,
+// per unit of its emission: of what comes straight from the light, or from surfaces. [Yue §2]
+// Deterministic: the lists have a fixed order, and a light's bits are the same alone and among four. One invocation = one direction of one cluster.
+// In: beams of the light at entry points, or deposits and what paths carry on of it.
 // Out: W, as much as a Lambertian surface of albedo 1 would have to receive.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -15,17 +15,24 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint ENTRY_POINTS = 0;  // 1: light straight from one light; 0: light from surfaces
+layout(constant_id = 1) const uint LIGHTS = 1;        // 1 or 4; where it is 1, the other lights' buffers are any
 
 layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[]; };
-layout(scalar, binding = 1) readonly buffer ReflectedFlux { vec3 reflected_flux[]; };
-layout(scalar, binding = 2) readonly buffer FirstDeposits { uint first_deposits[]; };  // entry points' and others' of each cluster
-layout(scalar, binding = 3) readonly buffer Deposits { Deposit deposits[]; };
-layout(scalar, binding = 4) readonly buffer GlossVertices { GlossVertex gloss_vertices[]; };
-layout(scalar, binding = 5) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
-layout(scalar, binding = 6) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
-layout(scalar, binding = 7) readonly buffer BaseRanges { uvec2 base_ranges[]; };   // base clusters below each cluster
-layout(scalar, binding = 8) readonly buffer GlossShifts { uint gloss_shifts[]; };  // of each base cluster; NO_ENTRY: does not shine
-layout(scalar, binding = 9) buffer GlossFluxes { vec3 gloss_fluxes[]; };
+layout(scalar, binding = 1) readonly buffer FirstDeposits { uint first_deposits[]; };  // entry points' and others' of each cluster
+layout(scalar, binding = 2) readonly buffer Deposits { Deposit deposits[]; };
+layout(scalar, binding = 3) readonly buffer GlossVertices { GlossVertex gloss_vertices[]; };
+layout(scalar, binding = 4) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
+layout(scalar, binding = 5) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
+layout(scalar, binding = 6) readonly buffer BaseRanges { uvec2 base_ranges[]; };   // base clusters below each cluster
+layout(scalar, binding = 7) readonly buffer GlossShifts { uint gloss_shifts[]; };  // of each base cluster; NO_ENTRY: does not shine
+layout(scalar, binding = 8) readonly buffer CarriedFlux0 { vec3 carried_flux_0[]; };
+layout(scalar, binding = 9) readonly buffer CarriedFlux1 { vec3 carried_flux_1[]; };
+layout(scalar, binding = 10) readonly buffer CarriedFlux2 { vec3 carried_flux_2[]; };
+layout(scalar, binding = 11) readonly buffer CarriedFlux3 { vec3 carried_flux_3[]; };
+layout(scalar, binding = 12) buffer LightSlots0 { vec3 light_slots_0[]; };
+layout(scalar, binding = 13) buffer LightSlots1 { vec3 light_slots_1[]; };
+layout(scalar, binding = 14) buffer LightSlots2 { vec3 light_slots_2[]; };
+layout(scalar, binding = 15) buffer LightSlots3 { vec3 light_slots_3[]; };
 
 #include "include/gloss_flux.glsl"
 
@@ -39,6 +46,11 @@ void main() {
     uint index = flat_invocation();
     if (index >= push.slot_count) return;
     GlossSlot slot = gloss_slots[index];
-    vec3 before = push.part.adds != 0u ? gloss_fluxes[index] : vec3(0.0);
-    gloss_fluxes[index] = before + gloss_flux_below(slot.cluster, slot.direction, push.part);
+    GlossFlux flux = gloss_flux_below(slot.cluster, slot.direction, push.part);
+    bool adds = push.part.adds != 0u;
+    light_slots_0[index] = flux.of_light[0] + (adds ? light_slots_0[index] : vec3(0.0));
+    if (LIGHTS == 1u) return;
+    light_slots_1[index] = flux.of_light[1] + (adds ? light_slots_1[index] : vec3(0.0));
+    light_slots_2[index] = flux.of_light[2] + (adds ? light_slots_2[index] : vec3(0.0));
+    light_slots_3[index] = flux.of_light[3] + (adds ? light_slots_3[index] : vec3(0.0));
 }

@@ -1,5 +1,6 @@
-// First reflection of one light at the entry points that may shine: adds to the flux that their paths carry on. [Yue §1]
-// Deterministic. One invocation = one such entry point. In: beams. Out: flux, W; the first light starts from zero.
+// First reflection of one light at the entry points that may shine: what their paths carry on from there. [Yue §1]
+// Deterministic. One invocation = one such entry point. In: beams. Out: flux, per unit of the
+// light's emission and of the area that an entry point stands for in the mean.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -14,16 +15,14 @@
 layout(local_size_x = 64) in;
 
 struct GlossEntriesPush {
-    vec3 emission;  // of the light, times the area that each entry point stands for, in the mean
     uint entry_count;
     uint beam_count;  // of an entry point
-    uint adds;        // 1: to the flux so far
 };
 
 layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[]; };
 layout(scalar, binding = 1) readonly buffer GlossEntries { GlossEntry gloss_entries[]; };
 layout(scalar, binding = 2) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
-layout(scalar, binding = 3) buffer ReflectedFlux { vec3 reflected_flux[]; };
+layout(scalar, binding = 3) writeonly buffer CarriedFlux { vec3 carried_flux[]; };
 layout(scalar, push_constant) uniform Push { GlossEntriesPush push; };
 
 void main() {
@@ -32,10 +31,9 @@ void main() {
     GlossEntry entry = gloss_entries[index];
     Reflectance material = materials[entry.material];
     if (HAS_TEXTURES != 0u) material.diffuse *= unpack_colour(entry.colour);
-    vec3 reflected = vec3(0.0);
+    vec3 carried = vec3(0.0);
     for (uint i = index * push.beam_count; i < (index + 1u) * push.beam_count; ++i) {
-        reflected += gloss_beams[i].factor * reflected_share(material, off_mirror(gloss_beams[i].mirror, entry.departure));
+        carried += gloss_beams[i].factor * reflected_share(material, off_mirror(gloss_beams[i].mirror, entry.departure));
     }
-    vec3 before = push.adds != 0u ? reflected_flux[entry.path] : vec3(0.0);
-    reflected_flux[entry.path] = before + push.emission * reflected;
+    carried_flux[entry.path] = carried;
 }

@@ -1,7 +1,7 @@
 // Shining pixels, step 4: what the rays of a sample find on surfaces that shine themselves: π times what these send back by their Phong
-// lobes, summed by the rays' weights; of light from surfaces, or straight from one light, per unit of its emission. Too few rays meet
-// such surfaces to prepare directions for them. Deterministic. One invocation = one sample. In: rays, beams of a light, or deposits and
-// flux of paths (W). Out: W/m².
+// lobes, summed by the rays' weights; of a light, or of each of four, per unit of its emission: of what comes straight from it, or from
+// surfaces. Too few rays meet such surfaces to prepare directions for them. Deterministic. One invocation = one sample. In: rays, beams of a light, or deposits and
+// what paths carry on of it. Out: W/m².
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -15,6 +15,7 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint ENTRY_POINTS = 0;  // 1: light straight from one light; 0: light from surfaces
+layout(constant_id = 1) const uint LIGHTS = 1;        // 1 or 4; where it is 1, the other lights' buffers are any
 
 layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[]; };
 layout(scalar, binding = 1) readonly buffer GlossOffsets { uint gloss_offsets[]; };
@@ -22,12 +23,18 @@ layout(scalar, binding = 2) readonly buffer GlossRays { GlossRay gloss_rays[]; }
 layout(scalar, binding = 3) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
 layout(scalar, binding = 4) readonly buffer BaseRanges { uvec2 base_ranges[]; };      // base clusters below each cluster
 layout(scalar, binding = 5) readonly buffer GlossShifts { uint gloss_shifts[]; };     // of each base cluster; NO_ENTRY: does not shine
-layout(scalar, binding = 6) readonly buffer ReflectedFlux { vec3 reflected_flux[]; };
-layout(scalar, binding = 7) readonly buffer FirstDeposits { uint first_deposits[]; };
-layout(scalar, binding = 8) readonly buffer Deposits { Deposit deposits[]; };
-layout(scalar, binding = 9) readonly buffer GlossVertices { GlossVertex gloss_vertices[]; };
-layout(scalar, binding = 10) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
-layout(scalar, binding = 11) buffer GlossHits { vec3 gloss_hits[]; };  // of each sample
+layout(scalar, binding = 6) readonly buffer FirstDeposits { uint first_deposits[]; };
+layout(scalar, binding = 7) readonly buffer Deposits { Deposit deposits[]; };
+layout(scalar, binding = 8) readonly buffer GlossVertices { GlossVertex gloss_vertices[]; };
+layout(scalar, binding = 9) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
+layout(scalar, binding = 10) readonly buffer CarriedFlux0 { vec3 carried_flux_0[]; };
+layout(scalar, binding = 11) readonly buffer CarriedFlux1 { vec3 carried_flux_1[]; };
+layout(scalar, binding = 12) readonly buffer CarriedFlux2 { vec3 carried_flux_2[]; };
+layout(scalar, binding = 13) readonly buffer CarriedFlux3 { vec3 carried_flux_3[]; };
+layout(scalar, binding = 14) buffer LightHits0 { vec3 light_hits_0[]; };  // of each sample
+layout(scalar, binding = 15) buffer LightHits1 { vec3 light_hits_1[]; };
+layout(scalar, binding = 16) buffer LightHits2 { vec3 light_hits_2[]; };
+layout(scalar, binding = 17) buffer LightHits3 { vec3 light_hits_3[]; };
 
 #include "include/gloss_flux.glsl"
 
@@ -44,13 +51,27 @@ void main() {
     uint index = flat_invocation();
     uint count = gloss_offsets[push.pixel_count];
     if (index >= count * gloss_samples_per_pixel(count, push.most_samples, push.capacity)) return;
-    vec3 sum = push.part.adds != 0u ? gloss_hits[index] : vec3(0.0);
+    GlossFlux sum = GlossFlux(vec3[4](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0)));
+    if (push.part.adds != 0u) {
+        sum.of_light[0] = light_hits_0[index];
+        if (LIGHTS == 4u) {
+            sum.of_light[1] = light_hits_1[index];
+            sum.of_light[2] = light_hits_2[index];
+            sum.of_light[3] = light_hits_3[index];
+        }
+    }
     for (uint i = index * LOBE_RAYS; i < (index + 1u) * LOBE_RAYS; ++i) {
         GlossRay ray = gloss_rays[i];
         if (ray.target == NO_TARGET) continue;
         if (!has_lobe(materials[ray.target >> push.cluster_bits])) continue;
         uint cluster = ray.target & ((1u << push.cluster_bits) - 1u);
-        sum += ray.weight * inverse_areas[cluster] * gloss_flux_below(cluster, unpack_direction(ray.direction), push.part);
+        GlossFlux flux = gloss_flux_below(cluster, unpack_direction(ray.direction), push.part);
+        vec3 weight = vec3(ray.weight * inverse_areas[cluster]);
+        for (uint light = 0u; light < LIGHTS; ++light) add(sum.of_light[light], weight, flux.of_light[light]);
     }
-    gloss_hits[index] = sum;
+    light_hits_0[index] = sum.of_light[0];
+    if (LIGHTS == 1u) return;
+    light_hits_1[index] = sum.of_light[1];
+    light_hits_2[index] = sum.of_light[2];
+    light_hits_3[index] = sum.of_light[3];
 }

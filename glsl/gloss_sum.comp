@@ -1,23 +1,45 @@
-// Adds what surfaces that shine send of one light by the first reflection: towards directions (W), or to samples of pixels (W/m²).
-// Deterministic. One invocation = one direction of one cluster, or one sample. In: the light's part, per unit of its emission.
+// Sums lights where surfaces shine: what each light makes them send per unit of its emission, weighted by the emissions, in the
+// lights' order, four or eight to a dispatch. Deterministic, and the same bits whichever place a light has.
+// One invocation = one direction of one cluster, or one sample of a pixel. In: rows. Out: sums.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/dispatch.glsl"
+#include "include/light_sum.glsl"
 
 layout(local_size_x = 64) in;
 
-struct GlossSumPush {
-    vec3 emission;    // of the light
-    uint count;
-};
+layout(scalar, binding = 0) readonly buffer Row0 { vec3 row_0[]; };
+layout(scalar, binding = 1) readonly buffer Row1 { vec3 row_1[]; };
+layout(scalar, binding = 2) readonly buffer Row2 { vec3 row_2[]; };
+layout(scalar, binding = 3) readonly buffer Row3 { vec3 row_3[]; };
+layout(scalar, binding = 4) readonly buffer Row4 { vec3 row_4[]; };
+layout(scalar, binding = 5) readonly buffer Row5 { vec3 row_5[]; };
+layout(scalar, binding = 6) readonly buffer Row6 { vec3 row_6[]; };
+layout(scalar, binding = 7) readonly buffer Row7 { vec3 row_7[]; };
+layout(scalar, binding = 8) buffer LightSums { vec3 light_sums[]; };
+layout(scalar, push_constant) uniform Push { LightSumPush push; };
 
-layout(scalar, binding = 0) readonly buffer LightPart { vec3 light_part[]; };
-layout(scalar, binding = 1) buffer GlossTotal { vec3 gloss_total[]; };
-layout(scalar, push_constant) uniform Push { GlossSumPush push; };
+// `precise` keeps products and sums apart: every place rounds alike.
+void add(inout vec3 sum, vec3 value, vec3 emission) {
+    precise vec3 added = sum + value * emission;
+    sum = added;
+}
 
 void main() {
     uint index = flat_invocation();
     if (index >= push.count) return;
-    gloss_total[index] += push.emission * light_part[index];
+    uint place = push.step * index;
+    vec3 sum = push.adds != 0u ? light_sums[index] : vec3(0.0);
+    add(sum, row_0[place], push.emission_0);
+    add(sum, row_1[place], push.emission_1);
+    add(sum, row_2[place], push.emission_2);
+    add(sum, row_3[place], push.emission_3);
+    if (ROWS > 4u) {
+        add(sum, row_4[place], push.emission_4);
+        add(sum, row_5[place], push.emission_5);
+        add(sum, row_6[place], push.emission_6);
+        add(sum, row_7[place], push.emission_7);
+    }
+    light_sums[index] = push.scale * sum;
 }

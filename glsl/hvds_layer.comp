@@ -1,7 +1,8 @@
 // Layers of the base level of the volumetric hierarchy: each cluster adds up what the light paths deposit in it of one light, or of
 // four, per unit of the light's emission: light that comes straight from the light apart from light that comes from surfaces. [Yue §2]
+// Where surfaces may shine, what a path carries on from its entry point is not the form factor there, but a colour.
 // Deterministic: the lists have a fixed order, and a light's bits are the same alone and among four. One invocation = one listed
-// base cluster. In: deposits, form factors. Out: layers.
+// base cluster. In: deposits, form factors, what paths carry on. Out: layers.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -10,7 +11,8 @@
 #include "include/hvds.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint LIGHTS = 1;  // 1 or 4; where it is 1, the other factors and layers are any
+layout(constant_id = 0) const uint LIGHTS = 1;  // 1 or 4; where it is 1, the other lights' buffers are any
+layout(constant_id = 1) const uint SHINES = 0;  // 0: paths carry on their factors
 
 struct HvdsLayerPush {
     uint first_place;  // of the base level, in the list
@@ -21,18 +23,22 @@ layout(scalar, binding = 0) readonly buffer Factors0 { float factors_0[]; };
 layout(scalar, binding = 1) readonly buffer Factors1 { float factors_1[]; };
 layout(scalar, binding = 2) readonly buffer Factors2 { float factors_2[]; };
 layout(scalar, binding = 3) readonly buffer Factors3 { float factors_3[]; };
-layout(scalar, binding = 4) readonly buffer FirstDeposits { uint first_deposits[]; };  // entry points' and others' of each cluster
-layout(scalar, binding = 5) readonly buffer Deposits { Deposit deposits[]; };
-layout(scalar, binding = 6) readonly buffer SummedClusters { uint summed_clusters[]; };
-layout(scalar, binding = 7) writeonly buffer Layer0 { ClusterLayer layer_0[]; };
-layout(scalar, binding = 8) writeonly buffer Layer1 { ClusterLayer layer_1[]; };
-layout(scalar, binding = 9) writeonly buffer Layer2 { ClusterLayer layer_2[]; };
-layout(scalar, binding = 10) writeonly buffer Layer3 { ClusterLayer layer_3[]; };
+layout(scalar, binding = 4) readonly buffer Carried0 { vec3 carried_0[]; };
+layout(scalar, binding = 5) readonly buffer Carried1 { vec3 carried_1[]; };
+layout(scalar, binding = 6) readonly buffer Carried2 { vec3 carried_2[]; };
+layout(scalar, binding = 7) readonly buffer Carried3 { vec3 carried_3[]; };
+layout(scalar, binding = 8) readonly buffer FirstDeposits { uint first_deposits[]; };  // entry points' and others' of each cluster
+layout(scalar, binding = 9) readonly buffer Deposits { Deposit deposits[]; };
+layout(scalar, binding = 10) readonly buffer SummedClusters { uint summed_clusters[]; };
+layout(scalar, binding = 11) writeonly buffer Layer0 { ClusterLayer layer_0[]; };
+layout(scalar, binding = 12) writeonly buffer Layer1 { ClusterLayer layer_1[]; };
+layout(scalar, binding = 13) writeonly buffer Layer2 { ClusterLayer layer_2[]; };
+layout(scalar, binding = 14) writeonly buffer Layer3 { ClusterLayer layer_3[]; };
 layout(scalar, push_constant) uniform Push { HvdsLayerPush push; };
 
 // `precise` keeps products and sums apart: one light and four round alike.
-void add(inout ClusterLayer layer, vec3 throughput, float factor) {
-    precise vec3 sum = layer.indirect + throughput * factor;
+void add(inout ClusterLayer layer, vec3 throughput, vec3 carried) {
+    precise vec3 sum = layer.indirect + throughput * carried;
     layer.indirect = sum;
 }
 void add_direct(inout ClusterLayer layer, float throughput, float factor) {
@@ -60,11 +66,11 @@ void main() {
     for (uint i = first_other; i < first_deposits[2u * cluster + 2u]; ++i) {
         vec3 throughput = deposits[i].throughput;
         uint path = deposits[i].path;
-        add(sum_0, throughput, factors_0[path]);
+        add(sum_0, throughput, SHINES != 0u ? carried_0[path] : vec3(factors_0[path]));
         if (LIGHTS == 1u) continue;
-        add(sum_1, throughput, factors_1[path]);
-        add(sum_2, throughput, factors_2[path]);
-        add(sum_3, throughput, factors_3[path]);
+        add(sum_1, throughput, SHINES != 0u ? carried_1[path] : vec3(factors_1[path]));
+        add(sum_2, throughput, SHINES != 0u ? carried_2[path] : vec3(factors_2[path]));
+        add(sum_3, throughput, SHINES != 0u ? carried_3[path] : vec3(factors_3[path]));
     }
     layer_0[cluster] = sum_0;
     if (LIGHTS == 1u) return;

@@ -30,14 +30,21 @@ pub fn cluster_flux(
 }
 
 /// What each base cluster receives of one light, per unit of its emission and of the area that an entry point stands for: at entry
-/// points, and at other vertices. `factors` of the light at each path's entry point.
-pub fn cluster_layer(factors: &[f32], first_deposits: &[u32], deposits: &[Deposit]) -> Vec<[DVec3; 2]> {
-    let sum = |first: u32, end: u32| -> DVec3 {
-        let run = &deposits[first as usize..end as usize];
-        run.iter().map(|d| d.throughput.as_dvec3() * f64::from(factors[d.path as usize])).sum()
+/// points, and at other vertices. `factors` of the light at each path's entry point, and what the path carries on from there.
+pub fn cluster_layer(
+    factors: &[f32],
+    carried: &[Vec3],
+    first_deposits: &[u32],
+    deposits: &[Deposit],
+) -> Vec<[DVec3; 2]> {
+    let sum = |run: &[u32], light: &dyn Fn(usize) -> DVec3| -> DVec3 {
+        let run = &deposits[run[0] as usize..run[1] as usize];
+        run.iter().map(|deposit| deposit.throughput.as_dvec3() * light(deposit.path as usize)).sum()
     };
-    let lists: Vec<DVec3> = first_deposits.windows(2).map(|run| sum(run[0], run[1])).collect();
-    lists.chunks_exact(2).map(|lists| [lists[0], lists[1]]).collect()
+    let lists: Vec<&[u32]> = first_deposits.windows(2).collect();
+    let direct = |path: usize| DVec3::splat(f64::from(factors[path]));
+    let behind = |path: usize| carried[path].as_dvec3();
+    lists.chunks_exact(2).map(|lists| [sum(lists[0], &direct), sum(lists[1], &behind)]).collect()
 }
 
 /// The smallest cluster around each, itself included, that holds `least` vertices which are no entry points; the root if none.

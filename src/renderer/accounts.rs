@@ -42,6 +42,7 @@ impl Renderer {
         let layers_due = self.lights.without_clusters().len() as u64;
         let layer = (size_of::<ClusterLayer>() as u64) * u64::from(self.pyramid.base_count());
         let deposits = self.path_scan.deposits.bytes();
+        let carried = if self.shine.is_some() { 4 + 12 } else { 4 };
         let [steps, once] = self.path_scan.step_bytes();
         let [pixel_colours, edge_colours] =
             [&self.pixel_colours.of_pixels, &self.pixel_colours.of_edges].map(Buffer::bytes);
@@ -55,12 +56,10 @@ impl Renderer {
                 Direct::STEM => due_layers * (surface + 4 * pixels),
                 Direct::SUM_STEM => (4 * lights + 12) * points,
                 FormFactors::STEM => due_factors * 20 * paths,
-                FormFactors::FLUX_STEM => (4 * lights + 12) * paths,
                 // Steps are read twice, deposits written one vec3 at a time.
                 PathScan::STEM => 2 * steps + once + deposits,
-                Pyramid::LAYERS_STEM => deposits + layers_due * (4 * paths + layer),
-                Pyramid::STEM if self.shine.is_none() => lights * layer + 3 * clusters,
-                Pyramid::STEM => deposits + 12 * paths + 3 * clusters,
+                Pyramid::LAYERS_STEM => deposits + layers_due * (carried * paths + layer),
+                Pyramid::STEM => lights * layer + 3 * clusters,
                 ClusterViews::STEM => self.views.bytes(),
                 Gather::STEM => gathered * (self.gather.bundles.bytes() + records) / in_all + clusters,
                 Blend::STEM => self.blend.list_bytes() + 2 * records + self.gather.cache_points.bytes(),

@@ -71,8 +71,6 @@ pub(super) struct Stages {
     pub(super) view: bool,
     /// The sum of the lights' layers.
     pub(super) direct: bool,
-    /// The sum of what light paths carry of each light; where surfaces may shine, of the lights' form factors.
-    pub(super) flux: bool,
     /// The energy scan of the light paths.
     pub(super) scan: bool,
     /// Hierarchy, gather and blending.
@@ -92,8 +90,7 @@ pub(super) struct Stages {
 impl Stages {
     pub(super) fn new(changes: Changes, lights: &Lights) -> Self {
         let direct = changes.emission || !lights.without_layer().is_empty();
-        let flux = changes.emission || !lights.without_factors().is_empty();
-        let energy = flux || changes.materials;
+        let energy = changes.emission || !lights.without_factors().is_empty() || changes.materials;
         let splat = energy || changes.view;
         let lobes = changes.view || changes.lobes;
         let shine = splat || direct || lobes;
@@ -101,7 +98,6 @@ impl Stages {
         Self {
             view: changes.view,
             direct,
-            flux,
             scan: changes.materials,
             energy,
             lobes,

@@ -114,9 +114,6 @@ impl Renderer {
         }
         let has_lobe = |material: &Material| material.specular != Vec3::ZERO;
         let lobes = has_lobe(old) != has_lobe(&new) || (has_lobe(&new) && old.exponent != new.exponent);
-        if old.specular != new.specular || old.exponent != new.exponent {
-            self.lights.gloss_changed();
-        }
         self.scene.materials[material] = new;
         let bit = editable_bits(&self.scene.materials)[material];
         self.changes.edited = match self.changes.edited {
@@ -180,7 +177,6 @@ impl Renderer {
                 self.changes.materials = true;
                 self.changes.edited = Edited::All;
                 self.lights.paths_changed();
-                self.lights.gloss_changed();
             }
         }
     }

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::antialias::Antialias;
 use crate::passes::frame::gloss::GlossLight;
-use crate::passes::frame::hvds::Pyramid;
+use crate::passes::frame::hvds::{ClusterLight, Pyramid};
 use crate::passes::{OneLight, light_sources};
 use crate::scene::Light;
 use crate::types::LightSource;
@@ -19,13 +19,15 @@ struct Rows {
     layer: Buffer,
     /// Pixels at the edges of its shadows, counted.
     shadow_groups: Buffer,
-    /// What base clusters receive of it, if no surface may shine.
-    clusters: Option<Buffer>,
+    /// What base clusters receive of it.
+    clusters: Buffer,
     /// Its beams at entry points that may shine, if any may.
     beams: Option<Buffer>,
-    /// What slots send of it by the first reflection, if any surface may shine.
+    /// What paths carry on of it from their entry points, if any surface may shine.
+    carried: Option<Buffer>,
+    /// What slots send of it, if any surface may shine.
     slots: Option<Buffer>,
-    /// What samples of shining pixels see of it by the first reflection, if any may shine.
+    /// What samples of shining pixels see of it on what shines, if any may shine.
     hits: Option<Buffer>,
     /// Its highlight at each sample of shining pixels, if any may shine.
     highlights: Option<Buffer>,
@@ -33,10 +35,8 @@ struct Rows {
     has_factors: bool,
     /// `layer` is that of the light and the camera as they are.
     has_layer: bool,
-    /// `clusters` are those of the light and the materials as they are.
+    /// `carried`, `clusters` and `slots` are those of the light and the materials as they are.
     has_clusters: bool,
-    /// `slots` are those of the light and the materials as they are.
-    has_slots: bool,
     /// `hits` are those of the light, the camera and the materials as they are.
     has_hits: bool,
     /// `highlights` are those of the light, the camera and the materials as they are.
@@ -71,6 +71,21 @@ pub(super) struct GlossRoom {
     pub(super) slot_count: u32,
     /// Samples of shining pixels.
     pub(super) sample_count: u32,
+}
+
+fn cluster_light(rows: &Rows) -> ClusterLight<'_> {
+    ClusterLight { factors: &rows.factors, carried: rows.carried.as_ref(), layer: &rows.clusters }
+}
+
+/// A light as the passes of gloss take it; none where nothing may shine.
+fn gloss_light<'a>(light: OneLight<'_>, rows: &'a Rows) -> Option<GlossLight<'a>> {
+    Some(GlossLight {
+        samples: light.samples,
+        beams: rows.beams.as_ref()?,
+        carried: rows.carried.as_ref()?,
+        slots: rows.slots.as_ref()?,
+        hits: rows.hits.as_ref()?,
+    })
 }
 
 /// A light that is off or emits nothing is left out of every sum.
@@ -112,18 +127,15 @@ impl Lights {
             factors: row("form factors", self.factor_count)?,
             layer: row("light layer", self.point_count)?,
             shadow_groups: Antialias::groups(&self.context)?,
-            clusters: match self.gloss {
-                None => Some(Pyramid::layer(&self.context, self.cluster_count)?),
-                Some(_) => None,
-            },
+            clusters: Pyramid::layer(&self.context, self.cluster_count)?,
             beams: None,
+            carried: self.gloss.map(|_| row("carried flux", 3 * self.factor_count)).transpose()?,
             slots: self.gloss.map(|gloss| row("light slots", 3 * gloss.slot_count)).transpose()?,
             hits: self.gloss.map(|gloss| row("light hits", 3 * gloss.sample_count)).transpose()?,
             highlights: self.gloss.map(|gloss| row("light highlights", gloss.sample_count)).transpose()?,
             has_factors: false,
             has_layer: false,
             has_clusters: false,
-            has_slots: false,
             has_hits: false,
             has_highlights: false,
             is_on: true,
@@ -149,7 +161,7 @@ impl Lights {
     pub(super) fn moved(&mut self, light: usize) {
         let rows = &mut self.rows[light];
         (rows.has_factors, rows.has_layer, rows.has_clusters) = (false, false, false);
-        (rows.has_slots, rows.has_hits, rows.has_highlights) = (false, false, false);
+        (rows.has_hits, rows.has_highlights) = (false, false);
     }
 
     /// The camera sees other points.
@@ -163,14 +175,9 @@ impl Lights {
         self.rows.iter_mut().for_each(|rows| (rows.has_hits, rows.has_highlights) = (false, false));
     }
 
-    /// Light paths carry other shares.
+    /// Light paths carry other shares, and what they meet shines otherwise.
     pub(super) fn paths_changed(&mut self) {
-        self.rows.iter_mut().for_each(|rows| rows.has_clusters = false);
-    }
-
-    /// Clusters shine otherwise.
-    pub(super) fn gloss_changed(&mut self) {
-        self.rows.iter_mut().for_each(|rows| (rows.has_slots, rows.has_hits) = (false, false));
+        self.rows.iter_mut().for_each(|rows| (rows.has_clusters, rows.has_hits) = (false, false));
     }
 
     /// The camera sees so many other points.
@@ -188,7 +195,7 @@ impl Lights {
         for (rows, source) in self.rows.iter_mut().zip(&self.sources) {
             if self.traces_all || shines(rows, source) {
                 (rows.has_factors, rows.has_layer, rows.has_clusters) = (true, true, true);
-                (rows.has_slots, rows.has_hits, rows.has_highlights) = (true, true, true);
+                (rows.has_hits, rows.has_highlights) = (true, true);
             }
         }
     }
@@ -213,7 +220,7 @@ impl Lights {
                 let bytes = u64::from(source.samples) * gloss.beam_bytes;
                 if rows.beams.as_ref().is_none_or(|beams| beams.bytes() < bytes) {
                     rows.beams = Some(Buffer::storage(&self.context, "gloss beams", bytes)?);
-                    (rows.has_factors, rows.has_slots, rows.has_hits) = (false, false, false);
+                    (rows.has_factors, rows.has_clusters, rows.has_hits) = (false, false, false);
                 }
             }
         }
@@ -255,25 +262,28 @@ impl Lights {
 
     /// Emission and form factors of each light that shines.
     pub(super) fn factors(&self) -> Vec<(Vec3, &Buffer)> {
-        self.shining().map(|(light, rows)| (self.emission(light), &rows.factors)).collect()
+        self.emitting(|rows| Some(&rows.factors))
     }
 
-    /// Form factors of each light that shines and whose clusters are out of date, with where these go; none where anything may shine.
-    pub(super) fn without_clusters(&self) -> Vec<(&Buffer, &Buffer)> {
+    /// Lights that shine, as the hierarchy takes them.
+    pub(super) fn cluster_lights(&self) -> Vec<ClusterLight<'_>> {
+        self.shining().map(|(_, rows)| cluster_light(rows)).collect()
+    }
+
+    /// Those whose clusters are out of date.
+    pub(super) fn without_clusters(&self) -> Vec<ClusterLight<'_>> {
         let due = self.shining().filter(|(_, rows)| !rows.has_clusters);
-        due.filter_map(|(_, rows)| Some((&rows.factors, rows.clusters.as_ref()?))).collect()
+        due.map(|(_, rows)| cluster_light(rows)).collect()
     }
 
-    /// Emission and clusters of each light that shines; none where anything may shine.
+    /// Emission and clusters of each light that shines.
     pub(super) fn clusters(&self) -> Vec<(Vec3, &Buffer)> {
-        self.shining()
-            .filter_map(|(light, rows)| Some((self.emission(light), rows.clusters.as_ref()?)))
-            .collect()
+        self.emitting(|rows| Some(&rows.clusters))
     }
 
     /// Emission and layer of each light that shines.
     pub(super) fn layers(&self) -> Vec<(Vec3, &Buffer)> {
-        self.shining().map(|(light, rows)| (self.emission(light), &rows.layer)).collect()
+        self.emitting(|rows| Some(&rows.layer))
     }
 
     /// Shares of the shining lights that have form factors, and a layer; 1 where none shines.
@@ -288,10 +298,10 @@ impl Lights {
         lights.filter(|(source, rows)| shines(rows, source)).map(|(source, _)| source)
     }
 
-    /// Lights that shine and whose beams are to be traced, with where they go; none where nothing may shine.
-    pub(super) fn without_beams(&self) -> Vec<(OneLight<'_>, &Buffer)> {
+    /// Lights that shine and whose beams are to be traced, their form factors, and where beams go; none where nothing may shine.
+    pub(super) fn without_beams(&self) -> Vec<(OneLight<'_>, &Buffer, GlossLight<'_>)> {
         let due = self.shining().filter(|(_, rows)| !rows.has_factors);
-        due.filter_map(|(light, rows)| Some((light, rows.beams.as_ref()?))).collect()
+        due.filter_map(|(light, rows)| Some((light, &rows.factors, gloss_light(light, rows)?))).collect()
     }
 
     /// Lights that shine and whose highlights are to be traced, with where they go; none where nothing may shine.
@@ -300,34 +310,36 @@ impl Lights {
         due.filter_map(|(light, rows)| Some((light, rows.highlights.as_ref()?))).collect()
     }
 
-    /// Emission and beams of each light that shines; none where nothing may shine.
-    pub(super) fn beams(&self) -> Vec<GlossLight<'_>> {
-        self.shining().filter_map(|(light, rows)| self.gloss_light(light, rows)).collect()
-    }
-
-    /// The same of the lights whose slots are out of date.
+    /// Lights that shine and whose slots are out of date, as their clusters are; none where nothing may shine.
     pub(super) fn without_slots(&self) -> Vec<GlossLight<'_>> {
-        let due = self.shining().filter(|(_, rows)| !rows.has_slots);
-        due.filter_map(|(light, rows)| self.gloss_light(light, rows)).collect()
+        let due = self.shining().filter(|(_, rows)| !rows.has_clusters);
+        due.filter_map(|(light, rows)| gloss_light(light, rows)).collect()
     }
 
-    /// The same of the lights whose hits are out of date.
+    /// Lights that shine and whose hits are out of date; none where nothing may shine.
     pub(super) fn without_hits(&self) -> Vec<GlossLight<'_>> {
         let due = self.shining().filter(|(_, rows)| !rows.has_hits);
-        due.filter_map(|(light, rows)| self.gloss_light(light, rows)).collect()
+        due.filter_map(|(light, rows)| gloss_light(light, rows)).collect()
     }
 
-    fn gloss_light<'a>(&self, light: OneLight<'_>, rows: &'a Rows) -> Option<GlossLight<'a>> {
-        let (emission, samples) = (self.emission(light), light.samples);
-        let (beams, slots, hits) = (rows.beams.as_ref()?, rows.slots.as_ref()?, rows.hits.as_ref()?);
-        Some(GlossLight { emission, samples, beams, slots, hits })
+    /// Emission and slots of each light that shines; none where nothing may shine.
+    pub(super) fn slots(&self) -> Vec<(Vec3, &Buffer)> {
+        self.emitting(|rows| rows.slots.as_ref())
+    }
+
+    /// Emission and hits of each light that shines; none where nothing may shine.
+    pub(super) fn hits(&self) -> Vec<(Vec3, &Buffer)> {
+        self.emitting(|rows| rows.hits.as_ref())
     }
 
     /// Emission and highlights of each light that shines; none where nothing may shine.
     pub(super) fn highlights(&self) -> Vec<(Vec3, &Buffer)> {
-        self.shining()
-            .filter_map(|(light, rows)| Some((self.emission(light), rows.highlights.as_ref()?)))
-            .collect()
+        self.emitting(|rows| rows.highlights.as_ref())
+    }
+
+    /// Emission of each light that shines, and a buffer of it, if it has that.
+    fn emitting(&self, buffer: impl Fn(&Rows) -> Option<&Buffer>) -> Vec<(Vec3, &Buffer)> {
+        self.shining().filter_map(|(light, rows)| Some((self.emission(light), buffer(rows)?))).collect()
     }
 
     fn emission(&self, light: OneLight<'_>) -> Vec3 {

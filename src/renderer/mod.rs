@@ -35,7 +35,7 @@ use crate::passes::frame::{
     direct::Direct,
     form_factors::FormFactors,
     gather::{Gather, GatherSources},
-    hvds::Pyramid,
+    hvds::{ClusterLight, Pyramid},
     needed_records::RecordList,
     path_scan::PathScan,
     pixel_colours::PixelColours,
@@ -121,7 +121,8 @@ impl Renderer {
         let (paths, bits) = ((factor_count, made.area_m2), made.code.cluster_bits);
         let shine = |tables| Shine::new(context, &scene, &made.buffers, tables, paths, bits);
         let shine = made.gloss.as_ref().map(shine).transpose()?;
-        let mut pyramid = Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2)?;
+        let mut pyramid =
+            Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2, shines)?;
         let views = Views::new(context, made.views.take(), &made.hvds, &mut pyramid)?;
         pyramid.make_room_for_parts(context, made.near_parts.len() as u32)?;
         let reads = scope::reads(&made, &views, &pyramid)?;
@@ -247,11 +248,6 @@ impl Renderer {
                 shine.record_beams(rec, &self.buffers, &self.lights);
             }
         }
-        if let Some(shine) = self.shine.as_ref().filter(|_| stages.flux) {
-            let fluxes = [&shine.clusters.path_flux, &shine.clusters.reflected_flux];
-            self.form_factors.record_flux(rec, &self.lights.factors(), &fluxes);
-            rec.barrier(COMPUTE_TO_COMPUTE);
-        }
         if stages.scan {
             self.path_scan.record(rec, &self.buffers.materials, self.edited_paths().as_deref());
             rec.barrier(COMPUTE_TO_COMPUTE);
@@ -263,7 +259,7 @@ impl Renderer {
                 shine.record_entries(rec, materials, &self.lights);
             }
             let scope = if self.skips { &self.read } else { &self.whole };
-            self.record_flux(rec, scope);
+            self.record_flux(rec, scope, &self.lights.without_clusters());
             if let Some(shine) = &self.shine {
                 shine.record_clusters(rec, stages, materials, &self.pyramid, deposits, &self.lights);
             }
@@ -299,20 +295,13 @@ impl Renderer {
         }
     }
 
-    /// The hierarchy, as far as it is asked for: the sum of the lights' layers; where surfaces may shine, of what the paths carry.
-    fn record_flux(&self, rec: &mut Recorder, scope: &Scope) {
-        let (deposits, clusters) = (&self.path_scan.deposits, &scope.clusters);
-        if let Some(shine) = &self.shine {
-            let (flux, reflected_flux) = (&shine.clusters.path_flux, &shine.clusters.reflected_flux);
-            self.pyramid.record(rec, flux, reflected_flux, deposits, clusters);
-        } else {
-            let due = self.lights.without_clusters();
-            if !due.is_empty() {
-                self.pyramid.record_layers(rec, &due, deposits, clusters);
-                rec.barrier(COMPUTE_TO_COMPUTE);
-            }
-            self.pyramid.record_sum(rec, &self.lights.clusters(), clusters);
+    /// The hierarchy, as far as it is asked for: the layers of the lights for which that is due, and the sum of all lights' layers.
+    fn record_flux(&self, rec: &mut Recorder, scope: &Scope, due: &[ClusterLight<'_>]) {
+        if !due.is_empty() {
+            self.pyramid.record_layers(rec, due, &self.path_scan.deposits, &scope.clusters);
+            rec.barrier(COMPUTE_TO_COMPUTE);
         }
+        self.pyramid.record_sum(rec, &self.lights.clusters(), &scope.clusters);
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 

@@ -96,14 +96,14 @@ impl Renderer {
         Ok(statistics)
     }
 
-    /// Flux of each light path's first vertex, W, summed when it is asked for; frames of scenes in which nothing may shine do without.
+    /// Flux of each light path's first vertex, W, summed when it is asked for; frames do without.
     ///
     /// # Errors
     /// The device lacks memory or failed.
     pub fn path_flux(&self) -> Result<Vec<Vec3>> {
         let flux =
             Buffer::storage(&self.context, "path flux", 12 * u64::from(self.form_factors.point_count()))?;
-        self.context.run(|rec| self.form_factors.record_flux(rec, &self.lights.factors(), &[&flux]))?;
+        self.context.run(|rec| self.form_factors.record_flux(rec, &self.lights.factors(), &flux))?;
         flux.read()
     }
 

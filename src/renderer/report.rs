@@ -33,7 +33,7 @@ pub enum Layer {
 pub struct Columns {
     /// Direct illumination at the pixels, primary visibility and edges included.
     pub Tdi: f64,
-    /// Energies of the light paths: form factors, scan; path flux where surfaces may shine.
+    /// Energies of the light paths: form factors, scan.
     pub Tlpe: f64,
     /// Construction of the volumetric hierarchy.
     pub Thvds: f64,
@@ -57,11 +57,9 @@ impl Columns {
                 | Antialias::SHADOW_STEM
                 | GlossPixels::RAYS_STEM
                 | GlossPixels::HIGHLIGHTS_STEM => &mut columns.Tdi,
-                FormFactors::STEM
-                | FormFactors::FLUX_STEM
-                | PathScan::STEM
-                | Gloss::BEAMS_STEM
-                | Gloss::ENTRIES_STEM => &mut columns.Tlpe,
+                FormFactors::STEM | PathScan::STEM | Gloss::BEAMS_STEM | Gloss::ENTRIES_STEM => {
+                    &mut columns.Tlpe
+                }
                 Pyramid::LAYERS_STEM | Pyramid::STEM | Gloss::STEM | ClusterViews::STEM => &mut columns.Thvds,
                 Gather::STEM | NearField::STEM | NeededRecords::STEM | Blend::STEM | GlossPixels::STEM => {
                     &mut columns.Tfg

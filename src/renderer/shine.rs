@@ -102,16 +102,19 @@ impl Shine {
     /// Beams of the lights whose form factors are out of date.
     pub(super) fn record_beams(&self, rec: &mut Recorder, scene: &SceneBuffers, lights: &Lights) {
         let mut pass = rec.pass(Gloss::BEAMS_STEM);
-        for (light, beams) in lights.without_beams() {
-            self.clusters.record_beams(&mut pass, scene, light, beams);
+        for (light, factors, found) in lights.without_beams() {
+            self.clusters.record_beams(&mut pass, scene, light, factors, &found);
         }
         pass.barrier(COMPUTE_TO_COMPUTE);
     }
 
-    /// The first reflection, on which the hierarchy waits.
+    /// The first reflection of the lights whose clusters are out of date, for which the hierarchy waits.
     pub(super) fn record_entries(&self, rec: &mut Recorder, materials: &Buffer, lights: &Lights) {
-        self.clusters.record_entries(rec, materials, &lights.beams());
-        rec.barrier(COMPUTE_TO_COMPUTE);
+        let due = lights.without_slots();
+        if !due.is_empty() {
+            self.clusters.record_entries(rec, materials, &due);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+        }
     }
 
     /// What clusters shine. Where no material has a lobe, once more after the last one lost it: then all is zero.
@@ -126,7 +129,7 @@ impl Shine {
     ) {
         if self.shines || stages.lobes {
             let paths = (&pyramid.first_deposits, deposits);
-            self.clusters.record(rec, materials, paths, &lights.without_slots(), &lights.beams());
+            self.clusters.record(rec, materials, paths, &lights.without_slots(), &lights.slots());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
     }
@@ -153,8 +156,8 @@ impl Shine {
             first_deposits: &pyramid.first_deposits,
             deposits,
         };
-        let of_lights = [&*lights.without_hits(), &*lights.beams()];
-        self.pixels.record(rec, around, of_lights, &lights.highlights());
+        let of_lights = [&*lights.hits(), &*lights.highlights()];
+        self.pixels.record(rec, around, &lights.without_hits(), of_lights);
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 }

@@ -112,7 +112,7 @@ impl Renderer {
     /// Works out what the last frame left out because nothing reads it, of the hierarchy and of records. The rest keeps its bits.
     fn complete(&self) -> Result<()> {
         self.context.run(|rec| {
-            self.record_flux(rec, &self.whole);
+            self.record_flux(rec, &self.whole, &self.lights.cluster_lights());
             self.record_near_field(rec, &self.whole);
             self.gather.record(rec, self.gather_sources(), self.needs.all());
             rec.barrier(COMPUTE_TO_COMPUTE);

@@ -4,11 +4,14 @@ use crate::common::{assert_silent, context};
 use crate::world::{FLOAT, Random, SUM, World, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu;
-use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
-use lightpaths::passes::frame::hvds::{ClusterFlux, ClusterLayer, LEAST_VERTICES, Pyramid, indirect_sources};
+use lightpaths::gpu::{Buffer, Context};
+use lightpaths::passes::frame::hvds::{
+    ClusterFlux, ClusterLayer, ClusterLight, LEAST_VERTICES, Pyramid, indirect_sources,
+};
 use lightpaths::scene::{grid, hvds::Hvds};
 use lightpaths::types::{Deposit, NO_CLUSTER};
+use std::sync::Arc;
 
 /// A base level of `count` clusters under one root.
 fn two_levels(count: u32) -> Hvds {
@@ -31,6 +34,43 @@ fn two_levels(count: u32) -> Hvds {
     }
 }
 
+const PATHS: u32 = 499;
+
+/// Random deposits in those lists, and one that nobody reads. At entry points nothing has been reflected yet.
+fn deposits(random: &mut Random, first_deposits: &[u32]) -> Vec<Deposit> {
+    let mut deposits = Vec::new();
+    for (list, run) in first_deposits.windows(2).enumerate() {
+        deposits.extend((run[0]..run[1]).map(|_| {
+            let colour = 0.5 * (1.0 + random.cube());
+            let throughput = if list % 2 == 0 { Vec3::splat(2.0 * random.unit()) } else { colour };
+            Deposit { throughput, path: random.below(PATHS) }
+        }));
+    }
+    deposits.push(Deposit { throughput: Vec3::ZERO, path: 0 });
+    deposits
+}
+
+/// What the hierarchy takes of a light, on the device.
+struct OneLight {
+    factors: Buffer,
+    carried: Option<Buffer>,
+    layer: Buffer,
+}
+
+impl OneLight {
+    fn due(&self) -> ClusterLight<'_> {
+        ClusterLight { factors: &self.factors, carried: self.carried.as_ref(), layer: &self.layer }
+    }
+}
+
+fn light(context: &Arc<Context>, factors: &[f32], carried: Option<&[Vec3]>, base_count: u32) -> OneLight {
+    OneLight {
+        factors: Buffer::from_slice(context, "factors", factors).unwrap(),
+        carried: carried.map(|carried| Buffer::from_slice(context, "carried", carried).unwrap()),
+        layer: Pyramid::layer(context, base_count).unwrap(),
+    }
+}
+
 #[test]
 fn cluster_energies_equal_the_twin_and_parents_their_children() {
     let context = context();
@@ -39,32 +79,35 @@ fn cluster_energies_equal_the_twin_and_parents_their_children() {
     assert!(room.levels.len() == 5 && room.levels[0].len() > 1_000);
     for hvds in [1, 2, 63, 64, 65, 997].map(two_levels).into_iter().chain([room]) {
         let base = hvds.levels[0].len();
-        let path_flux: Vec<Vec3> = (0..499).map(|_| 1e3 * (1.0 + random.cube())).collect();
         // Two lists a cluster, of very different length, every third of them empty.
         let mut first_deposits = vec![0];
         for list in 0..2 * base as u32 {
             let length = [0, random.below(9), random.below(70)][list as usize % 3];
             first_deposits.push(first_deposits[list as usize] + length);
         }
-        let deposit = |_| Deposit { throughput: 0.5 * (1.0 + random.cube()), path: random.below(499) };
-        let deposits: Vec<Deposit> = (0..=first_deposits[2 * base]).map(deposit).collect();
+        let deposits = deposits(&mut random, &first_deposits);
         let least_area_m2 = 0.01;
 
-        let pyramid = Pyramid::new(&context, &hvds, &first_deposits, least_area_m2).unwrap();
-        // Behind the entry point paths may carry another flux.
-        let reflected_flux: Vec<Vec3> = path_flux.iter().map(|&flux| flux * random.unit()).collect();
-        let reflected_flux_buffer = Buffer::from_slice(&context, "reflected flux", &reflected_flux).unwrap();
-        let path_flux_buffer = Buffer::from_slice(&context, "path flux", &path_flux).unwrap();
+        // Behind the entry point paths may carry another light on.
+        let factors: Vec<f32> = (0..PATHS).map(|_| 50.0 * random.unit()).collect();
+        let carried: Vec<Vec3> = factors.iter().map(|factor| factor * (1.0 + random.cube())).collect();
+        let emission = 1.5 + random.cube();
+        let pyramid = Pyramid::new(&context, &hvds, &first_deposits, least_area_m2, true).unwrap();
+        let light = light(&context, &factors, Some(&carried), base as u32);
         let deposit_buffer = Buffer::from_slice(&context, "deposits", &deposits).unwrap();
         context.take_redundant_barriers();
         context
             .run(|rec| {
-                let (flux, reflected) = (&path_flux_buffer, &reflected_flux_buffer);
-                pyramid.record(rec, flux, reflected, &deposit_buffer, &pyramid.all);
+                pyramid.record_layers(rec, &[light.due()], &deposit_buffer, &pyramid.all);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+                pyramid.record_sum(rec, &[(emission, &light.layer)], &pyramid.all);
             })
             .unwrap();
         assert_eq!(context.take_redundant_barriers(), [""; 0]);
 
+        let scale = least_area_m2 * emission;
+        let path_flux: Vec<Vec3> = factors.iter().map(|factor| factor * scale).collect();
+        let reflected_flux: Vec<Vec3> = carried.iter().map(|carried| carried * scale).collect();
         let twin = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &first_deposits, &deposits);
         let sources = cpu::hvds::indirect_sources(&hvds, &first_deposits, LEAST_VERTICES);
         assert_eq!(indirect_sources(&hvds, &first_deposits, LEAST_VERTICES), sources);
@@ -104,33 +147,28 @@ fn layers_of_lights_equal_the_twin_and_add_up() {
             let length = [random.below(70), 0, random.below(9)][list as usize % 3];
             first_deposits.push(first_deposits[list as usize] + length);
         }
-        // At entry points nothing has been reflected yet.
-        let mut deposits = Vec::new();
-        for (list, run) in first_deposits.windows(2).enumerate() {
-            deposits.extend((run[0]..run[1]).map(|_| {
-                let throughput = if list % 2 == 0 {
-                    Vec3::splat(2.0 * random.unit())
-                } else {
-                    0.5 * (1.0 + random.cube())
-                };
-                Deposit { throughput, path: random.below(499) }
-            }));
-        }
-        deposits.push(Deposit { throughput: Vec3::ZERO, path: 0 });
+        let deposits = deposits(&mut random, &first_deposits);
         let entry_area_m2 = 0.01;
         let rows: Vec<Vec<f32>> =
-            (0..light_count).map(|_| (0..499).map(|_| 50.0 * random.unit()).collect()).collect();
+            (0..light_count).map(|_| (0..PATHS).map(|_| 50.0 * random.unit()).collect()).collect();
+        let shines = light_count % 2 == 1;
+        let mut behind = |row: &Vec<f32>| -> Vec<Vec3> {
+            row.iter().map(|&f| if shines { f * (1.0 + random.cube()) } else { Vec3::splat(f) }).collect()
+        };
+        let carried: Vec<Vec<Vec3>> = rows.iter().map(&mut behind).collect();
         let emissions: Vec<Vec3> = rows.iter().map(|_| 1.5 + random.cube()).collect();
 
-        let pyramid = Pyramid::new(&context, &hvds, &first_deposits, entry_area_m2).unwrap();
+        let pyramid = Pyramid::new(&context, &hvds, &first_deposits, entry_area_m2, shines).unwrap();
         assert_eq!(pyramid.base_count(), count);
-        let upload = |row: &Vec<f32>| Buffer::from_slice(&context, "row", row).unwrap();
-        let factors: Vec<Buffer> = rows.iter().map(upload).collect();
-        let room = || Pyramid::layer(&context, count).unwrap();
-        let (layers, alone): (Vec<Buffer>, Vec<Buffer>) = rows.iter().map(|_| (room(), room())).unzip();
+        let lights = || -> Vec<OneLight> {
+            let rows = rows.iter().zip(&carried);
+            rows.map(|(row, carried)| light(&context, row, shines.then_some(carried), count)).collect()
+        };
+        let (lights, alone) = (lights(), lights());
         let deposit_buffer = Buffer::from_slice(&context, "deposits", &deposits).unwrap();
-        let due: Vec<(&Buffer, &Buffer)> = factors.iter().zip(&layers).collect();
-        let lit: Vec<(Vec3, &Buffer)> = emissions.iter().copied().zip(&layers).collect();
+        let due: Vec<ClusterLight<'_>> = lights.iter().map(OneLight::due).collect();
+        let lit: Vec<(Vec3, &Buffer)> =
+            emissions.iter().copied().zip(lights.iter().map(|l| &l.layer)).collect();
         context.take_redundant_barriers();
         context
             .run(|rec| {
@@ -142,26 +180,28 @@ fn layers_of_lights_equal_the_twin_and_add_up() {
         if light_count > 0 {
             assert_eq!(context.take_redundant_barriers(), [""; 0]);
         }
-        for ((row, layer), alone) in rows.iter().zip(&layers).zip(factors.iter().zip(&alone)) {
-            let twin = cpu::hvds::cluster_layer(row, &first_deposits, &deposits);
-            let device: Vec<ClusterLayer> = layer.read().unwrap();
+        for ((row, carried), (light, alone)) in rows.iter().zip(&carried).zip(lights.iter().zip(&alone)) {
+            let twin = cpu::hvds::cluster_layer(row, carried, &first_deposits, &deposits);
+            let device: Vec<ClusterLayer> = light.layer.read().unwrap();
             for (cluster, (device, twin)) in device.iter().zip(twin).enumerate() {
                 let name = format!("cluster {cluster} of {count}");
                 assert_near(Vec3::splat(device.direct), twin[0], SUM, 0.0, &name);
                 assert_near(device.indirect, twin[1], SUM, 0.0, &name);
             }
-            let record = |rec: &mut _| pyramid.record_layers(rec, &[alone], &deposit_buffer, &pyramid.all);
+            let record =
+                |rec: &mut _| pyramid.record_layers(rec, &[alone.due()], &deposit_buffer, &pyramid.all);
             context.run(record).unwrap();
-            assert!(layer.read::<u32>().unwrap() == alone.1.read::<u32>().unwrap(), "alone and among others");
+            let bits = |light: &OneLight| light.layer.read::<u32>().unwrap();
+            assert!(bits(light) == bits(alone), "alone and among others");
         }
 
-        let of_rows: Vec<_> = emissions.iter().copied().zip(rows.iter().map(Vec::as_slice)).collect();
-        let path_flux: Vec<Vec3> = cpu::light_sum::light_sum(&of_rows, 499, entry_area_m2)
-            .into_iter()
-            .map(|flux| flux.as_vec3())
-            .collect();
-        let twin =
-            cpu::hvds::cluster_flux(&hvds, [&path_flux; 2].map(Vec::as_slice), &first_deposits, &deposits);
+        let sum = |of: &dyn Fn(usize, usize) -> Vec3| -> Vec<Vec3> {
+            let sum = |path| emissions.iter().enumerate().map(|(light, e)| e * of(light, path)).sum::<Vec3>();
+            (0..PATHS as usize).map(|path| entry_area_m2 * sum(path)).collect()
+        };
+        let path_flux = sum(&|light, path| Vec3::splat(rows[light][path]));
+        let reflected_flux = sum(&|light, path| carried[light][path]);
+        let twin = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &first_deposits, &deposits);
         let sources = cpu::hvds::indirect_sources(&hvds, &first_deposits, LEAST_VERTICES);
         let resolved = cpu::hvds::irradiance(&hvds, &twin, &sources, entry_area_m2);
         let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();

@@ -188,14 +188,19 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
     let shining = Shining::new(world);
     let world = &shining.world;
     let mut random = Random::new(62);
-    let lights = lights();
+    // Five: one more than a dispatch takes of them.
+    let mut lights = lights();
+    for index in [0, 0, 1] {
+        let moved = lights[index].position - 0.1 * (1.0 + random.cube());
+        lights.push(LightSource { position: moved, emission: 1.0 + random.cube(), ..lights[index] });
+    }
     let table = Buffer::from_slice(&world.context, "lights", &lights).unwrap();
     let path_count = shining.entry_points.len();
     let area_m2 = 0.017;
     let gloss =
         Gloss::new(&world.context, &world.buffers, &shining.tables, path_count as u32, area_m2).unwrap();
-    let flux: Vec<Vec3> = (0..path_count).map(|_| 1.0 + random.cube()).collect();
-    gloss.reflected_flux.write(&flux).unwrap();
+    let mut random_factors = |_: &LightSource| (0..path_count).map(|_| random.unit()).collect();
+    let factors: Vec<Vec<f32>> = lights.iter().map(&mut random_factors).collect();
     let mut deposits = shining.paths.deposits.clone();
     for deposit in &mut deposits {
         deposit.throughput = 0.5 * (1.0 + random.cube());
@@ -207,36 +212,42 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
         .iter()
         .map(|light| Buffer::storage(&world.context, "beams", gloss.beam_bytes(light.samples)).unwrap())
         .collect();
-    let layers: Vec<Buffer> = lights
-        .iter()
-        .map(|_| Buffer::storage(&world.context, "light slots", 12 * u64::from(gloss.leaf_count)).unwrap())
-        .collect();
-    let hits = [(); 2].map(|()| Buffer::storage(&world.context, "light hits", 12 * (1 << 16)).unwrap());
-    let gloss_lights: Vec<_> = lights
-        .iter()
-        .zip(beams.iter().zip(layers.iter().zip(&hits)))
-        .map(|(light, (beams, (slots, hits)))| GlossLight {
-            emission: light.emission,
-            samples: light.samples,
-            beams,
-            slots,
-            hits,
+    let upload = |row: &Vec<f32>| Buffer::from_slice(&world.context, "factors", row).unwrap();
+    let factor_buffers: Vec<Buffer> = factors.iter().map(upload).collect();
+    let rows = |name, values: u64| -> Vec<Buffer> {
+        lights.iter().map(|_| Buffer::storage(&world.context, name, 12 * values).unwrap()).collect()
+    };
+    let carried = rows("carried flux", path_count as u64);
+    let slots = rows("light slots", u64::from(gloss.leaf_count));
+    let hits = rows("light hits", 1 << 16);
+    let gloss_lights: Vec<_> = (0..lights.len())
+        .map(|light| GlossLight {
+            samples: lights[light].samples,
+            beams: &beams[light],
+            carried: &carried[light],
+            slots: &slots[light],
+            hits: &hits[light],
         })
         .collect();
+    let emitting = |of: &'static str| -> Vec<(Vec3, &Buffer)> {
+        let buffers = if of == "slots" { &slots } else { &hits };
+        lights.iter().map(|light| light.emission).zip(buffers).collect()
+    };
     world
         .context
         .run(|rec| {
             let mut pass = rec.pass(Gloss::BEAMS_STEM);
-            for (index, (light, beams)) in (0..).zip(lights.iter().zip(&beams)) {
-                let light = OneLight { table: &table, index, samples: light.samples, traces_all: false };
-                gloss.record_beams(&mut pass, &world.buffers, light, beams);
+            for (index, (found, factors)) in (0..).zip(gloss_lights.iter().zip(&factor_buffers)) {
+                let light = OneLight { table: &table, index, samples: found.samples, traces_all: false };
+                gloss.record_beams(&mut pass, &world.buffers, light, factors, found);
             }
             drop(pass);
             rec.barrier(COMPUTE_TO_COMPUTE);
             gloss.record_entries(rec, &world.buffers.materials, &gloss_lights);
             rec.barrier(COMPUTE_TO_COMPUTE);
             let materials = &world.buffers.materials;
-            gloss.record(rec, materials, (&first_buffer, &deposits_buffer), &gloss_lights, &gloss_lights);
+            let paths = (&first_buffer, &deposits_buffer);
+            gloss.record(rec, materials, paths, &gloss_lights, &emitting("slots"));
         })
         .unwrap();
 
@@ -270,7 +281,12 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
 
     // From the paths themselves, not from the tables.
     let materials = world.reflectances();
-    let reflected: Vec<Vec3> = gloss.reflected_flux.read().unwrap();
+    let flux_of = |light: usize, carried: Vec3| area_m2 * lights[light].emission * carried;
+    let carried: Vec<Vec<Vec3>> = carried.iter().map(|row| row.read().unwrap()).collect();
+    let all = 0..lights.len();
+    let reflected: Vec<Vec3> = (0..path_count)
+        .map(|path| all.clone().map(|light| flux_of(light, carried[light][path])).sum())
+        .collect();
     for (path, (device, entry)) in reflected.iter().zip(&shining.entry_points).enumerate() {
         let material = shining.material_of(entry.side);
         let twin = match world.materials[material].may_shine() {
@@ -279,7 +295,7 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
                 let colour = unpack_colour(shining.paths.arrivals.entry_colours[path]);
                 reflected_flux(&materials[material], colour, &of_paths[path], departure)
             }
-            false => flux[path].as_dvec3(),
+            false => all.clone().map(|l| flux_of(l, Vec3::splat(factors[l][path])).as_dvec3()).sum(),
         };
         assert_near(*device, twin, SUM, 1e-9, "reflected flux");
     }
@@ -343,11 +359,18 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
     // A light whose part is kept costs a sum, and changes no bit.
     let materials = &world.buffers.materials;
     let paths = (&first_buffer, &deposits_buffer);
-    world.context.run(|rec| gloss.record(rec, materials, paths, &[], &gloss_lights)).unwrap();
+    world.context.run(|rec| gloss.record(rec, materials, paths, &[], &emitting("slots"))).unwrap();
     assert!(gloss.fluxes.read::<Vec3>().unwrap() == fluxes);
+    // And a light's bits are the same alone and among others.
+    let bits = || slots.iter().map(|row| row.read::<u32>().unwrap()).collect::<Vec<_>>();
+    let among_others = bits();
+    for light in gloss_lights.chunks(1) {
+        world.context.run(|rec| gloss.record(rec, materials, paths, light, &emitting("slots"))).unwrap();
+    }
+    assert!(bits() == among_others);
     gathered_slots_equal_the_twin(&shining, &gloss, &fluxes);
     let around = (&first_buffer, &deposits_buffer, &gloss_lights[..]);
-    pixels_of_what_shines_equal_the_twin(&shining, &gloss, around, sent);
+    pixels_of_what_shines_equal_the_twin(&shining, &gloss, around, &emitting("hits"), sent);
     assert_silent(&world.context);
 }
 
@@ -372,6 +395,8 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
     deposits.iter_mut().for_each(|deposit| deposit.throughput = 0.5 * (1.0 + random.cube()));
     let deposits = Buffer::from_slice(context, "deposits", &deposits).unwrap();
     let first = Buffer::from_slice(context, "first deposits", &shining.paths.first_deposits).unwrap();
+    let nothing = vec![Vec3::ZERO; shining.entry_points.len()];
+    let dark_paths = Buffer::from_slice(context, "carried flux", &nothing).unwrap();
     // The same light: all of it comes from the first of its samples.
     let [one, many] = [1, 256].map(|samples| {
         let dark = GlossBeam { mirror: Vec3::X, factor: 0.0 };
@@ -381,9 +406,9 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
         let slots = Buffer::storage(context, "light slots", 12 * u64::from(gloss.leaf_count)).unwrap();
         let hits = Buffer::storage(context, "light hits", 12).unwrap();
         let light = GlossLight {
-            emission: Vec3::ONE,
             samples: samples as u32,
             beams: &beams,
+            carried: &dark_paths,
             slots: &slots,
             hits: &hits,
         };

@@ -34,7 +34,6 @@ fn shining_pixels_equal_the_twin_in(world: World) {
     let gloss = Gloss::new(&world.context, &world.buffers, &shining.tables, path_count as u32, 1.0).unwrap();
     let has_images = world.buffers.textures.are_used;
     // Nothing shines back: the tests of gloss have that.
-    gloss.reflected_flux.write(&vec![Vec3::ZERO; path_count]).unwrap();
     let mut lights = lights();
     // Through the middle of the room, so that pixels see the fronts and the backs of both, and blocks before them.
     let panel = |edges: [Vec3; 2]| LightKind::Area {
@@ -106,7 +105,7 @@ fn shining_pixels_equal_the_twin_in(world: World) {
                 }
                 drop(open);
                 rec.barrier(COMPUTE_TO_COMPUTE);
-                pass.record(rec, around, [&[], &[]], &highlights);
+                pass.record(rec, around, &[], [&[], &highlights]);
             })
             .unwrap();
         let found: Vec<GlossShine> = pass.radiance.read().unwrap();

@@ -85,6 +85,7 @@ pub(crate) fn pixels_of_what_shines_equal_the_twin(
     shining: &Shining,
     gloss: &Gloss,
     (first_deposits, deposits, lights): (&Buffer, &Buffer, &[GlossLight<'_>]),
+    hits: &[(Vec3, &Buffer)],
     sent: impl Fn(u32, DVec3) -> DVec3,
 ) {
     let (world, context) = (&shining.world, &shining.world.context);
@@ -119,7 +120,7 @@ pub(crate) fn pixels_of_what_shines_equal_the_twin(
             rec.barrier(COMPUTE_TO_COMPUTE);
             pass.record_rays(rec, &world.buffers, &world.clusters, &primary.pixels, &view, SEED);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            pass.record(rec, around, [lights, lights], &[]);
+            pass.record(rec, around, lights, [hits, &[]]);
         })
         .unwrap();
     let pixels: Vec<PixelSurface> = primary.pixels.read().unwrap();

@@ -6,7 +6,7 @@ use glam::{DVec3, Mat3, Vec3};
 use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
-use lightpaths::passes::frame::hvds::{ClusterFlux, Pyramid};
+use lightpaths::passes::frame::hvds::{ClusterFlux, ClusterLight, Pyramid};
 use lightpaths::passes::frame::near_field::{NearCluster, NearField};
 use lightpaths::passes::precompute::cache_points::Placed;
 use lightpaths::passes::precompute::near_clusters::{self, Extent};
@@ -23,9 +23,12 @@ fn irradiance_of_near_clusters_equals_the_twin() {
     let deposits: Vec<Deposit> = (0..=base as u32)
         .map(|path| Deposit { throughput: Vec3::ONE, path: path.min(base as u32 - 1) })
         .collect();
-    let path_flux: Vec<Vec3> = (0..base).map(|_| 1.0 + random.cube()).collect();
+    let factors: Vec<f32> = (0..base).map(|_| 1.0 + random.unit()).collect();
+    let emission = Vec3::new(0.5, 1.0, 1.5);
     let least_area_m2 = 1e-3;
-    let path_flux = Buffer::from_slice(&world.context, "path flux", &path_flux).unwrap();
+    let factors = Buffer::from_slice(&world.context, "factors", &factors).unwrap();
+    let layer = Pyramid::layer(&world.context, base as u32).unwrap();
+    let light = ClusterLight { factors: &factors, carried: None, layer: &layer };
     let deposits = Buffer::from_slice(&world.context, "deposits", &deposits).unwrap();
     for count in [0, 1, 63, 64, 65, 997] {
         let record = |_| Record {
@@ -51,13 +54,15 @@ fn irradiance_of_near_clusters_equals_the_twin() {
         };
         let parts: Vec<NearCluster> = (0..count).map(part).collect();
         let pass = NearField::new(&world.context, &near, &parts).unwrap();
-        let mut pyramid = Pyramid::new(&world.context, &world.hvds, &lists, least_area_m2).unwrap();
+        let mut pyramid = Pyramid::new(&world.context, &world.hvds, &lists, least_area_m2, false).unwrap();
         pyramid.make_room_for_parts(&world.context, pass.part_count()).unwrap();
         let buffer = Buffer::from_slice(&world.context, "records", &records).unwrap();
         world
             .context
             .run(|rec| {
-                pyramid.record(rec, &path_flux, &path_flux, &deposits, &pyramid.all);
+                pyramid.record_layers(rec, &[light], &deposits, &pyramid.all);
+                rec.barrier(COMPUTE_TO_COMPUTE);
+                pyramid.record_sum(rec, &[(emission, &layer)], &pyramid.all);
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 pass.record_parts(rec, &pyramid, None, count);
             })

@@ -4,8 +4,11 @@ use crate::common::{assert_silent, context};
 use crate::world::{Random, World};
 use glam::Vec3;
 use lightpaths::gpu::Buffer;
+use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::cluster_views::ViewPart;
-use lightpaths::passes::frame::hvds::{ClusterLists, LEAST_VERTICES, Pyramid, indirect_sources};
+use lightpaths::passes::frame::hvds::{
+    ClusterLight, ClusterLists, LEAST_VERTICES, Pyramid, indirect_sources,
+};
 use lightpaths::passes::frame::near_field::NearCluster;
 use lightpaths::passes::precompute::cluster_views::ViewTables;
 use lightpaths::passes::precompute::gather_rays::{GatherCode, RayTable};
@@ -44,10 +47,10 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
     }
     let deposit = |_| Deposit { throughput: 0.5 * (1.0 + random.cube()), path: random.below(99) };
     let deposits: Vec<Deposit> = (0..=first_deposits[2 * base]).map(deposit).collect();
-    let flux: Vec<Vec3> = (0..99).map(|_| 1.0 + random.cube()).collect();
-    let [deposits, flux] = [
+    let factors: Vec<f32> = (0..99).map(|_| 1.0 + random.unit()).collect();
+    let [deposits, factors] = [
         Buffer::from_slice(&context, "deposits", &deposits).unwrap(),
-        Buffer::from_slice(&context, "path flux", &flux).unwrap(),
+        Buffer::from_slice(&context, "factors", &factors).unwrap(),
     ];
     let sources = indirect_sources(&hvds, &first_deposits, LEAST_VERTICES);
     for (ray_count, view_count, part_count) in [(0, 0, 0), (1, 0, 0), (40, 0, 5), (40, 9, 0), (400, 70, 20)] {
@@ -100,10 +103,18 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
             assert_eq!(reads.flux[index], read.iter().any(takes), "flux of cluster {cluster}");
         }
 
-        let pyramid = Pyramid::new(&context, &hvds, &first_deposits, 0.01).unwrap();
+        let pyramid = Pyramid::new(&context, &hvds, &first_deposits, 0.01, false).unwrap();
         let lists = ClusterLists::new(&context, &hvds.levels, &reads.flux, &reads.irradiance).unwrap();
         let worked_out = |lists| {
-            context.run(|rec| pyramid.record(rec, &flux, &flux, &deposits, lists)).unwrap();
+            let layer = Pyramid::layer(&context, hvds.levels[0].len() as u32).unwrap();
+            let light = ClusterLight { factors: &factors, carried: None, layer: &layer };
+            context
+                .run(|rec| {
+                    pyramid.record_layers(rec, &[light], &deposits, lists);
+                    rec.barrier(COMPUTE_TO_COMPUTE);
+                    pyramid.record_sum(rec, &[(Vec3::ONE, &layer)], lists);
+                })
+                .unwrap();
             pyramid.irradiance.read::<Vec3>().unwrap()
         };
         let (some, all) = (worked_out(&lists), worked_out(&pyramid.all));

@@ -3,7 +3,8 @@
 use crate::common::{assert_silent, context};
 use crate::{SMALL, render};
 use glam::Vec3;
-use lightpaths::renderer::{Exact, Layer, Stage, Work};
+use lightpaths::passes::precompute::Silent;
+use lightpaths::renderer::{Exact, Layer, Renderer, Stage, Work};
 use lightpaths::scene::{Quality, shapes};
 
 const EXACT: [Stage; 3] = [Stage::Splat, Stage::Clusters, Stage::Gather];
@@ -52,5 +53,26 @@ fn the_frame_stays_as_it_was() {
         renderer.frame().unwrap();
         assert!(renderer.layer(Layer::Beauty).unwrap() == before, "{stage:?}: the next frame");
     }
+    assert_silent(&context());
+}
+
+/// A frame sums the clusters only that something reads, and rays of an exact stage meet others.
+#[test]
+fn exact_stages_work_out_what_frames_leave_out() {
+    let mut scene = shapes::closed_box(Vec3::new(2.0, 1.5, 1.0), 0.7);
+    scene.quality = Quality { cache_points: 3, ..SMALL };
+    let mut renderer = Renderer::new(&context(), scene, &mut Silent).unwrap();
+    renderer.frame().unwrap();
+    let fluxes = |renderer: &Renderer| renderer.stages().cluster_flux.read::<u32>().unwrap();
+    let of_frame = fluxes(&renderer);
+    let exact = |stage| Exact { stage, samples: 1, sequence: 0 };
+    let found = |renderer: &Renderer| {
+        EXACT.map(|stage| renderer.layer_with_exact(exact(stage), Layer::Indirect).unwrap())
+    };
+    let left_out = found(&renderer);
+    assert!(fluxes(&renderer) != of_frame, "something was left out");
+    renderer.set_skipping(false);
+    renderer.frame().unwrap();
+    assert!(found(&renderer) == left_out);
     assert_silent(&context());
 }

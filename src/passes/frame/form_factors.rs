@@ -1,5 +1,5 @@
 //! Form factors and the flux that enters the light paths. [Yue §3]
-//! In: entry points, lights. Out: a row of form factors for each light, one an entry point; flux (W) of each path, where that is asked for.
+//! In: entry points, lights. Out: a row of form factors for each light, one an entry point; flux (W) of each path, if somebody asks.
 //!
 //! Form factors are free of the light's colour, so that a change of colour traces no ray. The point samples of an area light
 //! share a colour, and so a row.
@@ -126,11 +126,9 @@ impl FormFactors {
         }
     }
 
-    /// Sums the lights' rows, each with its emission, in order, into each of these buffers: flux that enters each path, W, three floats.
-    pub fn record_flux(&self, rec: &mut Recorder, rows: &[(Vec3, &Buffer)], fluxes: &[&Buffer]) {
+    /// Sums the lights' rows, each with its emission, in order: flux that enters each path, W, three floats. No frame needs it.
+    pub fn record_flux(&self, rec: &mut Recorder, rows: &[(Vec3, &Buffer)], flux: &Buffer) {
         let mut pass = rec.pass(Self::FLUX_STEM);
-        for flux in fluxes {
-            self.sum.record(&mut pass, rows, self.point_count, self.area_m2, flux);
-        }
+        self.sum.record(&mut pass, rows, self.point_count, self.area_m2, flux);
     }
 }

@@ -1,12 +1,15 @@
 //! Surfaces that shine: their first reflection at entry points, and what clusters send towards the directions in which they are
 //! read. [Yue §1, §2] Scenes without such surfaces have none of this.
-//! In: lights, deposits. Out: reflected flux of paths (W), flux of slots (W).
+//! In: lights, deposits. Out: for each light what slots send of it, free of its colour; flux of slots (W).
+//!
+//! All of it is linear in the lights, and kept for each: a change of colour visits no vertex.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
+use crate::passes::frame::light_sum::LightSum;
 use crate::passes::precompute::gloss::GlossTables;
 use glam::Vec3;
 use std::ops::Range;
@@ -67,8 +70,8 @@ gpu_struct! {
 gpu_struct! {
     /// What an invocation takes in one dispatch of the vertices below a cluster.
     pub struct GlossPart {
-        /// Entry points: emission of the light, times the area that each of them stands for, in the mean.
-        pub emission: Vec3,
+        /// That each entry point stands for, in the mean.
+        pub area_m2: f32,
         /// Entry points: beams of each.
         pub beam_count: u32,
         /// First vertex.
@@ -87,16 +90,6 @@ gpu_struct! {
         pub part: GlossPart,
         /// Slots that are not sums of others: the first so many.
         pub slot_count: u32,
-    }
-}
-
-gpu_struct! {
-    /// Push constants of `gloss_sum`.
-    pub struct GlossSumPush {
-        /// Of the light.
-        pub emission: Vec3,
-        /// Slots that are not sums of others, or samples of pixels.
-        pub count: u32,
     }
 }
 
@@ -120,12 +113,14 @@ pub const LAYOUTS: &[Layout] = &[
     GlossSlot::LAYOUT,
     GlossPart::LAYOUT,
     GlossBasePush::LAYOUT,
-    GlossSumPush::LAYOUT,
     GlossLevelPush::LAYOUT,
 ];
 
 /// Turns of the loop over a cluster's vertices and their beams in one dispatch; a sample of a pixel asks four clusters.
 const MOST_TURNS: u32 = 1 << 13;
+
+/// Lights that one dispatch takes where as many are due: lobes are evaluated once for all of them.
+const LIGHTS: usize = 4;
 
 /// Marks a vertex that is no entry point that may shine, and a base cluster without vertices that may.
 pub const NO_ENTRY: u32 = u32::MAX;
@@ -133,33 +128,66 @@ pub const NO_ENTRY: u32 = u32::MAX;
 /// A light, as far as surfaces that shine are concerned.
 #[derive(Clone, Copy)]
 pub struct GlossLight<'a> {
-    /// In units that its kind has.
-    pub emission: Vec3,
     /// Point samples, and so beams at each entry point that may shine.
     pub samples: u32,
     /// `GlossBeam`s, entry point by entry point.
     pub beams: &'a Buffer,
-    /// What each slot that is no sum sends of it by the first reflection, per unit of its emission; three floats.
+    /// What each path carries on from its entry point, per unit of the light's emission and of the area that an entry point stands
+    /// for: three floats; where the entry point may not shine, its form factor.
+    pub carried: &'a Buffer,
+    /// What each slot that is no sum sends of the light, per unit of its emission; three floats.
     pub slots: &'a Buffer,
     /// The same of what rays of shining pixels meet, for each sample.
     pub hits: &'a Buffer,
 }
 
-/// A dispatch over the vertices of clusters.
+/// A dispatch over the vertices of clusters, for one light or for [`LIGHTS`].
 pub(super) struct Dispatch<'a> {
     /// Over entry points, or over other vertices.
-    pub(super) entry_points: bool,
+    entry_points: bool,
     pub(super) part: GlossPart,
-    pub(super) beams: &'a Buffer,
+    lights: &'a [GlossLight<'a>],
+}
+
+impl<'a> Dispatch<'a> {
+    /// The light of that place; where there are fewer, any.
+    pub(super) fn light(&self, place: usize) -> &GlossLight<'a> {
+        self.lights.get(place).unwrap_or(&self.lights[0])
+    }
+}
+
+/// The kernels of a pass that asks the vertices of clusters.
+pub(super) struct VertexKernels {
+    /// Over entry points, for one light.
+    entry_points: Pipeline,
+    /// Over other vertices, for one light and for [`LIGHTS`].
+    others: [Pipeline; 2],
+}
+
+impl VertexKernels {
+    pub(super) fn new(context: &Arc<Context>, shader: &'static str) -> Result<Self> {
+        let kernel = |entry_points, lights: usize| {
+            let constants = [("ENTRY_POINTS", entry_points), ("LIGHTS", lights as u32)];
+            Pipeline::new(context, shader, &constants)
+        };
+        Ok(Self { entry_points: kernel(1, 1)?, others: [kernel(0, 1)?, kernel(0, LIGHTS)?] })
+    }
+
+    pub(super) fn of(&self, dispatch: &Dispatch<'_>) -> &Pipeline {
+        match dispatch.entry_points {
+            true => &self.entry_points,
+            false => &self.others[usize::from(dispatch.lights.len() > 1)],
+        }
+    }
 }
 
 /// The pipelines, the tables, and the light that they hold.
 pub struct Gloss {
     pub(super) trace: Pipeline,
     pub(super) reflect: Pipeline,
-    /// Over other vertices, and over entry points.
-    base: [Pipeline; 2],
-    sum: Pipeline,
+    base: VertexKernels,
+    pub(super) copy: LightSum,
+    pub(super) sum: LightSum,
     level: Pipeline,
     pub(super) entries: Buffer,
     pub(super) entry_count: u32,
@@ -180,10 +208,7 @@ pub struct Gloss {
     children: Buffer,
     /// `GlossSlot`s.
     pub slots: Buffer,
-    /// Flux that arrives at each path's entry point, W; three floats. Where nothing shines, clusters have layers and nobody needs it.
-    pub path_flux: Buffer,
-    /// Flux that each path carries on from its entry point, albedo included where that may shine, W; three floats.
-    pub reflected_flux: Buffer,
+    pub(super) path_count: u32,
     /// Of each slot, W; three floats: over the cluster's area it adds to albedo times irradiance.
     pub fluxes: Buffer,
 }
@@ -203,12 +228,12 @@ impl Gloss {
         path_count: u32,
         area_m2: f32,
     ) -> Result<Self> {
-        let base = |entry_points| Pipeline::new(context, Self::STEM, &[("ENTRY_POINTS", entry_points)]);
         Ok(Self {
             trace: Pipeline::new(context, Self::BEAMS_STEM, &[])?,
             reflect: Pipeline::new(context, Self::ENTRIES_STEM, &[scene.textures.constant()])?,
-            base: [base(0)?, base(1)?],
-            sum: Pipeline::new(context, "gloss_sum", &[])?,
+            base: VertexKernels::new(context, Self::STEM)?,
+            copy: LightSum::new(context)?,
+            sum: LightSum::of_colours(context)?,
             level: Pipeline::new(context, "gloss_level", &[])?,
             entries: Buffer::from_slice(context, "gloss entries", &tables.entries)?,
             entry_count: tables.entries.len() as u32,
@@ -222,8 +247,7 @@ impl Gloss {
             first_children: Buffer::from_slice(context, "gloss first children", &tables.first_children)?,
             children: Buffer::from_slice(context, "gloss children", &tables.children)?,
             slots: Buffer::from_slice(context, "gloss slots", &tables.slots)?,
-            path_flux: Buffer::storage(context, "path flux", u64::from(path_count) * 12)?,
-            reflected_flux: Buffer::storage(context, "reflected flux", u64::from(path_count) * 12)?,
+            path_count,
             fluxes: Buffer::storage(context, "gloss fluxes", tables.slots.len() as u64 * 12)?,
         })
     }
@@ -233,28 +257,23 @@ impl Gloss {
         u64::from(self.entry_count) * u64::from(samples) * size_of::<GlossBeam>() as u64
     }
 
-    /// Dispatches over all vertices of clusters that are no entry points, in order. Each is cut so that an invocation's work is bounded:
-    /// lavapipe ends all loops of a shader, silently, once they have turned 65 535 times in all.
-    pub(super) fn path_dispatches(&self) -> impl Iterator<Item = Dispatch<'_>> {
-        self.windows(1).map(|(first, end)| {
-            // No beams are looked at.
-            let part =
-                GlossPart { emission: Vec3::ZERO, beam_count: 0, first, end, adds: u32::from(first > 0) };
-            Dispatch { entry_points: false, part, beams: &self.vertices }
-        })
-    }
-
-    /// The same over entry points, of one unit of a light's emission.
-    pub(super) fn light_dispatches<'a>(
-        &'a self,
-        light: &GlossLight<'a>,
-    ) -> impl Iterator<Item = Dispatch<'a>> {
-        let GlossLight { samples, beams, .. } = *light;
-        self.windows(samples).map(move |(first, end)| {
-            let (emission, adds) = (Vec3::splat(self.area_m2), u32::from(first > 0));
-            let part = GlossPart { emission, beam_count: samples, first, end, adds };
-            Dispatch { entry_points: true, part, beams }
-        })
+    /// Dispatches over all vertices of clusters, of one unit of each light's emission: those that are no entry points, then those
+    /// that are. Each is cut so that an invocation's work is bounded: lavapipe ends all loops of a shader, silently, once they have
+    /// turned 65 535 times in all.
+    pub(super) fn dispatches<'a>(&self, due: &'a [GlossLight<'a>]) -> Vec<Dispatch<'a>> {
+        let area_m2 = self.area_m2;
+        let dispatch = |entry_points, lights: &'a [GlossLight<'a>], (first, end)| {
+            let (beam_count, adds) = (lights[0].samples, u32::from(entry_points || first > 0));
+            Dispatch { entry_points, part: GlossPart { area_m2, beam_count, first, end, adds }, lights }
+        };
+        let groups = due.chunks_exact(LIGHTS);
+        let single = groups.remainder().chunks(1);
+        let others =
+            groups.chain(single).flat_map(|lights| self.windows(1).map(move |w| dispatch(false, lights, w)));
+        let entry_points = due
+            .chunks(1)
+            .flat_map(|light| self.windows(light[0].samples).map(move |w| dispatch(true, light, w)));
+        others.chain(entry_points).collect()
     }
 
     /// First of the vertices that a dispatch takes below a cluster, and the one behind the last; each has so many beams. The last dispatch takes
@@ -266,61 +285,48 @@ impl Gloss {
         (0..=last).step_by(count as usize).map(move |first| (first, end(first)))
     }
 
-    /// Adds a light's part, so many values of it, to a total; ends with a barrier, for the next light.
-    pub(super) fn record_sum(
-        &self,
-        pass: &mut PassScope<'_>,
-        emission: Vec3,
-        count: u32,
-        part: &Buffer,
-        total: &Buffer,
-    ) {
-        let push = GlossSumPush { emission, count };
-        let buffers = [("LightPart", part), ("GlossTotal", total)];
-        pass.dispatch(&self.sum, [count, 1, 1], &push, &buffers);
-        pass.barrier(COMPUTE_TO_COMPUTE);
-    }
-
-    /// What clusters send towards the directions that are read: from their vertices, then the sums of large ones, level by level.
-    /// `due` are lights whose slots are out of date.
+    /// What clusters send towards the directions that are read: of each light that is `due` from their vertices into its slots, then
+    /// the sum of the `slots` of all lights, each with its emission; last the sums of large clusters, level by level.
     pub fn record(
         &self,
         rec: &mut Recorder,
         materials: &Buffer,
         (first_deposits, deposits): (&Buffer, &Buffer),
         due: &[GlossLight<'_>],
-        lights: &[GlossLight<'_>],
+        slots: &[(Vec3, &Buffer)],
     ) {
         let mut pass = rec.pass(Self::STEM);
         let leaf_count = self.leaf_count;
-        let own = self.path_dispatches().map(|dispatch| (dispatch, &self.fluxes));
-        let of_lights = due
-            .iter()
-            .flat_map(|light| self.light_dispatches(light).map(move |dispatch| (dispatch, light.slots)));
-        for (Dispatch { entry_points, part, beams }, fluxes) in own.chain(of_lights) {
+        for dispatch in self.dispatches(due) {
+            let light = |place| dispatch.light(place);
             pass.dispatch(
-                &self.base[usize::from(entry_points)],
+                self.base.of(&dispatch),
                 [leaf_count, 1, 1],
-                &GlossBasePush { part, slot_count: leaf_count },
+                &GlossBasePush { part: dispatch.part, slot_count: leaf_count },
                 &[
                     ("Materials", materials),
-                    ("ReflectedFlux", &self.reflected_flux),
                     ("FirstDeposits", first_deposits),
                     ("Deposits", deposits),
                     ("GlossVertices", &self.vertices),
-                    ("GlossBeams", beams),
+                    ("GlossBeams", light(0).beams),
                     ("GlossSlots", &self.slots),
                     ("BaseRanges", &self.base_ranges),
                     ("GlossShifts", &self.shifts),
-                    ("GlossFluxes", fluxes),
+                    ("CarriedFlux0", light(0).carried),
+                    ("CarriedFlux1", light(1).carried),
+                    ("CarriedFlux2", light(2).carried),
+                    ("CarriedFlux3", light(3).carried),
+                    ("LightSlots0", light(0).slots),
+                    ("LightSlots1", light(1).slots),
+                    ("LightSlots2", light(2).slots),
+                    ("LightSlots3", light(3).slots),
                 ],
             );
             pass.barrier(COMPUTE_TO_COMPUTE);
         }
-        for light in lights {
-            self.record_sum(&mut pass, light.emission, leaf_count, light.slots, &self.fluxes);
-        }
+        self.sum.record(&mut pass, slots, leaf_count, 1.0, &self.fluxes);
         for level in &self.sums {
+            pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch(
                 &self.level,
                 [level.len() as u32, 1, 1],
@@ -331,7 +337,6 @@ impl Gloss {
                     ("GlossFluxes", &self.fluxes),
                 ],
             );
-            pass.barrier(COMPUTE_TO_COMPUTE);
         }
     }
 }

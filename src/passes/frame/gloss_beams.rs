@@ -1,7 +1,6 @@
 //! Light straight from the lights at entry points that may shine: beams of each light, and the first reflection into the paths. [Yue §1]
-//! In: lights. Out: beams, free of the light's colour; reflected flux of paths (W).
+//! In: lights. Out: beams and what paths carry on from their entry points, free of the light's colour.
 
-use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, PassScope, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::gloss::{Gloss, GlossLight};
@@ -23,14 +22,10 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `gloss_entries`.
     pub struct GlossEntriesPush {
-        /// Emission of the light, times the area that each entry point stands for, in the mean.
-        pub emission: Vec3,
         /// Entry points that may shine.
         pub entry_count: u32,
         /// Beams of an entry point.
         pub beam_count: u32,
-        /// 1: adds to the flux so far.
-        pub adds: u32,
     }
 }
 
@@ -43,14 +38,17 @@ impl Gloss {
     /// What the first reflection is called in timings.
     pub const ENTRIES_STEM: &str = "gloss_entries";
 
-    /// Traces a light's beams. Records into an open pass.
+    /// Traces a light's beams, and lets paths carry on the light's form `factors` at their entry points: right where these may not shine.
+    /// Records into an open pass.
     pub fn record_beams(
         &self,
         pass: &mut PassScope<'_>,
         scene: &SceneBuffers,
         light: OneLight<'_>,
-        beams: &Buffer,
+        factors: &Buffer,
+        found: &GlossLight<'_>,
     ) {
+        self.copy.record(pass, &[(Vec3::ONE, factors)], self.path_count, 1.0, found.carried);
         pass.dispatch(
             &self.trace,
             [self.entry_count * light.samples, 1, 1],
@@ -60,32 +58,24 @@ impl Gloss {
                 ("Triangles", &scene.triangles),
                 ("Lights", light.table),
                 ("GlossEntries", &self.entries),
-                ("GlossBeams", beams),
+                ("GlossBeams", found.beams),
             ],
         );
     }
 
-    /// The first reflection at entry points that may shine. Other paths' reflected flux is their path flux.
-    pub fn record_entries(&self, rec: &mut Recorder, materials: &Buffer, lights: &[GlossLight<'_>]) {
+    /// The first reflection at entry points that may shine.
+    pub fn record_entries(&self, rec: &mut Recorder, materials: &Buffer, due: &[GlossLight<'_>]) {
         let mut pass = rec.pass(Self::ENTRIES_STEM);
-        for (index, light) in lights.iter().enumerate() {
-            if index > 0 {
-                pass.barrier(COMPUTE_TO_COMPUTE);
-            }
+        for light in due {
             pass.dispatch(
                 &self.reflect,
                 [self.entry_count, 1, 1],
-                &GlossEntriesPush {
-                    emission: self.area_m2 * light.emission,
-                    entry_count: self.entry_count,
-                    beam_count: light.samples,
-                    adds: u32::from(index > 0),
-                },
+                &GlossEntriesPush { entry_count: self.entry_count, beam_count: light.samples },
                 &[
                     ("Materials", materials),
                     ("GlossEntries", &self.entries),
                     ("GlossBeams", light.beams),
-                    ("ReflectedFlux", &self.reflected_flux),
+                    ("CarriedFlux", light.carried),
                 ],
             );
         }

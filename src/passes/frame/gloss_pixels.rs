@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::frame::gloss::{Dispatch, Gloss, GlossLight, GlossPart};
+use crate::passes::frame::gloss::{Gloss, GlossLight, GlossPart, VertexKernels};
 use crate::passes::frame::light_sum::LightSum;
 use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::precompute::gather_rays::LEAST_ENTRY_POINTS;
@@ -150,8 +150,7 @@ pub struct GlossPixels {
     trace: Pipeline,
     pub(super) highlight: Pipeline,
     sum: LightSum,
-    /// Over other vertices, and over entry points.
-    meet: [Pipeline; 2],
+    meet: VertexKernels,
     shine: Pipeline,
     prefix_sum: PrefixSum,
     pub(super) pixel_count: u32,
@@ -200,14 +199,13 @@ impl GlossPixels {
         let sample_bytes = u64::from(LOBE_RAYS) * size_of::<GlossRay>() as u64;
         let capacity = wanted.min(context.limits().storage_range_bytes / sample_bytes) as u32;
         let room = |name, bytes: u64| Buffer::storage(context, name, u64::from(capacity.max(1)) * bytes);
-        let meet = |entry_points| Pipeline::new(context, "gloss_hits", &[("ENTRY_POINTS", entry_points)]);
         Ok(Self {
             mark: Pipeline::new(context, "gloss_mark", &[])?,
             list: Pipeline::new(context, "gloss_list", &[])?,
             trace: Pipeline::new(context, Self::RAYS_STEM, &[textures.constant()])?,
             highlight: Pipeline::new(context, Self::HIGHLIGHTS_STEM, &[])?,
             sum: LightSum::new(context)?,
-            meet: [meet(0)?, meet(1)?],
+            meet: VertexKernels::new(context, "gloss_hits")?,
             shine: Pipeline::new(context, Self::STEM, &[textures.constant()])?,
             prefix_sum: PrefixSum::new(context, pixel_count)?,
             pixel_count,
@@ -295,14 +293,14 @@ impl GlossPixels {
         );
     }
 
-    /// The light that the pixels shine: what comes back along the rays, and the sum of the lights' highlights, each with its emission.
-    /// `due` are lights whose hits are out of date.
+    /// The light that the pixels shine: what comes back along the rays, and the sums of the lights' hits and highlights, each with its
+    /// emission. `due` are lights whose hits are out of date.
     pub fn record(
         &self,
         rec: &mut Recorder,
         around: Surroundings<'_>,
-        [due, lights]: [&[GlossLight<'_>]; 2],
-        highlights: &[(Vec3, &Buffer)],
+        due: &[GlossLight<'_>],
+        [hits, highlights]: [&[(Vec3, &Buffer)]; 2],
     ) {
         let Surroundings { scene, pixels, irradiance, inverse_areas, gloss, first_deposits, deposits } =
             around;
@@ -310,14 +308,10 @@ impl GlossPixels {
         let cluster_bits = self.cluster_bits;
         let mut pass = rec.pass(Self::STEM);
         self.sum.record(&mut pass, highlights, capacity, 1.0, &self.highlights);
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        let own = gloss.path_dispatches().map(|dispatch| (dispatch, &self.hits));
-        let of_lights = due
-            .iter()
-            .flat_map(|light| gloss.light_dispatches(light).map(move |dispatch| (dispatch, light.hits)));
-        for (Dispatch { entry_points, part, beams }, hits) in own.chain(of_lights) {
+        for dispatch in gloss.dispatches(due) {
+            let (part, light) = (dispatch.part, |place| dispatch.light(place));
             pass.dispatch(
-                &self.meet[usize::from(entry_points)],
+                self.meet.of(&dispatch),
                 [capacity, 1, 1],
                 &GlossHitsPush { part, pixel_count, most_samples, capacity, cluster_bits },
                 &[
@@ -327,19 +321,24 @@ impl GlossPixels {
                     ("InverseAreas", inverse_areas),
                     ("BaseRanges", &gloss.base_ranges),
                     ("GlossShifts", &gloss.shifts),
-                    ("ReflectedFlux", &gloss.reflected_flux),
                     ("FirstDeposits", first_deposits),
                     ("Deposits", deposits),
                     ("GlossVertices", &gloss.vertices),
-                    ("GlossBeams", beams),
-                    ("GlossHits", hits),
+                    ("GlossBeams", light(0).beams),
+                    ("CarriedFlux0", light(0).carried),
+                    ("CarriedFlux1", light(1).carried),
+                    ("CarriedFlux2", light(2).carried),
+                    ("CarriedFlux3", light(3).carried),
+                    ("LightHits0", light(0).hits),
+                    ("LightHits1", light(1).hits),
+                    ("LightHits2", light(2).hits),
+                    ("LightHits3", light(3).hits),
                 ],
             );
             pass.barrier(COMPUTE_TO_COMPUTE);
         }
-        for light in lights {
-            gloss.record_sum(&mut pass, light.emission, capacity, light.hits, &self.hits);
-        }
+        gloss.sum.record(&mut pass, hits, capacity, 1.0, &self.hits);
+        pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.shine,
             [pixel_count, 1, 1],

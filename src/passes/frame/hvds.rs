@@ -1,12 +1,11 @@
 //! The volumetric hierarchy of a frame: base level and pyramid. [Yue §2, Thvds]
-//! In: form factors of each light, or path flux (W); deposits. Out: irradiance (W/m²) of every cluster.
+//! In: form factors of each light, what paths carry on of it; deposits. Out: irradiance (W/m²) of every cluster.
 //!
-//! What the base level receives is linear in the lights, and kept for each where their flux behind the entry point is the form factor's
-//! too: where nothing may shine.
+//! What the base level receives is linear in the lights, and kept for each: a change of colour visits no path.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::light_sum::LightSum;
 use crate::scene::hvds::Hvds;
@@ -14,16 +13,6 @@ use crate::types::NO_CLUSTER;
 use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
-
-gpu_struct! {
-    /// Push constants of the base level.
-    pub struct HvdsBasePush {
-        /// Where the level begins in the list.
-        pub first_place: u32,
-        /// Its listed clusters.
-        pub cluster_count: u32,
-    }
-}
 
 gpu_struct! {
     /// Push constants of the layers of lights.
@@ -75,13 +64,23 @@ gpu_struct! {
 
 /// What this pass shares with its shaders.
 pub const LAYOUTS: &[Layout] = &[
-    HvdsBasePush::LAYOUT,
     HvdsLayerPush::LAYOUT,
     HvdsLevelPush::LAYOUT,
     HvdsResolvePush::LAYOUT,
     ClusterFlux::LAYOUT,
     ClusterLayer::LAYOUT,
 ];
+
+/// A light whose layer is due.
+#[derive(Clone, Copy)]
+pub struct ClusterLight<'a> {
+    /// Its form factors at entry points, 1/m² or as its kind has them.
+    pub factors: &'a Buffer,
+    /// What paths carry on from there, three floats; none where nothing may shine: then it is the factors.
+    pub carried: Option<&'a Buffer>,
+    /// `ClusterLayer` of each base cluster.
+    pub layer: &'a Buffer,
+}
 
 /// Lights that one dispatch takes where as many layers are due: it reads the deposits once for all of them.
 const LIGHTS: usize = 4;
@@ -131,7 +130,6 @@ impl ClusterLists {
 
 /// The pipelines, the nesting of the clusters and their energy.
 pub struct Pyramid {
-    base: Pipeline,
     layers: [Pipeline; 2],
     sum: LightSum,
     level: Pipeline,
@@ -164,6 +162,7 @@ impl Pyramid {
     /// Uploads the nesting. `first_deposits` has the first deposit of each base cluster by an entry
     /// point, then its first by another vertex, and the end. No root is divided by an area below `entry_area_m2`, that of one entry point: what
     /// is smaller cannot be resolved. Smaller clusters are read as parts of views only, whose weights are proportional to area.
+    /// `shines`: lights say what paths carry on.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -172,6 +171,7 @@ impl Pyramid {
         hvds: &Hvds,
         first_deposits: &[u32],
         entry_area_m2: f32,
+        shines: bool,
     ) -> Result<Self> {
         let roots = hvds.levels.last().map_or(0, |roots| roots.start) as usize;
         let inverse_areas: Vec<f32> = (0..)
@@ -185,9 +185,11 @@ impl Pyramid {
         let all = vec![true; hvds.cluster_count() as usize];
         // What nobody reads is never written.
         let dark = vec![Vec3::ZERO; hvds.cluster_count() as usize];
-        let layers = |lights| Pipeline::new(context, Self::LAYERS_STEM, &[("LIGHTS", lights as u32)]);
+        let layers = |lights| {
+            let constants = [("LIGHTS", lights as u32), ("SHINES", u32::from(shines))];
+            Pipeline::new(context, Self::LAYERS_STEM, &constants)
+        };
         Ok(Self {
-            base: Pipeline::new(context, "hvds_base", &[])?,
             layers: [layers(1)?, layers(LIGHTS)?],
             sum: LightSum::of_clusters(context)?,
             level: Pipeline::new(context, "hvds_level", &[])?,
@@ -255,11 +257,11 @@ impl Pyramid {
         self.base_count
     }
 
-    /// Sums the base level for each light whose layer is due: from its form factors into its layer.
+    /// Sums the base level for each light whose layer is due.
     pub fn record_layers(
         &self,
         rec: &mut Recorder,
-        due: &[(&Buffer, &Buffer)],
+        due: &[ClusterLight<'_>],
         deposits: &Buffer,
         lists: &ClusterLists,
     ) {
@@ -271,22 +273,28 @@ impl Pyramid {
         let single = groups.remainder().chunks(1).map(|light| (one, light));
         for (pipeline, lights) in groups.map(|lights| (four, lights)).chain(single) {
             let light = |place: usize| lights.get(place).unwrap_or(&lights[0]);
+            // Where nothing shines nobody reads it.
+            let carried = |place: usize| light(place).carried.unwrap_or(light(place).factors);
             pass.dispatch(
                 pipeline,
                 [base.len() as u32, 1, 1],
                 &push,
                 &[
-                    ("Factors0", light(0).0),
-                    ("Factors1", light(1).0),
-                    ("Factors2", light(2).0),
-                    ("Factors3", light(3).0),
+                    ("Factors0", light(0).factors),
+                    ("Factors1", light(1).factors),
+                    ("Factors2", light(2).factors),
+                    ("Factors3", light(3).factors),
+                    ("Carried0", carried(0)),
+                    ("Carried1", carried(1)),
+                    ("Carried2", carried(2)),
+                    ("Carried3", carried(3)),
                     ("FirstDeposits", &self.first_deposits),
                     ("Deposits", deposits),
                     ("SummedClusters", &lists.summed),
-                    ("Layer0", light(0).1),
-                    ("Layer1", light(1).1),
-                    ("Layer2", light(2).1),
-                    ("Layer3", light(3).1),
+                    ("Layer0", light(0).layer),
+                    ("Layer1", light(1).layer),
+                    ("Layer2", light(2).layer),
+                    ("Layer3", light(3).layer),
                 ],
             );
         }
@@ -296,39 +304,6 @@ impl Pyramid {
     pub fn record_sum(&self, rec: &mut Recorder, layers: &[(Vec3, &Buffer)], lists: &ClusterLists) {
         let mut pass = rec.pass(Self::STEM);
         self.sum.record(&mut pass, layers, self.base_count, self.entry_area_m2, &self.flux);
-        self.record_levels(&mut pass, lists);
-    }
-
-    /// Sums the base level over light paths, then the coarser levels, and divides: for the clusters of the lists.
-    /// `reflected_flux` is what the paths carry on from their entry points.
-    pub fn record(
-        &self,
-        rec: &mut Recorder,
-        path_flux: &Buffer,
-        reflected_flux: &Buffer,
-        deposits: &Buffer,
-        lists: &ClusterLists,
-    ) {
-        let mut pass = rec.pass(Self::STEM);
-        let base = &lists.levels[0];
-        pass.dispatch(
-            &self.base,
-            [base.len() as u32, 1, 1],
-            &HvdsBasePush { first_place: base.start, cluster_count: base.len() as u32 },
-            &[
-                ("PathFlux", path_flux),
-                ("ReflectedFlux", reflected_flux),
-                ("FirstDeposits", &self.first_deposits),
-                ("Deposits", deposits),
-                ("ClusterFluxes", &self.flux),
-                ("SummedClusters", &lists.summed),
-            ],
-        );
-        self.record_levels(&mut pass, lists);
-    }
-
-    /// Sums each coarser level from the one below it; then divides by area.
-    fn record_levels(&self, pass: &mut PassScope<'_>, lists: &ClusterLists) {
         for level in lists.levels[1..].iter().filter(|level| !level.is_empty()) {
             pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch(

@@ -72,6 +72,14 @@ impl LightSum {
         Self::with_shader(context, "hvds_sum")
     }
 
+    /// Prepares sums of colours: three floats a value.
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub fn of_colours(context: &Arc<Context>) -> Result<Self> {
+        Self::with_shader(context, "gloss_sum")
+    }
+
     fn with_shader(context: &Arc<Context>, shader: &'static str) -> Result<Self> {
         let [few, many] = ROWS.map(|rows| Pipeline::new(context, shader, &[("ROWS", rows as u32)]));
         // As large as the largest value.

@@ -115,9 +115,9 @@ pub const CONTRAST: f32 = 0.1;
 /// much of the pixel it covers. Eighths of them are counted.
 pub const OUTLINE_POINTS: u32 = 8;
 /// Variance of a light among samples over their squared mean, from which a pixel takes more of them.
-pub const SPREAD: f32 = 1.5;
+pub const SPREAD: f32 = 3.0;
 /// Samples that a pixel takes then, times that: the variance of their mean is one over it, of the mean squared.
-pub const DENSITY: u32 = 64;
+pub const DENSITY: u32 = 32;
 /// But so many times what every edge pixel has at most.
 pub const MOST: u32 = 16;
 /// Slots of an edge pixel at most.

@@ -1,6 +1,6 @@
 // Antialiasing, step 2: lists the edge pixels, in order, and counts them and the workgroups that take them: four each, 64 samples
-// each and 64 each. Deterministic. One invocation = one pixel. In: edge pixels before each pixel, and the end. Out: their indices;
-// sizes of dispatches.
+// each and 64 each; and those that sum light of all pixels and of the edges' slots. Deterministic. One invocation = one pixel.
+// In: edge pixels before each pixel, and the end. Out: their indices; sizes of dispatches.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -8,6 +8,7 @@
 #include "include/antialias.glsl"
 
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint GROUP_POINTS = 256;  // whose light a workgroup sums
 
 struct EdgeListPush {
     uint pixel_count;
@@ -40,5 +41,7 @@ void main() {
         edge_groups[3] = edge_count;
         put_groups(4u, (samples + 63u) / 64u);
         put_groups(8u, (edge_count + 63u) / 64u);
+        uint points = push.pixel_count + edge_count * slots_per_edge(edge_count, push.room);
+        put_groups(12u, (points + GROUP_POINTS - 1u) / GROUP_POINTS);
     }
 }

@@ -1,5 +1,5 @@
 // Sums lights where surfaces shine: what each light makes them send per unit of its emission, weighted by the emissions, in the
-// lights' order, four or eight to a dispatch. Deterministic, and the same bits whichever place a light has.
+// lights' order, one to eight to a dispatch. Deterministic, and the same bits whichever place a light has.
 // One invocation = one direction of one cluster, or one sample of a pixel. In: rows. Out: sums.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -32,9 +32,11 @@ void main() {
     uint place = push.step * index;
     vec3 sum = push.adds != 0u ? light_sums[index] : vec3(0.0);
     add(sum, row_0[place], push.emission_0);
-    add(sum, row_1[place], push.emission_1);
-    add(sum, row_2[place], push.emission_2);
-    add(sum, row_3[place], push.emission_3);
+    if (ROWS > 1u) add(sum, row_1[place], push.emission_1);
+    if (ROWS > 2u) {
+        add(sum, row_2[place], push.emission_2);
+        add(sum, row_3[place], push.emission_3);
+    }
     if (ROWS > 4u) {
         add(sum, row_4[place], push.emission_4);
         add(sum, row_5[place], push.emission_5);

@@ -1,5 +1,5 @@
 // Base level of the volumetric hierarchy: sums what clusters receive of each light per unit of its emission, weighted by the
-// emissions, in the lights' order, four or eight to a dispatch: a change of colour visits no path. Deterministic, and the same bits
+// emissions, in the lights' order, one to eight to a dispatch: a change of colour visits no path. Deterministic, and the same bits
 // whichever place a light has. One invocation = one base cluster. In: layers. Out: flux (W).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -35,9 +35,11 @@ void main() {
     ClusterFlux sum = ClusterFlux(vec3(0.0), vec3(0.0));
     if (push.adds != 0u) sum = light_sums[index];
     sum = added(sum, row_0[place], push.emission_0);
-    sum = added(sum, row_1[place], push.emission_1);
-    sum = added(sum, row_2[place], push.emission_2);
-    sum = added(sum, row_3[place], push.emission_3);
+    if (ROWS > 1u) sum = added(sum, row_1[place], push.emission_1);
+    if (ROWS > 2u) {
+        sum = added(sum, row_2[place], push.emission_2);
+        sum = added(sum, row_3[place], push.emission_3);
+    }
     if (ROWS > 4u) {
         sum = added(sum, row_4[place], push.emission_4);
         sum = added(sum, row_5[place], push.emission_5);

@@ -1,5 +1,5 @@
-// Sums lights: rows of what each light sends per unit of its emission, weighted by the emissions, in the lights' order, four
-// or eight to a dispatch. Deterministic, and the same bits whichever place a light has. One invocation = one value of a row.
+// Sums lights: rows of what each light sends per unit of its emission, weighted by the emissions, in the lights' order, one
+// to eight to a dispatch. Deterministic, and the same bits whichever place a light has. One invocation = one value of a row.
 // In: rows. Out: sums, a colour each.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -20,23 +20,28 @@ layout(scalar, binding = 7) readonly buffer Row7 { float row_7[]; };
 layout(scalar, binding = 8) buffer LightSums { vec3 light_sums[]; };
 layout(scalar, push_constant) uniform Push { LightSumPush push; };
 
+// `precise` keeps products and sums apart: every place rounds alike.
+void add(inout vec3 sum, float value, vec3 emission) {
+    precise vec3 added = sum + value * emission;
+    sum = added;
+}
+
 void main() {
     uint index = flat_invocation();
     if (index >= push.count) return;
     uint place = push.step * index;
-    precise vec3 sum = push.adds != 0u ? light_sums[index] : vec3(0.0);
-    // `precise` keeps products and sums apart: every place rounds alike.
-    precise vec3 sum_0 = sum + row_0[place] * push.emission_0;
-    precise vec3 sum_1 = sum_0 + row_1[place] * push.emission_1;
-    precise vec3 sum_2 = sum_1 + row_2[place] * push.emission_2;
-    precise vec3 sum_3 = sum_2 + row_3[place] * push.emission_3;
-    if (ROWS == 4u) {
-        light_sums[index] = push.scale * sum_3;
-        return;
+    vec3 sum = push.adds != 0u ? light_sums[index] : vec3(0.0);
+    add(sum, row_0[place], push.emission_0);
+    if (ROWS > 1u) add(sum, row_1[place], push.emission_1);
+    if (ROWS > 2u) {
+        add(sum, row_2[place], push.emission_2);
+        add(sum, row_3[place], push.emission_3);
     }
-    precise vec3 sum_4 = sum_3 + row_4[place] * push.emission_4;
-    precise vec3 sum_5 = sum_4 + row_5[place] * push.emission_5;
-    precise vec3 sum_6 = sum_5 + row_6[place] * push.emission_6;
-    precise vec3 sum_7 = sum_6 + row_7[place] * push.emission_7;
-    light_sums[index] = push.scale * sum_7;
+    if (ROWS > 4u) {
+        add(sum, row_4[place], push.emission_4);
+        add(sum, row_5[place], push.emission_5);
+        add(sum, row_6[place], push.emission_6);
+        add(sum, row_7[place], push.emission_7);
+    }
+    light_sums[index] = push.scale * sum;
 }

@@ -1,5 +1,5 @@
 // Sums over lights: push constants, and how many rows a dispatch reads.
-layout(constant_id = 0) const uint ROWS = 4;  // 4 or 8
+layout(constant_id = 0) const uint ROWS = 4;  // 1, 2, 4 or 8
 
 struct LightSumPush {
     uint count;       // values of a row

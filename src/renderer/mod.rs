@@ -233,7 +233,8 @@ impl Renderer {
             self.record_layers(rec);
         }
         if stages.direct {
-            self.direct.record_sum(rec, &self.lights.layers());
+            rec.barrier(COMPUTE_TO_INDIRECT);
+            self.direct.record_sum(rec, &self.antialias, &self.lights.layers());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         let without_factors = self.lights.without_factors();
@@ -355,13 +356,12 @@ impl Renderer {
         for &(light, layer) in &lights {
             self.direct.record(&mut pass, &self.buffers, light, pixels, layer);
         }
-        pass.barrier(COMPUTE_TO_INDIRECT);
         drop(pass);
         let mut pass = rec.pass(Antialias::SHADOW_STEM);
         for (light, layer) in lights {
+            pass.barrier(COMPUTE_TO_INDIRECT);
             let layer = (layer, self.lights.shadow_groups(light));
             self.antialias.record_light(&mut pass, &self.buffers, &self.view, light, pixels, layer);
-            pass.barrier(COMPUTE_TO_COMPUTE);
         }
     }
 

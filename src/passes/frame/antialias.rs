@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::frame::prefix_sum::PrefixSum;
+use crate::passes::frame::{light_sum::GROUP_VALUES, prefix_sum::PrefixSum};
 use crate::passes::{OneLight, SceneBuffers};
 use crate::types::View;
 use std::sync::Arc;
@@ -133,6 +133,8 @@ const LEAST_ROOM: u64 = 5 << 17;
 const SAMPLE_GROUPS: u64 = 16;
 /// See above.
 const PIXEL_GROUPS: u64 = 32;
+/// Where workgroups are counted that sum light of pixels and then of slots.
+const POINT_GROUPS: u64 = 48;
 
 /// The pipelines and the samples.
 pub struct Antialias {
@@ -193,7 +195,7 @@ impl Antialias {
         Ok(Self {
             mark: Pipeline::new(context, "edge_mark", &bits(&[("CREASE", CREASE), ("STEP", STEP)]))?,
             shadow_mark: Pipeline::new(context, "shadow_mark", &bits(&[("CONTRAST", CONTRAST)]))?,
-            list: Pipeline::new(context, "edge_list", &[])?,
+            list: Pipeline::new(context, "edge_list", &[("GROUP_POINTS", GROUP_VALUES)])?,
             samples: Pipeline::new(context, Self::STEM, &[("OUTLINE_POINTS", OUTLINE_POINTS)])?,
             slots: Pipeline::new(context, "edge_slots", &[])?,
             direct: Pipeline::new(context, "edge_direct", &[])?,
@@ -358,6 +360,12 @@ impl Antialias {
         (&self.edge_groups, PIXEL_GROUPS)
     }
 
+    /// Where workgroups that take [`GROUP_VALUES`] values each are counted, for one value a pixel and one a slot that is in use; none
+    /// where antialiasing is off.
+    pub fn point_groups(&self) -> Option<(&Buffer, u64)> {
+        (self.room.most_samples > 0).then_some((&self.edge_groups, POINT_GROUPS))
+    }
+
     fn list_push(&self) -> EdgeListPush {
         EdgeListPush { pixel_count: self.size[0] * self.size[1], room: self.room }
     }
@@ -377,7 +385,7 @@ impl Antialias {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn groups(context: &Arc<Context>) -> Result<Buffer> {
-        Buffer::from_slice(context, "edge groups", &[0_u32; 12])
+        Buffer::from_slice(context, "edge groups", &[0_u32; 16])
     }
 
     /// Edge pixels that were counted there.

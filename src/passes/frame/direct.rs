@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::frame::light_sum::LightSum;
+use crate::passes::frame::{antialias::Antialias, light_sum::LightSum};
 use crate::passes::{OneLight, SceneBuffers};
 use glam::Vec3;
 use std::sync::Arc;
@@ -109,9 +109,10 @@ impl Direct {
         }
     }
 
-    /// Sums the lights' layers, each with its emission, in order.
-    pub fn record_sum(&self, rec: &mut Recorder, layers: &[(Vec3, &Buffer)]) {
+    /// Sums the lights' layers, each with its emission, in order: at the pixels, and in as many slots as edge pixels have.
+    pub fn record_sum(&self, rec: &mut Recorder, antialias: &Antialias, layers: &[(Vec3, &Buffer)]) {
         let mut pass = rec.pass(Self::SUM_STEM);
-        self.sum.record(&mut pass, layers, self.point_count(), 1.0, &self.irradiance);
+        let points = (self.point_count(), antialias.point_groups());
+        self.sum.record_counted(&mut pass, layers, points, 1.0, &self.irradiance);
     }
 }

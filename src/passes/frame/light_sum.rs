@@ -40,14 +40,15 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[LightSumPush::LAYOUT];
 
-/// Rows that one dispatch reads, where there are few and where there are many. What is left over is read for nothing, but between
-/// dispatches the sums go through memory.
-const ROWS: [usize; 2] = [4, 8];
+/// Rows that one dispatch may read. What is left over is read for nothing, but between dispatches the sums go through memory.
+const ROWS: [usize; 4] = [1, 2, 4, 8];
+
+/// Values that a workgroup sums.
+pub const GROUP_VALUES: u32 = 64;
 
 /// The pipelines.
 pub struct LightSum {
-    few: Pipeline,
-    many: Pipeline,
+    pipelines: [Pipeline; ROWS.len()],
     /// The row of no light: one value, dark.
     no_row: Buffer,
 }
@@ -81,9 +82,11 @@ impl LightSum {
     }
 
     fn with_shader(context: &Arc<Context>, shader: &'static str) -> Result<Self> {
-        let [few, many] = ROWS.map(|rows| Pipeline::new(context, shader, &[("ROWS", rows as u32)]));
+        let pipeline = |rows: usize| Pipeline::new(context, shader, &[("ROWS", rows as u32)]);
+        let [one, two, four, eight] = ROWS.map(pipeline);
         // As large as the largest value.
-        Ok(Self { few: few?, many: many?, no_row: Buffer::from_slice(context, "no row", &[0.0_f32; 4])? })
+        let no_row = Buffer::from_slice(context, "no row", &[0.0_f32; 4])?;
+        Ok(Self { pipelines: [one?, two?, four?, eight?], no_row })
     }
 
     /// Sums the first `count` values of every row, in order, each times its light's emission, and scales the whole; without
@@ -96,11 +99,24 @@ impl LightSum {
         scale: f32,
         sums: &Buffer,
     ) {
+        self.record_counted(pass, rows, (count, None), scale, sums);
+    }
+
+    /// As [`Self::record`], of at most `count` values: as many workgroups, of [`GROUP_VALUES`] each, as the device has counted
+    /// at a byte of a buffer, if one is given.
+    pub fn record_counted(
+        &self,
+        pass: &mut PassScope<'_>,
+        rows: &[(Vec3, &Buffer)],
+        (count, counted): (u32, Option<(&Buffer, u64)>),
+        scale: f32,
+        sums: &Buffer,
+    ) {
         let no_rows = [(Vec3::ZERO, &self.no_row)];
         let (rows, step) = if rows.is_empty() { (&no_rows[..], 0) } else { (rows, 1) };
-        let [few, many] = ROWS;
-        let groups = rows.len().div_ceil(many);
-        for (group, rows) in rows.chunks(many).enumerate() {
+        let most = ROWS[ROWS.len() - 1];
+        let groups = rows.len().div_ceil(most);
+        for (group, rows) in rows.chunks(most).enumerate() {
             let emission = |place: usize| rows.get(place).map_or(Vec3::ZERO, |row| row.0);
             let row = |place: usize| rows.get(place).unwrap_or(&rows[0]).1;
             let push = LightSumPush {
@@ -120,7 +136,7 @@ impl LightSum {
             if group > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
-            let pipeline = if rows.len() <= few { &self.few } else { &self.many };
+            let pipeline = &self.pipelines[ROWS.partition_point(|&fewer| fewer < rows.len())];
             let bindings = [
                 ("Row0", row(0)),
                 ("Row1", row(1)),
@@ -132,7 +148,10 @@ impl LightSum {
                 ("Row7", row(7)),
                 ("LightSums", sums),
             ];
-            pass.dispatch(pipeline, [count, 1, 1], &push, &bindings);
+            match counted {
+                Some(groups) => pass.dispatch_indirect(pipeline, groups, &push, &bindings),
+                None => pass.dispatch(pipeline, [count, 1, 1], &push, &bindings),
+            };
         }
     }
 }

@@ -31,12 +31,13 @@ layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) readonly buffer CellFirst { uint cell_first[]; };
 layout(scalar, binding = 4) readonly buffer CellClusters { uint cell_clusters[]; };
 layout(scalar, binding = 5) readonly buffer ClusterLinks { ClusterLink links[]; };
-layout(scalar, binding = 6) readonly buffer CachePoints { CachePoint cache_points[]; };
-layout(scalar, binding = 7) writeonly buffer GatherRays { GatherRay gather_rays[]; };
-layout(scalar, binding = 8) writeonly buffer RayColours { uint ray_colours[]; };  // of the image at the hit, packed
-layout(scalar, binding = 9) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
-layout(scalar, binding = 10) readonly buffer Textures { Texture textures[]; };
-layout(scalar, binding = 11) readonly buffer Texels { uint texels[]; };
+layout(scalar, binding = 6) readonly buffer Wholes { uint wholes[]; };
+layout(scalar, binding = 7) readonly buffer CachePoints { CachePoint cache_points[]; };
+layout(scalar, binding = 8) writeonly buffer GatherRays { GatherRay gather_rays[]; };
+layout(scalar, binding = 9) writeonly buffer RayColours { uint ray_colours[]; };  // of the image at the hit, packed
+layout(scalar, binding = 10) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 11) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 12) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { GatherRaysPush push; };
 
 #include "include/bvh.glsl"

@@ -18,7 +18,7 @@ layout(constant_id = 0) const uint ENTRY_POINTS = 0;  // 1: light straight from 
 layout(constant_id = 1) const uint LIGHTS = 1;        // 1 or 4; where it is 1, the other lights' buffers are any
 
 layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[]; };
-layout(scalar, binding = 1) readonly buffer FirstDeposits { uint first_deposits[]; };  // entry points' and others' of each cluster
+layout(scalar, binding = 1) readonly buffer DepositRuns { DepositRun deposit_runs[]; };  // of each base cluster
 layout(scalar, binding = 2) readonly buffer Deposits { Deposit deposits[]; };
 layout(scalar, binding = 3) readonly buffer GlossVertices { GlossVertex gloss_vertices[]; };
 layout(scalar, binding = 4) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };

@@ -32,15 +32,16 @@ layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[];
 layout(scalar, binding = 4) readonly buffer CellFirst { uint cell_first[]; };
 layout(scalar, binding = 5) readonly buffer CellClusters { uint cell_clusters[]; };
 layout(scalar, binding = 6) readonly buffer ClusterLinks { ClusterLink links[]; };
-layout(scalar, binding = 7) readonly buffer Pixels { PixelSurface pixels[]; };
-layout(scalar, binding = 8) readonly buffer GlossOffsets { uint gloss_offsets[]; };
-layout(scalar, binding = 9) readonly buffer GlossPixels { uint gloss_pixels[]; };
-layout(scalar, binding = 10) writeonly buffer GlossSamples { PixelSurface gloss_samples[]; };
-layout(scalar, binding = 11) writeonly buffer GlossRays { GlossRay gloss_rays[]; };
-layout(scalar, binding = 12) writeonly buffer GlossColours { uint gloss_colours[]; };  // of the image at each ray's hit, packed
-layout(scalar, binding = 13) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
-layout(scalar, binding = 14) readonly buffer Textures { Texture textures[]; };
-layout(scalar, binding = 15) readonly buffer Texels { uint texels[]; };
+layout(scalar, binding = 7) readonly buffer Wholes { uint wholes[]; };
+layout(scalar, binding = 8) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(scalar, binding = 9) readonly buffer GlossOffsets { uint gloss_offsets[]; };
+layout(scalar, binding = 10) readonly buffer GlossPixels { uint gloss_pixels[]; };
+layout(scalar, binding = 11) writeonly buffer GlossSamples { PixelSurface gloss_samples[]; };
+layout(scalar, binding = 12) writeonly buffer GlossRays { GlossRay gloss_rays[]; };
+layout(scalar, binding = 13) writeonly buffer GlossColours { uint gloss_colours[]; };  // of the image at each ray's hit, packed
+layout(scalar, binding = 14) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 15) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 16) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { GlossRaysPush push; };
 
 #include "include/bvh.glsl"

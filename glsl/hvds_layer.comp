@@ -1,5 +1,6 @@
 // Layers of the base level of the volumetric hierarchy: each cluster adds up what the light paths deposit in it of one light, or of
 // four, per unit of the light's emission: light that comes straight from the light apart from light that comes from surfaces. [Yue §2]
+// Vertices count as they show to readers from afar, but in wholes.
 // Where surfaces may shine, what a path carries on from its entry point is not the form factor there, but a colour.
 // Deterministic: the lists have a fixed order, and a light's bits are the same alone and among four. One invocation = one listed
 // base cluster. In: deposits, form factors, what paths carry on. Out: layers.
@@ -27,7 +28,7 @@ layout(scalar, binding = 4) readonly buffer Carried0 { vec3 carried_0[]; };
 layout(scalar, binding = 5) readonly buffer Carried1 { vec3 carried_1[]; };
 layout(scalar, binding = 6) readonly buffer Carried2 { vec3 carried_2[]; };
 layout(scalar, binding = 7) readonly buffer Carried3 { vec3 carried_3[]; };
-layout(scalar, binding = 8) readonly buffer FirstDeposits { uint first_deposits[]; };  // entry points' and others' of each cluster
+layout(scalar, binding = 8) readonly buffer DepositRuns { DepositRun deposit_runs[]; };  // of each base cluster
 layout(scalar, binding = 9) readonly buffer Deposits { Deposit deposits[]; };
 layout(scalar, binding = 10) readonly buffer SummedClusters { uint summed_clusters[]; };
 layout(scalar, binding = 11) writeonly buffer Layer0 { ClusterLayer layer_0[]; };
@@ -52,20 +53,23 @@ void main() {
     uint cluster = summed_clusters[push.first_place + index];
     const ClusterLayer DARK = ClusterLayer(0.0, vec3(0.0));
     ClusterLayer sum_0 = DARK, sum_1 = DARK, sum_2 = DARK, sum_3 = DARK;
-    uint first_other = first_deposits[2u * cluster + 1u];
-    for (uint i = first_deposits[2u * cluster]; i < first_other; ++i) {
+    DepositRun run = deposit_runs[cluster];
+    bool is_whole = run.is_whole != 0u;
+    for (uint i = run.first; i < run.first_other; ++i) {
+        Deposit deposit = deposits[i];
         // Nothing has reflected the path yet: its channels are alike.
-        float throughput = deposits[i].throughput.x;
-        uint path = deposits[i].path;
+        float throughput = share_of(deposit, is_whole) * deposit.throughput.x;
+        uint path = path_of(deposit);
         add_direct(sum_0, throughput, factors_0[path]);
         if (LIGHTS == 1u) continue;
         add_direct(sum_1, throughput, factors_1[path]);
         add_direct(sum_2, throughput, factors_2[path]);
         add_direct(sum_3, throughput, factors_3[path]);
     }
-    for (uint i = first_other; i < first_deposits[2u * cluster + 2u]; ++i) {
-        vec3 throughput = deposits[i].throughput;
-        uint path = deposits[i].path;
+    for (uint i = run.first_other; i < run.end; ++i) {
+        Deposit deposit = deposits[i];
+        vec3 throughput = share_of(deposit, is_whole) * deposit.throughput;
+        uint path = path_of(deposit);
         add(sum_0, throughput, SHINES != 0u ? carried_0[path] : vec3(factors_0[path]));
         if (LIGHTS == 1u) continue;
         add(sum_1, throughput, SHINES != 0u ? carried_1[path] : vec3(factors_1[path]));

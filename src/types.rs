@@ -109,8 +109,44 @@ gpu_struct! {
     pub struct Deposit {
         /// Share of the path's flux that arrives at this vertex, per channel.
         pub throughput: Vec3,
-        /// Index of the path.
-        pub path: u32,
+        /// Bits 0–23: index of the path; 24–31: what counts of the vertex for readers from afar, in parts of [`OPEN`].
+        pub what: u32,
+    }
+}
+
+/// Openness of a path vertex all of which counts.
+pub const OPEN: u32 = 255;
+/// Bits of a deposit that name its path.
+const PATH_BITS: u32 = 24;
+
+impl Deposit {
+    /// Of a path whose throughput is still to be found.
+    pub fn new(path: u32, openness: u32) -> Self {
+        Self { throughput: Vec3::ZERO, what: path | openness << PATH_BITS }
+    }
+
+    /// Index of the path.
+    pub fn path(&self) -> u32 {
+        self.what & ((1 << PATH_BITS) - 1)
+    }
+
+    /// What counts of the vertex for readers from afar, 0..=[`OPEN`].
+    pub fn openness(&self) -> u32 {
+        self.what >> PATH_BITS
+    }
+}
+
+gpu_struct! {
+    /// The deposits of a base cluster: a run of them.
+    pub struct DepositRun {
+        /// First by an entry point.
+        pub first: u32,
+        /// First by another vertex.
+        pub first_other: u32,
+        /// Behind the last.
+        pub end: u32,
+        /// 1: all of each counts, open or not.
+        pub is_whole: u32,
     }
 }
 
@@ -297,6 +333,7 @@ pub const LAYOUTS: &[Layout] = &[
     Grid::LAYOUT,
     PathVertex::LAYOUT,
     Deposit::LAYOUT,
+    DepositRun::LAYOUT,
     CachePoint::LAYOUT,
     GatherRay::LAYOUT,
     Record::LAYOUT,

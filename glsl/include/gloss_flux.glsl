@@ -1,5 +1,5 @@
 // What the vertices of a cluster send towards a direction by their Phong lobes. The including shader declares the constant
-// ENTRY_POINTS and LIGHTS and binds Materials, CarriedFlux0 to CarriedFlux3, FirstDeposits, Deposits, GlossVertices, GlossBeams,
+// ENTRY_POINTS and LIGHTS and binds Materials, CarriedFlux0 to CarriedFlux3, DepositRuns, Deposits, GlossVertices, GlossBeams,
 // BaseRanges and GlossShifts.
 
 // What an invocation takes in one dispatch of the vertices below a cluster, those of one base cluster after those of another.
@@ -23,15 +23,16 @@ void add(inout vec3 sum, vec3 first, vec3 second) {
 }
 
 // π times the lobes' radiance, times the cluster's area, W per unit of a light's emission: of light straight from it (ENTRY_POINTS == 1)
-// or from surfaces, at a run of deposits, added up. `shift` turns the index of a deposit into that of its vertex.
-void add_gloss_flux(inout GlossFlux flux, uvec2 run, uint shift, vec3 toward, GlossPart part) {
+// or from surfaces, at a run of deposits, added up. `shift` turns the index of a deposit into that of its vertex; in a whole all of each counts.
+void add_gloss_flux(inout GlossFlux flux, uvec2 run, bool is_whole, uint shift, vec3 toward, GlossPart part) {
     for (uint i = run.x; i < run.y; ++i) {
         GlossVertex vertex = gloss_vertices[i + shift];
         Reflectance material = materials[vertex.material];
-        vec3 throughput = part.area_m2 * deposits[i].throughput;
+        Deposit deposit = deposits[i];
+        vec3 throughput = part.area_m2 * share_of(deposit, is_whole) * deposit.throughput;
         if (ENTRY_POINTS == 0u) {
             vec3 share = throughput * lobe_share(material, vertex.mirror, toward);
-            uint path = deposits[i].path;
+            uint path = path_of(deposit);
             add(flux.of_light[0], share, carried_flux_0[path]);
             if (LIGHTS == 1u) continue;
             add(flux.of_light[1], share, carried_flux_1[path]);
@@ -54,11 +55,11 @@ GlossFlux gloss_flux_below(uint cluster, vec3 toward, GlossPart part) {
     for (uint base = base_ranges[cluster].x; base < base_ranges[cluster].y; ++base) {
         uint shift = gloss_shifts[base];
         if (shift == NO_ENTRY) continue;
-        uint list = 2u * base + (ENTRY_POINTS == 1u ? 0u : 1u);
-        uint first = first_deposits[list];
-        uint count = first_deposits[list + 1u] - first;
+        DepositRun deposits_here = deposit_runs[base];
+        uint first = ENTRY_POINTS == 1u ? deposits_here.first : deposits_here.first_other;
+        uint count = (ENTRY_POINTS == 1u ? deposits_here.first_other : deposits_here.end) - first;
         uvec2 run = clamp(uvec2(part.first, part.end), passed, passed + count) - passed;
-        add_gloss_flux(flux, first + run, shift, toward, part);
+        add_gloss_flux(flux, first + run, deposits_here.is_whole != 0u, shift, toward, part);
         passed += count;
     }
     return flux;

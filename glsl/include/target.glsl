@@ -1,5 +1,8 @@
 // The cluster that a ray reads where it hits. Include after bvh.glsl and grid.glsl. The including shader binds
-// `ClusterLink links[]`; its push block `push` has `grid` and `least_entry_points`.
+// `ClusterLink links[]` and `uint wholes[]`, of base clusters; its push block `push` has `grid` and `least_entry_points`.
+
+// What is so near, in base cells, shows its whole.
+const float NEARBY = 2.0;
 
 // The cluster whose size fits a footprint as wide as that before it is projected to the surface, metres; or coarser, until it is
 // rich enough to be trusted. NO_CLUSTER on a side without light.
@@ -13,6 +16,8 @@ uint cluster_for(Hit hit, vec3 direction, float footprint) {
     uint cell = grid_cell(push.grid, position, normal);
     uint cluster = base_cluster(cell, side_code(surface.sides, back), position);
     if (cluster == NO_CLUSTER) return NO_CLUSTER;
+    bool is_near = hit.t * push.grid.inverse_cell < NEARBY;
+    if (is_near && wholes[cluster] != NO_CLUSTER) cluster = wholes[cluster];
 
     float size = footprint * inversesqrt(max(abs(facing), 0.1)) * push.grid.inverse_cell;
     for (; size >= 1.41421356 && links[cluster].parent != NO_CLUSTER; size *= 0.5) {

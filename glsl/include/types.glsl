@@ -52,8 +52,21 @@ struct PathVertex {
 // What a path vertex adds to its cluster; listed cluster by cluster.
 struct Deposit {
     vec3 throughput;  // share of the path's flux that arrives at this vertex, per channel
-    uint path;
+    uint what;        // bits 0-23: path; 24-31: what counts of the vertex for readers from afar, in 255ths
 };
+
+// The deposits of a base cluster: a run of them.
+struct DepositRun {
+    uint first;        // by an entry point
+    uint first_other;  // by another vertex
+    uint end;
+    uint is_whole;     // 1: all of each counts, open or not
+};
+
+uint path_of(Deposit deposit) { return deposit.what & 0xffffffu; }
+
+// What the throughput of a deposit counts for in a run.
+float share_of(Deposit deposit, bool is_whole) { return is_whole ? 1.0 : float(deposit.what >> 24) / 255.0; }
 
 // A point where indirect irradiance is gathered; its record is splatted to pixels.
 struct CachePoint {

@@ -3,7 +3,7 @@
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::cpu::rays::{Geometry, Hit};
 use crate::cpu::sampling::hash_pair;
-use crate::scene::hvds::Hvds;
+use crate::scene::{hvds::Hvds, wholes::NEARBY};
 use crate::types::{CachePoint, NO_CLUSTER};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, SQRT_2};
@@ -68,6 +68,10 @@ impl Tracing<'_> {
         let mut cluster = NO_CLUSTER;
         if surface.side_is_active(side % 2 == 1) {
             cluster = self.geometry.cluster(self.hvds, hit.position.as_vec3(), side);
+        }
+        if hit.t < f64::from(NEARBY) * self.hvds.grid.cell_size() && cluster != NO_CLUSTER {
+            let whole = self.hvds.wholes[cluster as usize];
+            cluster = if whole == NO_CLUSTER { cluster } else { whole };
         }
         let facing = surface.normal.as_dvec3().dot(direction).abs().max(0.1);
         (cluster != NO_CLUSTER).then(|| (self.coarsen(cluster, footprint / facing.sqrt()), surface.material))

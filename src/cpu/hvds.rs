@@ -1,28 +1,39 @@
 //! Twin of the volumetric hierarchy of a frame.
 
 use crate::scene::hvds::Hvds;
-use crate::types::{Deposit, NO_CLUSTER};
+use crate::types::{Deposit, DepositRun, NO_CLUSTER, OPEN};
 use glam::{DVec3, Vec3};
+
+/// What a deposit hands on to its cluster, per unit of the path's flux.
+fn share(deposit: &Deposit, run: &DepositRun) -> DVec3 {
+    let counts = if run.is_whole == 1 { 1.0 } else { f64::from(deposit.openness()) / f64::from(OPEN) };
+    counts * deposit.throughput.as_dvec3()
+}
+
+/// Sums of a run, of entry points and of others; `light` of a path at the former and behind.
+fn sums(run: &DepositRun, deposits: &[Deposit], light: [&dyn Fn(usize) -> DVec3; 2]) -> [DVec3; 2] {
+    let part = |range: std::ops::Range<u32>, light: &dyn Fn(usize) -> DVec3| -> DVec3 {
+        let deposits = &deposits[range.start as usize..range.end as usize];
+        deposits.iter().map(|deposit| share(deposit, run) * light(deposit.path() as usize)).sum()
+    };
+    [part(run.first..run.first_other, light[0]), part(run.first_other..run.end, light[1])]
+}
 
 /// Flux of every cluster, W, direct and indirect: of a base cluster the sum of its deposits, of a coarser one the sum of all
 /// base clusters below it. `path_flux` of each path at its entry point, and behind it.
 pub fn cluster_flux(
     hvds: &Hvds,
     path_flux: [&[Vec3]; 2],
-    first_deposits: &[u32],
+    runs: &[DepositRun],
     deposits: &[Deposit],
 ) -> Vec<[DVec3; 2]> {
     let mut flux = vec![[DVec3::ZERO; 2]; hvds.cluster_count() as usize];
-    for (list, run) in first_deposits.windows(2).enumerate() {
-        let own: DVec3 = deposits[run[0] as usize..run[1] as usize]
-            .iter()
-            .map(|deposit| {
-                deposit.throughput.as_dvec3() * path_flux[list % 2][deposit.path as usize].as_dvec3()
-            })
-            .sum();
-        let mut cluster = list / 2;
+    let [at_entry, behind] = path_flux.map(|flux| move |path: usize| flux[path].as_dvec3());
+    for (base, run) in runs.iter().enumerate() {
+        let own = sums(run, deposits, [&at_entry, &behind]);
+        let mut cluster = base;
         while let Some(sum) = flux.get_mut(cluster) {
-            sum[list % 2] += own;
+            *sum = [sum[0] + own[0], sum[1] + own[1]];
             cluster = hvds.parents[cluster] as usize;
         }
     }
@@ -34,26 +45,21 @@ pub fn cluster_flux(
 pub fn cluster_layer(
     factors: &[f32],
     carried: &[Vec3],
-    first_deposits: &[u32],
+    runs: &[DepositRun],
     deposits: &[Deposit],
 ) -> Vec<[DVec3; 2]> {
-    let sum = |run: &[u32], light: &dyn Fn(usize) -> DVec3| -> DVec3 {
-        let run = &deposits[run[0] as usize..run[1] as usize];
-        run.iter().map(|deposit| deposit.throughput.as_dvec3() * light(deposit.path as usize)).sum()
-    };
-    let lists: Vec<&[u32]> = first_deposits.windows(2).collect();
     let direct = |path: usize| DVec3::splat(f64::from(factors[path]));
     let behind = |path: usize| carried[path].as_dvec3();
-    lists.chunks_exact(2).map(|lists| [sum(lists[0], &direct), sum(lists[1], &behind)]).collect()
+    runs.iter().map(|run| sums(run, deposits, [&direct, &behind])).collect()
 }
 
 /// The smallest cluster around each, itself included, that holds `least` vertices which are no entry points; the root if none.
-pub fn indirect_sources(hvds: &Hvds, first_deposits: &[u32], least: u32) -> Vec<u32> {
+pub fn indirect_sources(hvds: &Hvds, runs: &[DepositRun], least: u32) -> Vec<u32> {
     let mut vertices = vec![0; hvds.cluster_count() as usize];
-    for (base, run) in first_deposits[1..].chunks_exact(2).enumerate() {
+    for (base, run) in runs.iter().enumerate() {
         let mut cluster = base;
         while let Some(sum) = vertices.get_mut(cluster) {
-            *sum += run[1] - run[0];
+            *sum += run.end - run.first_other;
             cluster = hvds.parents[cluster] as usize;
         }
     }
@@ -70,7 +76,7 @@ pub fn indirect_sources(hvds: &Hvds, first_deposits: &[u32], least: u32) -> Vec<
 /// What fluxes of a cluster are multiplied with, 1/m²: its inverse area, of a root that of `least_area_m2` at most. Nothing lies on what has none.
 pub fn inverse_area(hvds: &Hvds, cluster: usize, least_area_m2: f32) -> f64 {
     let is_root = hvds.parents[cluster] == NO_CLUSTER;
-    let area_m2 = f64::from(hvds.areas_m2[cluster].max(if is_root { least_area_m2 } else { 0.0 }));
+    let area_m2 = f64::from(hvds.shown_m2[cluster].max(if is_root { least_area_m2 } else { 0.0 }));
     if area_m2 > 0.0 { 1.0 / area_m2 } else { 0.0 }
 }
 

@@ -26,6 +26,7 @@ pub mod lit_scene;
 pub mod math;
 pub mod near_field;
 pub mod needed_records;
+pub mod openness;
 pub mod path_scan;
 pub mod path_trace;
 pub mod photon_gather;

@@ -17,6 +17,10 @@ pub struct ClusterBuffers {
     pub cell_clusters: Buffer,
     /// `ClusterLink` of each cluster: its parent, if that may stand for it.
     pub links: Buffer,
+    /// Whole of each base cluster, or `NO_CLUSTER`.
+    pub wholes: Buffer,
+    /// Clusters of the base level.
+    pub base_count: u32,
 }
 
 impl ClusterBuffers {
@@ -34,6 +38,8 @@ impl ClusterBuffers {
             cell_first: Buffer::from_slice(context, "cell first", &hvds.cell_first)?,
             cell_clusters: Buffer::from_slice(context, "cell clusters", &hvds.cell_clusters)?,
             links: Buffer::from_slice(context, "cluster links", &links)?,
+            wholes: Buffer::from_slice(context, "wholes", &hvds.wholes)?,
+            base_count: hvds.levels[0].len() as u32,
         })
     }
 }

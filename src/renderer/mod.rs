@@ -217,7 +217,7 @@ impl Renderer {
             self.primary.record(rec, &self.buffers, &self.view);
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.antialias.record(rec, &self.buffers, &self.view, pixels);
-            rec.barrier(COMPUTE_TO_COMPUTE);
+            rec.barrier(COMPUTE_TO_INDIRECT);
             if self.buffers.textures.are_used {
                 self.pixel_colours.record(rec, &self.buffers, &self.view, pixels, Some(&self.antialias));
                 rec.barrier(COMPUTE_TO_COMPUTE);
@@ -233,7 +233,6 @@ impl Renderer {
             self.record_layers(rec);
         }
         if stages.direct {
-            rec.barrier(COMPUTE_TO_INDIRECT);
             self.direct.record_sum(rec, &self.antialias, &self.lights.layers());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
@@ -356,12 +355,13 @@ impl Renderer {
         for &(light, layer) in &lights {
             self.direct.record(&mut pass, &self.buffers, light, pixels, layer);
         }
+        pass.barrier(COMPUTE_TO_COMPUTE);
         drop(pass);
         let mut pass = rec.pass(Antialias::SHADOW_STEM);
         for (light, layer) in lights {
-            pass.barrier(COMPUTE_TO_INDIRECT);
             let layer = (layer, self.lights.shadow_groups(light));
             self.antialias.record_light(&mut pass, &self.buffers, &self.view, light, pixels, layer);
+            pass.barrier(COMPUTE_TO_COMPUTE);
         }
     }
 

@@ -18,13 +18,13 @@ use crate::passes::precompute::{
     Progress, light_paths, narrow_gaps,
     near_clusters::{self, Extent},
     near_hits::{self, NearHits},
-    open_shares,
+    open_shares, openness,
     rays::Rays,
     sides,
 };
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::directions::Directions;
-use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces};
+use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces, wholes::NEARBY};
 use crate::types::{CachePoint, PathVertex, Surface};
 use std::sync::Arc;
 use std::time::Instant;
@@ -146,6 +146,11 @@ pub(super) fn precompute(
     progress.stage("entry points", 1);
     let cell_size = cells.grid.cell_size() as f32;
     let clearances = survey.clearances_of(&geometry, &hvds);
+    let mut has_whole = vec![false; hvds.levels[0].len()];
+    for (piece, &clearance) in hvds.pieces.iter().zip(&clearances) {
+        has_whole[piece.cluster as usize] |= clearance < NEARBY * hvds.grid.cell_size() as f32;
+    }
+    hvds.add_wholes(&has_whole);
     let densities: Vec<f32> = clearances.iter().map(|&c| entry_points::density(c, cell_size)).collect();
     let strata = Strata::new(&hvds, &densities, quality.entry_points);
     let mut trusted = strata.in_clusters.clone();
@@ -179,17 +184,16 @@ pub(super) fn precompute(
     let mut entry_points = entry_points::place(context, &buffers, &clusters, &strata, seed)?;
     watch.lap("entry points");
 
-    let base = hvds.levels[0].len() as u32;
     let paths = light_paths::trace(
         context,
         &buffers,
         &clusters,
         &surfaces,
         &scene.materials,
-        base,
         &mut entry_points,
         seed,
         progress,
+        |vertices| openness::measure(context, &buffers, &mut hvds, vertices, seed),
     )?;
     watch.lap("light paths");
 

@@ -85,7 +85,7 @@ pub(super) fn unread(made: &Precomputed, reads: &Reads, directions: Directions) 
     note("small clusters beside records that nothing reads", near, made.near_clusters.len());
     let first = &made.paths.first_deposits;
     let vertices = |cluster: usize| (first[2 * cluster + 2] - first[2 * cluster]) as usize;
-    let base = levels[0].len();
+    let base = made.hvds.wholes.len();
     let taken = (0..base).filter(|&cluster| reads.flux[cluster]).map(vertices).sum();
     note("path vertices whose flux nothing takes", taken, (0..base).map(vertices).sum());
     if let Some(gloss) = &made.gloss {

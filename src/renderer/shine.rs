@@ -128,7 +128,7 @@ impl Shine {
         lights: &Lights,
     ) {
         if self.shines || stages.lobes {
-            let paths = (&pyramid.first_deposits, deposits);
+            let paths = (&pyramid.deposit_runs, deposits);
             self.clusters.record(rec, materials, paths, &lights.without_slots(), &lights.slots());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
@@ -153,7 +153,7 @@ impl Shine {
             irradiance: &pyramid.irradiance,
             inverse_areas: &pyramid.inverse_areas,
             gloss: &self.clusters,
-            first_deposits: &pyramid.first_deposits,
+            deposit_runs: &pyramid.deposit_runs,
             deposits,
         };
         let of_lights = [&*lights.hits(), &*lights.highlights()];

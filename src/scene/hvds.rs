@@ -45,8 +45,12 @@ pub struct Hvds {
     pub cell_first: Vec<u32>,
     /// Clusters of the base cells: `code << 26 | cluster`; behind one that a wall splits, the wall's plane ([`Self::clusters_in`]).
     pub cell_clusters: Vec<u32>,
-    /// Exact surface area of each cluster, m².
+    /// Exact surface area of each cluster, m²; a whole has that of its cluster.
     pub areas_m2: Vec<f32>,
+    /// Area for which each shows, m²: less where a part of it does not show to readers from afar.
+    pub shown_m2: Vec<f32>,
+    /// Of each base cluster that is not read by readers from nearby, the one that is ([`Self::add_wholes`]); else [`types::NO_CLUSTER`].
+    pub wholes: Vec<u32>,
     /// The cluster one level up; [`types::NO_CLUSTER`] at the root.
     pub parents: Vec<u32>,
     /// First child of each cluster one level down, and the end; zero for base clusters.
@@ -123,6 +127,8 @@ impl Hvds {
             cell_first: Vec::new(),
             cell_clusters: Vec::new(),
             areas_m2: Vec::new(),
+            shown_m2: Vec::new(),
+            wholes: Vec::new(),
             parents: Vec::new(),
             first_children: vec![0],
             pieces: pieces.into_iter().map(|(_, piece)| piece).collect(),
@@ -151,6 +157,8 @@ impl Hvds {
             level = parents;
         }
         hvds.link_children();
+        hvds.shown_m2.clone_from(&hvds.areas_m2);
+        hvds.wholes = vec![types::NO_CLUSTER; hvds.levels[0].len()];
         hvds
     }
 
@@ -168,16 +176,11 @@ impl Hvds {
 
     /// Sums a quantity of the pieces over every cluster of every level.
     pub fn sum_up(&self, of_pieces: impl IntoIterator<Item = f64>) -> Vec<f32> {
-        let mut sums = vec![0.0; self.areas_m2.len()];
+        let mut of_base = vec![0.0; self.levels[0].len()];
         for (piece, value) in self.pieces.iter().zip(of_pieces) {
-            sums[piece.cluster as usize] += value;
+            of_base[piece.cluster as usize] += value;
         }
-        for cluster in 0..sums.len() {
-            if self.parents[cluster] != types::NO_CLUSTER {
-                sums[self.parents[cluster] as usize] += sums[cluster];
-            }
-        }
-        sums.into_iter().map(|sum| sum as f32).collect()
+        self.sum_levels(self.with_wholes(of_base))
     }
 
     /// Takes away what is buried in solids: `open` is the share, 0..=1, that is left of each piece. Clusters stay where they are, even those
@@ -191,6 +194,7 @@ impl Hvds {
         }
         self.pieces.retain(|piece| piece.open > 0.0);
         self.areas_m2 = self.sum_up(self.pieces.iter().map(Piece::open_area_m2));
+        self.shown_m2.clone_from(&self.areas_m2);
     }
 
     /// The clusters of a base cell, by its place in the table.
@@ -232,7 +236,7 @@ impl Hvds {
         self.cell_first.resize(self.grid.cell_count() + 1, self.cell_clusters.len() as u32);
     }
 
-    fn link_children(&mut self) {
+    pub(super) fn link_children(&mut self) {
         let base = self.levels[0].len();
         let mut first_children = vec![0; base];
         for (child, &parent) in self.parents.iter().enumerate() {

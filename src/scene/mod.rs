@@ -30,6 +30,7 @@ pub mod surfaces;
 pub mod texture;
 mod value;
 pub mod walls;
+pub mod wholes;
 
 pub use camera::Camera;
 pub use file::LoadOptions;

@@ -92,7 +92,7 @@ impl Frame {
             needs.push(antialias.edge_needs.read_range(0, edge_count as usize).unwrap());
         }
         let rows: Vec<_> = lights.iter().map(|light| light.emission).zip(&buffers).collect();
-        context.run(|rec| direct.record_sum(rec, &rows)).unwrap();
+        context.run(|rec| direct.record_sum(rec, &antialias, &rows)).unwrap();
         Self {
             view,
             pixels: primary.pixels.read().unwrap(),

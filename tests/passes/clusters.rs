@@ -99,10 +99,10 @@ fn no_vertex_of_a_box_is_lost_wherever_its_walls_lie_in_the_grid() {
             &world.clusters,
             &world.surfaces,
             &world.materials,
-            world.hvds.levels[0].len() as u32,
             &mut points,
             0,
             &mut Silent,
+            |_| Ok(()),
         )
         .unwrap();
         assert!(paths.steps.len() > 3_000);

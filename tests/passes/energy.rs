@@ -7,10 +7,10 @@ use lightpaths::cpu;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::gpu::{Buffer, Context};
 use lightpaths::passes::frame::hvds::{
-    ClusterFlux, ClusterLayer, ClusterLight, LEAST_VERTICES, Pyramid, indirect_sources,
+    ClusterFlux, ClusterLayer, ClusterLight, LEAST_VERTICES, Pyramid, deposit_runs, indirect_sources,
 };
 use lightpaths::scene::{grid, hvds::Hvds};
-use lightpaths::types::{Deposit, NO_CLUSTER};
+use lightpaths::types::{Deposit, NO_CLUSTER, OPEN};
 use std::sync::Arc;
 
 /// A base level of `count` clusters under one root.
@@ -19,14 +19,16 @@ fn two_levels(count: u32) -> Hvds {
     first_children.push(count);
     let mut parents = vec![count; count as usize];
     parents.push(NO_CLUSTER);
+    let area = |cluster: u32| if cluster % 7 == 3 { 0.0 } else { 0.5 + cluster as f32 };
+    let areas_m2: Vec<f32> = (0..=count).map(area).collect();
     Hvds {
         grid: grid::grid(Vec3::ZERO, Vec3::ONE, 8),
         levels: vec![0..count, count..count + 1],
         cell_first: Vec::new(),
         cell_clusters: Vec::new(),
-        areas_m2: (0..=count)
-            .map(|cluster| if cluster % 7 == 3 { 0.0 } else { 0.5 + cluster as f32 })
-            .collect(),
+        shown_m2: areas_m2.clone(),
+        areas_m2,
+        wholes: vec![NO_CLUSTER; count as usize],
         parents,
         first_children,
         pieces: Vec::new(),
@@ -43,10 +45,10 @@ fn deposits(random: &mut Random, first_deposits: &[u32]) -> Vec<Deposit> {
         deposits.extend((run[0]..run[1]).map(|_| {
             let colour = 0.5 * (1.0 + random.cube());
             let throughput = if list % 2 == 0 { Vec3::splat(2.0 * random.unit()) } else { colour };
-            Deposit { throughput, path: random.below(PATHS) }
+            Deposit { throughput, ..Deposit::new(random.below(PATHS), random.below(OPEN + 1)) }
         }));
     }
-    deposits.push(Deposit { throughput: Vec3::ZERO, path: 0 });
+    deposits.push(Deposit::new(0, OPEN));
     deposits
 }
 
@@ -86,6 +88,7 @@ fn cluster_energies_equal_the_twin_and_parents_their_children() {
             first_deposits.push(first_deposits[list as usize] + length);
         }
         let deposits = deposits(&mut random, &first_deposits);
+        let runs = deposit_runs(&hvds, &first_deposits);
         let least_area_m2 = 0.01;
 
         // Behind the entry point paths may carry another light on.
@@ -108,9 +111,9 @@ fn cluster_energies_equal_the_twin_and_parents_their_children() {
         let scale = least_area_m2 * emission;
         let path_flux: Vec<Vec3> = factors.iter().map(|factor| factor * scale).collect();
         let reflected_flux: Vec<Vec3> = carried.iter().map(|carried| carried * scale).collect();
-        let twin = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &first_deposits, &deposits);
-        let sources = cpu::hvds::indirect_sources(&hvds, &first_deposits, LEAST_VERTICES);
-        assert_eq!(indirect_sources(&hvds, &first_deposits, LEAST_VERTICES), sources);
+        let twin = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &deposits);
+        let sources = cpu::hvds::indirect_sources(&hvds, &runs, LEAST_VERTICES);
+        assert_eq!(indirect_sources(&hvds, &runs, LEAST_VERTICES), sources);
         let borrowing = (0..base as u32).zip(&sources).filter(|(cluster, source)| cluster != *source).count();
         assert!(base < 60 || (borrowing > base / 4 && borrowing < base), "{borrowing} of {base} borrow");
         let resolved = cpu::hvds::irradiance(&hvds, &twin, &sources, least_area_m2);
@@ -148,6 +151,7 @@ fn layers_of_lights_equal_the_twin_and_add_up() {
             first_deposits.push(first_deposits[list as usize] + length);
         }
         let deposits = deposits(&mut random, &first_deposits);
+        let runs = deposit_runs(&hvds, &first_deposits);
         let entry_area_m2 = 0.01;
         let rows: Vec<Vec<f32>> =
             (0..light_count).map(|_| (0..PATHS).map(|_| 50.0 * random.unit()).collect()).collect();
@@ -181,7 +185,7 @@ fn layers_of_lights_equal_the_twin_and_add_up() {
             assert_eq!(context.take_redundant_barriers(), [""; 0]);
         }
         for ((row, carried), (light, alone)) in rows.iter().zip(&carried).zip(lights.iter().zip(&alone)) {
-            let twin = cpu::hvds::cluster_layer(row, carried, &first_deposits, &deposits);
+            let twin = cpu::hvds::cluster_layer(row, carried, &runs, &deposits);
             let device: Vec<ClusterLayer> = light.layer.read().unwrap();
             for (cluster, (device, twin)) in device.iter().zip(twin).enumerate() {
                 let name = format!("cluster {cluster} of {count}");
@@ -201,8 +205,8 @@ fn layers_of_lights_equal_the_twin_and_add_up() {
         };
         let path_flux = sum(&|light, path| Vec3::splat(rows[light][path]));
         let reflected_flux = sum(&|light, path| carried[light][path]);
-        let twin = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &first_deposits, &deposits);
-        let sources = cpu::hvds::indirect_sources(&hvds, &first_deposits, LEAST_VERTICES);
+        let twin = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &deposits);
+        let sources = cpu::hvds::indirect_sources(&hvds, &runs, LEAST_VERTICES);
         let resolved = cpu::hvds::irradiance(&hvds, &twin, &sources, entry_area_m2);
         let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();
         let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();

@@ -11,6 +11,7 @@ use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::gloss::{Gloss, GlossBeam, GlossLight};
+use lightpaths::passes::frame::hvds::deposit_runs;
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
 use lightpaths::passes::precompute::gloss::{self, GlossTables};
@@ -19,7 +20,7 @@ use lightpaths::passes::precompute::path_orders::LightPaths;
 use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::directions::Directions;
 use lightpaths::scene::{Light, LightKind, Material};
-use lightpaths::types::{CachePoint, Deposit, GatherRay, LightSource, NO_CLUSTER, NO_TARGET, PathVertex};
+use lightpaths::types::{CachePoint, GatherRay, LightSource, NO_CLUSTER, NO_TARGET, PathVertex};
 use std::collections::HashMap;
 
 pub(crate) const SEED: u32 = 3;
@@ -58,17 +59,16 @@ impl Shining {
                 });
             }
         }
-        let base = world.hvds.levels[0].len() as u32;
         let paths = light_paths::trace(
             &world.context,
             &world.buffers,
             &world.clusters,
             &world.surfaces,
             &world.materials,
-            base,
             &mut entry_points,
             SEED,
             &mut Silent,
+            |_| Ok(()),
         )
         .unwrap();
         let points = world.cache_points(&mut random, 300, 0.1);
@@ -207,7 +207,8 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
     }
     let first = &shining.paths.first_deposits;
     let deposits_buffer = Buffer::from_slice(&world.context, "deposits", &deposits).unwrap();
-    let first_buffer = Buffer::from_slice(&world.context, "first deposits", first).unwrap();
+    let runs = deposit_runs(&world.hvds, first);
+    let runs_buffer = Buffer::from_slice(&world.context, "deposit runs", &runs).unwrap();
     let beams: Vec<Buffer> = lights
         .iter()
         .map(|light| Buffer::storage(&world.context, "beams", gloss.beam_bytes(light.samples)).unwrap())
@@ -246,7 +247,7 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
             gloss.record_entries(rec, &world.buffers.materials, &gloss_lights);
             rec.barrier(COMPUTE_TO_COMPUTE);
             let materials = &world.buffers.materials;
-            let paths = (&first_buffer, &deposits_buffer);
+            let paths = (&runs_buffer, &deposits_buffer);
             gloss.record(rec, materials, paths, &gloss_lights, &emitting("slots"));
         })
         .unwrap();
@@ -309,12 +310,13 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
         |cluster: u32, toward: DVec3| {
             let mut vertices = Vec::new();
             for cluster in shining.base_below(cluster) {
-                let lists = &first[2 * cluster as usize..2 * cluster as usize + 3];
-                for deposit in lists[0]..lists[2] {
+                let run = runs[cluster as usize];
+                for deposit in run.first..run.end {
                     let side = arrivals.sides[deposit as usize];
                     let material = &materials[shining.material_of(side)];
-                    let Deposit { throughput, path } = deposits[deposit as usize];
-                    if deposit < lists[1] {
+                    let (throughput, path) =
+                        (deposits[deposit as usize].throughput, deposits[deposit as usize].path());
+                    if deposit < run.first_other {
                         let beams = of_paths[path as usize].iter();
                         vertices.extend(beams.map(|beam| {
                             (material, Beam { flux: beam.flux * throughput.as_dvec3(), ..*beam })
@@ -358,7 +360,7 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
 
     // A light whose part is kept costs a sum, and changes no bit.
     let materials = &world.buffers.materials;
-    let paths = (&first_buffer, &deposits_buffer);
+    let paths = (&runs_buffer, &deposits_buffer);
     world.context.run(|rec| gloss.record(rec, materials, paths, &[], &emitting("slots"))).unwrap();
     assert!(gloss.fluxes.read::<Vec3>().unwrap() == fluxes);
     // And a light's bits are the same alone and among others.
@@ -369,7 +371,7 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
     }
     assert!(bits() == among_others);
     gathered_slots_equal_the_twin(&shining, &gloss, &fluxes);
-    let around = (&first_buffer, &deposits_buffer, &gloss_lights[..]);
+    let around = (&runs_buffer, &deposits_buffer, &gloss_lights[..]);
     pixels_of_what_shines_equal_the_twin(&shining, &gloss, around, &emitting("hits"), sent);
     assert_silent(&world.context);
 }
@@ -394,7 +396,8 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
     let mut deposits = shining.paths.deposits.clone();
     deposits.iter_mut().for_each(|deposit| deposit.throughput = 0.5 * (1.0 + random.cube()));
     let deposits = Buffer::from_slice(context, "deposits", &deposits).unwrap();
-    let first = Buffer::from_slice(context, "first deposits", &shining.paths.first_deposits).unwrap();
+    let runs = deposit_runs(&shining.world.hvds, &shining.paths.first_deposits);
+    let first = Buffer::from_slice(context, "deposit runs", &runs).unwrap();
     let nothing = vec![Vec3::ZERO; shining.entry_points.len()];
     let dark_paths = Buffer::from_slice(context, "carried flux", &nothing).unwrap();
     // The same light: all of it comes from the first of its samples.

@@ -12,6 +12,7 @@ use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::gloss::Gloss;
 use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, GlossShine, LOBE_RAYS, Surroundings};
+use lightpaths::passes::frame::hvds::deposit_runs;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::precompute::gather_rays;
 use lightpaths::passes::{OneLight, light_sources};
@@ -51,7 +52,8 @@ fn shining_pixels_equal_the_twin_in(world: World) {
     let irradiance_buffer = Buffer::from_slice(&world.context, "irradiance", &irradiance).unwrap();
     let inverse_areas =
         Buffer::from_slice(&world.context, "inverse areas", &vec![1.0_f32; clusters]).unwrap();
-    let first = Buffer::from_slice(&world.context, "first deposits", &shining.paths.first_deposits).unwrap();
+    let runs = deposit_runs(&world.hvds, &shining.paths.first_deposits);
+    let runs = Buffer::from_slice(&world.context, "deposit runs", &runs).unwrap();
     let deposits = Buffer::from_slice(&world.context, "deposits", &shining.paths.deposits).unwrap();
     let bits = shining.code.cluster_bits;
     let tracing = Tracing {
@@ -88,7 +90,7 @@ fn shining_pixels_equal_the_twin_in(world: World) {
             irradiance: &irradiance_buffer,
             inverse_areas: &inverse_areas,
             gloss: &gloss,
-            first_deposits: &first,
+            deposit_runs: &runs,
             deposits: &deposits,
         };
         let highlights: Vec<_> = lights.iter().map(|light| light.emission).zip(&layers).collect();

@@ -84,7 +84,7 @@ pub(crate) fn gathered_slots_equal_the_twin(shining: &Shining, gloss: &Gloss, fl
 pub(crate) fn pixels_of_what_shines_equal_the_twin(
     shining: &Shining,
     gloss: &Gloss,
-    (first_deposits, deposits, lights): (&Buffer, &Buffer, &[GlossLight<'_>]),
+    (deposit_runs, deposits, lights): (&Buffer, &Buffer, &[GlossLight<'_>]),
     hits: &[(Vec3, &Buffer)],
     sent: impl Fn(u32, DVec3) -> DVec3,
 ) {
@@ -111,7 +111,7 @@ pub(crate) fn pixels_of_what_shines_equal_the_twin(
         irradiance: &Buffer::from_slice(context, "irradiance", &vec![Vec3::ZERO; clusters]).unwrap(),
         inverse_areas: &Buffer::from_slice(context, "inverse areas", &inverse_areas).unwrap(),
         gloss,
-        first_deposits,
+        deposit_runs,
         deposits,
     };
     context

@@ -187,10 +187,10 @@ fn paths_are_stored_whole_in(world: &World) {
             &world.clusters,
             &world.surfaces,
             &world.materials,
-            base as u32,
             &mut entries,
             SEED,
             &mut Silent,
+            |_| Ok(()),
         )
         .unwrap();
         // Two lists a cluster: entry points, and other vertices.
@@ -270,7 +270,7 @@ fn paths_are_stored_whole_in(world: &World) {
                 assert_ne!(vertex.cluster, NO_CLUSTER, "no vertex is lost");
                 assert!((paths.first_deposits[list]..paths.first_deposits[list + 1]).contains(&step.slot));
                 assert!(!std::mem::replace(&mut taken[step.slot as usize], true), "slots are used once");
-                assert_eq!(paths.deposits[step.slot as usize].path, path as u32);
+                assert_eq!(paths.deposits[step.slot as usize].path(), path as u32);
             }
         }
         assert!(steps.next().is_none() && colours.next().is_none());

@@ -28,6 +28,7 @@ mod lights;
 mod near_field;
 mod near_hits;
 mod needed_records;
+mod openness;
 mod path_scan;
 mod path_trace;
 mod photon_gather;

@@ -11,7 +11,7 @@ use lightpaths::passes::frame::near_field::{NearCluster, NearField};
 use lightpaths::passes::precompute::cache_points::Placed;
 use lightpaths::passes::precompute::near_clusters::{self, Extent};
 use lightpaths::scene::hvds::Piece;
-use lightpaths::types::{Deposit, NO_CLUSTER, Record};
+use lightpaths::types::{Deposit, NO_CLUSTER, OPEN, Record};
 
 #[test]
 fn irradiance_of_near_clusters_equals_the_twin() {
@@ -21,7 +21,7 @@ fn irradiance_of_near_clusters_equals_the_twin() {
     // One entry point in each base cluster, on a path of its own.
     let lists: Vec<u32> = (0..=2 * base as u32).map(|list| list.div_ceil(2)).collect();
     let deposits: Vec<Deposit> = (0..=base as u32)
-        .map(|path| Deposit { throughput: Vec3::ONE, path: path.min(base as u32 - 1) })
+        .map(|path| Deposit { throughput: Vec3::ONE, ..Deposit::new(path.min(base as u32 - 1), OPEN) })
         .collect();
     let factors: Vec<f32> = (0..base).map(|_| 1.0 + random.unit()).collect();
     let emission = Vec3::new(0.5, 1.0, 1.5);
@@ -129,7 +129,7 @@ fn cluster(world: &World, clearances: &[f32], index: u32) -> Cluster {
             }
             at == index
         };
-        if around(piece.cluster) {
+        if around(piece.cluster) || around(world.hvds.wholes[piece.cluster as usize]) {
             let corners = piece.corners.iter().map(|corner| corner.as_dvec3());
             area += piece.area_m2;
             room += piece.area_m2 * f64::from(clearance);

@@ -7,7 +7,7 @@ use lightpaths::cpu;
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::path_scan::{FROM_ENTRY, HEAD, PathScan, PathStep};
-use lightpaths::types::{Deposit, Reflectance};
+use lightpaths::types::{Deposit, OPEN, Reflectance};
 
 /// Steps of paths of those lengths; slots are a permutation. A stride that no length here shares a factor with.
 fn steps(lengths: &[usize], mut step: impl FnMut() -> (u32, f32)) -> Vec<PathStep> {
@@ -37,14 +37,14 @@ fn scan_among(materials: &[Reflectance], steps: &[PathStep], colours: &[u32], lo
     const UNTOUCHED: Vec3 = Vec3::splat(-7.0);
     let context = context();
     let materials = Buffer::from_slice(&context, "materials", materials).unwrap();
-    let deposit = |path: usize| Deposit { throughput: UNTOUCHED, path: path as u32 };
+    let deposit = |path: usize| Deposit { throughput: UNTOUCHED, ..Deposit::new(path as u32, OPEN) };
     let deposits: Vec<_> = (0..=steps.len()).map(deposit).collect();
     let scan = PathScan::new(&context, steps, colours, lobes, &deposits).unwrap();
     for _ in 0..2 {
         context.run(|rec| scan.record(rec, &materials, None)).unwrap();
     }
     let found: Vec<Deposit> = scan.deposits.read().unwrap();
-    assert!((0..).zip(&found).all(|(path, deposit)| deposit.path == path), "paths stay as they are");
+    assert!((0..).zip(&found).all(|(path, deposit)| deposit.path() == path), "paths stay as they are");
     assert_eq!(found.last().unwrap().throughput, UNTOUCHED, "nothing is written past the last vertex");
     steps.iter().map(|step| found[step.slot as usize].throughput).collect()
 }
@@ -210,8 +210,7 @@ fn a_part_scanned_again_equals_a_whole_scan() {
     });
     let material = |diffuse| Reflectance { diffuse, exponent: 1.0, specular: Vec3::ZERO, flags: 0 };
     let mut table = [Vec3::splat(0.7), Vec3::new(0.3, 0.5, 0.9), Vec3::splat(0.1)].map(material);
-    let deposits: Vec<_> =
-        (0..=steps.len()).map(|path| Deposit { throughput: Vec3::ZERO, path: path as u32 }).collect();
+    let deposits: Vec<_> = (0..=steps.len()).map(|path| Deposit::new(path as u32, OPEN)).collect();
     let whole = PathScan::new(&context, &steps, &[], &[], &deposits).unwrap();
     let part = PathScan::new(&context, &steps, &[], &[], &deposits).unwrap();
     let materials = Buffer::from_slice(&context, "materials", &table).unwrap();

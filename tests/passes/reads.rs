@@ -7,14 +7,14 @@ use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::cluster_views::ViewPart;
 use lightpaths::passes::frame::hvds::{
-    ClusterLight, ClusterLists, LEAST_VERTICES, Pyramid, indirect_sources,
+    ClusterLight, ClusterLists, LEAST_VERTICES, Pyramid, deposit_runs, indirect_sources,
 };
 use lightpaths::passes::frame::near_field::NearCluster;
 use lightpaths::passes::precompute::cluster_views::ViewTables;
 use lightpaths::passes::precompute::gather_rays::{GatherCode, RayTable};
 use lightpaths::passes::precompute::reads::Reads;
 use lightpaths::scene::hvds::Hvds;
-use lightpaths::types::{Deposit, GatherRay, NO_CLUSTER, NO_TARGET};
+use lightpaths::types::{Deposit, GatherRay, NO_CLUSTER, NO_TARGET, OPEN};
 
 /// Whether a cluster is another one or lies within it.
 fn is_within(hvds: &Hvds, mut cluster: u32, around: u32) -> bool {
@@ -45,14 +45,15 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
     for list in 0..2 * base {
         first_deposits.push(first_deposits[list] + random.below(40) * u32::from(list % 3 > 0));
     }
-    let deposit = |_| Deposit { throughput: 0.5 * (1.0 + random.cube()), path: random.below(99) };
+    let deposit =
+        |_| Deposit { throughput: 0.5 * (1.0 + random.cube()), ..Deposit::new(random.below(99), OPEN) };
     let deposits: Vec<Deposit> = (0..=first_deposits[2 * base]).map(deposit).collect();
     let factors: Vec<f32> = (0..99).map(|_| 1.0 + random.unit()).collect();
     let [deposits, factors] = [
         Buffer::from_slice(&context, "deposits", &deposits).unwrap(),
         Buffer::from_slice(&context, "factors", &factors).unwrap(),
     ];
-    let sources = indirect_sources(&hvds, &first_deposits, LEAST_VERTICES);
+    let sources = indirect_sources(&hvds, &deposit_runs(&hvds, &first_deposits), LEAST_VERTICES);
     for (ray_count, view_count, part_count) in [(0, 0, 0), (1, 0, 0), (40, 0, 5), (40, 9, 0), (400, 70, 20)] {
         let taken = clusters + view_count;
         let near_parts: Vec<NearCluster> = (0..part_count)

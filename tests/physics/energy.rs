@@ -34,7 +34,7 @@ fn deposited(renderer: &Renderer) -> DVec3 {
     // The last one is there for vertices that no cluster holds.
     let (spare, deposits) = deposits.split_last().unwrap();
     assert_eq!(spare.throughput, Vec3::ZERO, "no vertex is outside all clusters");
-    let flux = |d: &Deposit| d.throughput.as_dvec3() * path_flux[d.path as usize].as_dvec3();
+    let flux = |d: &Deposit| d.throughput.as_dvec3() * path_flux[d.path() as usize].as_dvec3();
     renderer.stages().tint.as_dvec3() * deposits.iter().map(flux).sum::<DVec3>()
 }
 

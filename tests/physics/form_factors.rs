@@ -42,17 +42,16 @@ fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     let clusters = ClusterBuffers::new(context, &hvds, &strata.in_clusters).unwrap();
     let mut entry_points = entry_points::place(context, &buffers, &clusters, &strata, 3).unwrap();
     assert!(entry_points.iter().all(|point| (point.weight - 1.0).abs() < 1e-5));
-    let base = hvds.levels[0].len() as u32;
     let paths = light_paths::trace(
         context,
         &buffers,
         &clusters,
         &surfaces,
         &scene.materials,
-        base,
         &mut entry_points,
         7,
         &mut Silent,
+        |_| Ok(()),
     )
     .unwrap();
     let mut reflectors = Vec::new();

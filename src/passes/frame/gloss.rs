@@ -291,7 +291,7 @@ impl Gloss {
         &self,
         rec: &mut Recorder,
         materials: &Buffer,
-        (first_deposits, deposits): (&Buffer, &Buffer),
+        (deposit_runs, deposits): (&Buffer, &Buffer),
         due: &[GlossLight<'_>],
         slots: &[(Vec3, &Buffer)],
     ) {
@@ -305,7 +305,7 @@ impl Gloss {
                 &GlossBasePush { part: dispatch.part, slot_count: leaf_count },
                 &[
                     ("Materials", materials),
-                    ("FirstDeposits", first_deposits),
+                    ("DepositRuns", deposit_runs),
                     ("Deposits", deposits),
                     ("GlossVertices", &self.vertices),
                     ("GlossBeams", light(0).beams),

@@ -138,7 +138,7 @@ pub struct Surroundings<'a> {
     /// The clusters that shine.
     pub gloss: &'a Gloss,
     /// First deposit of each base cluster by an entry point, then its first by another vertex, and the end.
-    pub first_deposits: &'a Buffer,
+    pub deposit_runs: &'a Buffer,
     /// `Deposit`s in cluster order.
     pub deposits: &'a Buffer,
 }
@@ -283,6 +283,7 @@ impl GlossPixels {
                 ("CellFirst", &clusters.cell_first),
                 ("CellClusters", &clusters.cell_clusters),
                 ("ClusterLinks", &clusters.links),
+                ("Wholes", &clusters.wholes),
                 ("Pixels", pixels),
                 ("GlossOffsets", &self.offsets),
                 ("GlossPixels", &self.pixels),
@@ -302,8 +303,7 @@ impl GlossPixels {
         due: &[GlossLight<'_>],
         [hits, highlights]: [&[(Vec3, &Buffer)]; 2],
     ) {
-        let Surroundings { scene, pixels, irradiance, inverse_areas, gloss, first_deposits, deposits } =
-            around;
+        let Surroundings { scene, pixels, irradiance, inverse_areas, gloss, deposit_runs, deposits } = around;
         let (pixel_count, most_samples, capacity) = (self.pixel_count, self.most_samples, self.capacity);
         let cluster_bits = self.cluster_bits;
         let mut pass = rec.pass(Self::STEM);
@@ -321,7 +321,7 @@ impl GlossPixels {
                     ("InverseAreas", inverse_areas),
                     ("BaseRanges", &gloss.base_ranges),
                     ("GlossShifts", &gloss.shifts),
-                    ("FirstDeposits", first_deposits),
+                    ("DepositRuns", deposit_runs),
                     ("Deposits", deposits),
                     ("GlossVertices", &gloss.vertices),
                     ("GlossBeams", light(0).beams),

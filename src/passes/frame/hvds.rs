@@ -9,7 +9,7 @@ use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::light_sum::LightSum;
 use crate::scene::hvds::Hvds;
-use crate::types::NO_CLUSTER;
+use crate::types::{DepositRun, NO_CLUSTER};
 use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -140,8 +140,8 @@ pub struct Pyramid {
     entry_area_m2: f32,
     /// All clusters.
     pub all: ClusterLists,
-    /// First deposit of each base cluster by an entry point, then its first by another vertex, and the end.
-    pub first_deposits: Buffer,
+    /// `DepositRun` of each base cluster.
+    pub deposit_runs: Buffer,
     first_children: Buffer,
     /// 1/area of each cluster, 1/m².
     pub inverse_areas: Buffer,
@@ -175,13 +175,14 @@ impl Pyramid {
     ) -> Result<Self> {
         let roots = hvds.levels.last().map_or(0, |roots| roots.start) as usize;
         let inverse_areas: Vec<f32> = (0..)
-            .zip(&hvds.areas_m2)
+            .zip(&hvds.shown_m2)
             .map(|(cluster, &area)| match cluster < roots {
                 true if area > 0.0 => 1.0 / area,
                 true => 0.0,
                 false => 1.0 / area.max(entry_area_m2),
             })
             .collect();
+        let runs = deposit_runs(hvds, first_deposits);
         let all = vec![true; hvds.cluster_count() as usize];
         // What nobody reads is never written.
         let dark = vec![Vec3::ZERO; hvds.cluster_count() as usize];
@@ -197,13 +198,13 @@ impl Pyramid {
             base_count: hvds.levels[0].len() as u32,
             entry_area_m2,
             all: ClusterLists::new(context, &hvds.levels, &all, &all)?,
-            first_deposits: Buffer::from_slice(context, "first deposits", first_deposits)?,
+            deposit_runs: Buffer::from_slice(context, "deposit runs", &runs)?,
             first_children: Buffer::from_slice(context, "first children", &hvds.first_children)?,
             inverse_areas: Buffer::from_slice(context, "inverse areas", &inverse_areas)?,
             indirect_sources: Buffer::from_slice(
                 context,
                 "indirect sources",
-                &indirect_sources(hvds, first_deposits, LEAST_VERTICES),
+                &indirect_sources(hvds, &runs, LEAST_VERTICES),
             )?,
             flux: Buffer::from_slice(context, "cluster flux", &[&dark[..], &dark].concat())?,
             irradiance: Buffer::from_slice(context, "cluster irradiance", &dark)?,
@@ -223,9 +224,9 @@ impl Pyramid {
     ) -> Result<()> {
         let mut is_mixed = vec![false; hvds.cluster_count() as usize];
         mixed.into_iter().for_each(|cluster| is_mixed[cluster as usize] = true);
-        let first_deposits: Vec<u32> = self.first_deposits.read()?;
+        let runs: Vec<DepositRun> = self.deposit_runs.read()?;
         let least = [LEAST_VERTICES, LEAST_VERTICES_APART];
-        self.indirect_sources.write(&unmixed_sources(hvds, &first_deposits, least, &is_mixed))?;
+        self.indirect_sources.write(&unmixed_sources(hvds, &runs, least, &is_mixed))?;
         let dark = vec![Vec3::ZERO; (hvds.cluster_count() + view_count) as usize];
         self.irradiance = Buffer::from_slice(context, "cluster irradiance", &dark)?;
         Ok(())
@@ -288,7 +289,7 @@ impl Pyramid {
                     ("Carried1", carried(1)),
                     ("Carried2", carried(2)),
                     ("Carried3", carried(3)),
-                    ("FirstDeposits", &self.first_deposits),
+                    ("DepositRuns", &self.deposit_runs),
                     ("Deposits", deposits),
                     ("SummedClusters", &lists.summed),
                     ("Layer0", light(0).layer),
@@ -333,21 +334,33 @@ impl Pyramid {
     }
 }
 
+/// The deposits of each base cluster. `first_deposits`: the first of each cluster by an entry point, then its first by another vertex, and the
+/// end; a whole has those of its cluster.
+pub fn deposit_runs(hvds: &Hvds, first_deposits: &[u32]) -> Vec<DepositRun> {
+    let run =
+        |first: &[u32]| DepositRun { first: first[0], first_other: first[1], end: first[2], is_whole: 0 };
+    let mut runs: Vec<DepositRun> = first_deposits.windows(3).step_by(2).map(run).collect();
+    for (cluster, &whole) in hvds.wholes.iter().enumerate().filter(|(_, whole)| **whole != NO_CLUSTER) {
+        runs[whole as usize] = DepositRun { is_whole: 1, ..runs[cluster] };
+    }
+    runs
+}
+
 /// For each cluster, the smallest one around it that holds `least` path vertices that are no entry points; none that is mixed.
-pub fn indirect_sources(hvds: &Hvds, first_deposits: &[u32], least: u32) -> Vec<u32> {
-    unmixed_sources(hvds, first_deposits, [least; 2], &vec![false; hvds.cluster_count() as usize])
+pub fn indirect_sources(hvds: &Hvds, runs: &[DepositRun], least: u32) -> Vec<u32> {
+    unmixed_sources(hvds, runs, [least; 2], &vec![false; hvds.cluster_count() as usize])
 }
 
 /// The same; but below a cluster that is mixed the second number is enough.
 pub fn unmixed_sources(
     hvds: &Hvds,
-    first_deposits: &[u32],
+    runs: &[DepositRun],
     [least, least_apart]: [u32; 2],
     is_mixed: &[bool],
 ) -> Vec<u32> {
     let mut counts = vec![0; hvds.cluster_count() as usize];
-    for (count, runs) in counts.iter_mut().zip(first_deposits[1..].chunks(2)) {
-        *count = runs[1] - runs[0];
+    for (count, run) in counts.iter_mut().zip(runs) {
+        *count = run.end - run.first_other;
     }
     for cluster in 0..counts.len() {
         if hvds.parents[cluster] != NO_CLUSTER {

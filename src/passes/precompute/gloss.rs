@@ -6,6 +6,7 @@ use super::gather_rays::{GatherCode, Hemisphere, RayDirections, RayTable};
 use super::path_orders::LightPaths;
 use crate::error::Result;
 use crate::passes::frame::gloss::{GlossEntry, GlossSlot, GlossVertex, NO_ENTRY};
+use crate::passes::frame::hvds::deposit_runs;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
 use crate::types::{CachePoint, GatherRay, NO_CLUSTER, NO_TARGET, PathVertex, Surface};
@@ -184,7 +185,7 @@ impl GlossTables {
         for (index, entry) in (0..).zip(&self.entries) {
             entry_of_path[entry.path as usize] = index;
         }
-        let mut shines = vec![false; sources.hvds.levels[0].len()];
+        let mut shines = vec![false; sources.hvds.wholes.len()];
         for piece in &sources.hvds.pieces {
             let material = sources.surfaces[piece.side as usize / 2].material;
             shines[piece.cluster as usize] |= sources.materials[material as usize].may_shine();
@@ -201,12 +202,19 @@ impl GlossTables {
                 let surface = &sources.surfaces[side as usize / 2];
                 let incoming = arrivals.incoming[deposit as usize];
                 let is_entry = deposit < lists[1];
-                let path = sources.paths.deposits[deposit as usize].path;
+                let path = sources.paths.deposits[deposit as usize].path();
                 self.vertices.push(GlossVertex {
                     mirror: if is_entry { Vec3::ZERO } else { incoming.reflect(surface.normal) },
                     material: surface.material,
                     entry: if is_entry { entry_of_path[path as usize] } else { NO_ENTRY },
                 });
+            }
+        }
+        // A whole has its cluster's vertices.
+        self.shifts.resize(sources.hvds.levels[0].len(), NO_ENTRY);
+        for (cluster, &whole) in sources.hvds.wholes.iter().enumerate() {
+            if whole != NO_CLUSTER {
+                self.shifts[whole as usize] = self.shifts[cluster];
             }
         }
     }
@@ -217,11 +225,9 @@ impl GlossTables {
     fn find_slots(&mut self, sources: &Sources<'_>, mut wanted: Vec<(u32, u32)>) -> HashMap<(u32, u32), u32> {
         let hvds = sources.hvds;
         let mut vertices = vec![0; hvds.cluster_count() as usize];
-        for (cluster, shift) in self.shifts.iter().enumerate() {
-            if *shift != NO_ENTRY {
-                let lists = &sources.paths.first_deposits[2 * cluster..2 * cluster + 3];
-                vertices[cluster] = lists[2] - lists[0];
-            }
+        let runs = deposit_runs(hvds, &sources.paths.first_deposits);
+        for ((vertices, run), &shift) in vertices.iter_mut().zip(runs).zip(&self.shifts) {
+            *vertices = if shift == NO_ENTRY { 0 } else { run.end - run.first };
         }
         for cluster in 0..vertices.len() {
             if hvds.parents[cluster] != NO_CLUSTER {

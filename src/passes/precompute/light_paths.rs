@@ -61,7 +61,8 @@ pub const ROULETTE_THRESHOLD: f32 = 0.5;
 /// upwards would have ended early; were it all, paths among editable materials would never end.
 pub const EDITABLE_ALBEDO: f32 = 0.9;
 /// Traces all paths. Where some materials are editable, entry points and their paths are put in an order in which those that the same
-/// of them reflect stand together. `surfaces` in BVH order, `materials` as on the device; `base_clusters` counts the clusters of the base level.
+/// of them reflect stand together. `surfaces` in BVH order, `materials` as on the device. Before the vertices are listed, `measure`
+/// may find their openness.
 ///
 /// # Errors
 /// [`Error::OutOfMemory`] if the device cannot bind so many vertices, as where nothing is absorbed and no path ends; the device
@@ -73,10 +74,10 @@ pub fn trace(
     clusters: &ClusterBuffers,
     surfaces: &[Surface],
     materials: &[Material],
-    base_clusters: u32,
     entry_points: &mut [PathVertex],
     seed: u32,
     progress: &mut dyn Progress,
+    measure: impl FnOnce(&mut [Vertex]) -> Result<()>,
 ) -> Result<LightPaths> {
     let mut vertices: Vec<Vertex> = Vec::with_capacity(entry_points.len() * 5);
     let mut live: Vec<PathState> = Vec::with_capacity(entry_points.len());
@@ -117,6 +118,7 @@ pub fn trace(
         })?;
         live = survivors;
     }
+    measure(&mut vertices)?;
     let bits = editable_bits(materials);
     let mut masks = Vec::new();
     if bits.iter().any(|&bit| bit != 0) {
@@ -124,7 +126,7 @@ pub fn trace(
             group(&mut vertices, entry_points, |side| bits[surfaces[side as usize / 2].material as usize]);
     }
     let mut paths =
-        LightPaths::from_vertices(vertices, surfaces, &may_shine, entry_points.len(), base_clusters);
+        LightPaths::from_vertices(vertices, surfaces, &may_shine, entry_points.len(), clusters.base_count);
     paths.group_steps(&masks);
     if !shines {
         paths.arrivals = Arrivals::default();

@@ -66,7 +66,7 @@ impl Patch {
     };
 }
 
-/// The clusters of the extent's levels, in order. `clearances` of the pieces, metres; `normal` of a side.
+/// The clusters of the extent's levels, in order; a whole is where its cluster is. `clearances` of the pieces, metres; `normal` of a side.
 pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3, extent: Extent) -> Vec<Patch> {
     let end = extent.end(hvds);
     let mut patches = vec![Patch { clearance: 0.0, ..Patch::EMPTY }; end];
@@ -76,16 +76,18 @@ pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3, ex
         let [low, high] = [Vec3::min, Vec3::max]
             .map(|bound| piece.corners[1..].iter().fold(piece.corners[0], |a, &b| bound(a, b)));
         let area = piece.open_area_m2() as f32;
-        let mut cluster = piece.cluster as usize;
-        while cluster < end {
-            let patch = &mut patches[cluster];
-            areas[cluster] += piece.open_area_m2();
-            patch.clearance += area * clearance;
-            patch.middle += area * middle;
-            patch.normal += area * normal(piece.side);
-            (patch.low, patch.high) = (patch.low.min(low), patch.high.max(high));
-            patch.is_back = piece.side % 2 == 1;
-            cluster = hvds.parents[cluster] as usize;
+        for base in [piece.cluster, hvds.wholes[piece.cluster as usize]] {
+            let mut cluster = base as usize;
+            while cluster < end {
+                let patch = &mut patches[cluster];
+                areas[cluster] += piece.open_area_m2();
+                patch.clearance += area * clearance;
+                patch.middle += area * middle;
+                patch.normal += area * normal(piece.side);
+                (patch.low, patch.high) = (patch.low.min(low), patch.high.max(high));
+                patch.is_back = piece.side % 2 == 1;
+                cluster = hvds.parents[cluster] as usize;
+            }
         }
     }
     let mean = |(patch, area): (Patch, f64)| match area > 0.0 {

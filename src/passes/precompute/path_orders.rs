@@ -3,7 +3,7 @@
 
 use crate::passes::frame::path_scan::{FROM_ENTRY, HEAD, PathStep};
 use crate::scene::Material;
-use crate::types::{Deposit, NO_CLUSTER, PathVertex, Surface};
+use crate::types::{Deposit, NO_CLUSTER, OPEN, PathVertex, Surface};
 use glam::Vec3;
 use std::ops::Range;
 
@@ -12,21 +12,29 @@ pub(super) const WHITE: u32 = u32::MAX;
 
 /// Where on its path a vertex was found, and what becomes of it.
 #[derive(Clone, Copy)]
-pub(super) struct Vertex {
+pub struct Vertex {
     path: u32,
-    side: u32,
-    weight: f32,
-    cluster: u32,
+    pub(super) position: Vec3,
+    pub(super) side: u32,
+    pub(super) weight: f32,
+    pub(super) cluster: u32,
     incoming: Vec3,
     lobe: f32,
+    /// What counts of it for readers from afar, 0..=[`OPEN`].
+    pub(super) openness: u32,
     /// Packed colour of the image at the vertex before.
     colour: u32,
 }
 
 impl Vertex {
     pub(super) fn new(path: u32, vertex: &PathVertex, colour: u32) -> Self {
-        let PathVertex { side, weight, cluster, incoming, lobe, .. } = *vertex;
-        Self { path, side, weight, cluster, incoming, lobe, colour }
+        let PathVertex { position, side, weight, cluster, incoming, lobe } = *vertex;
+        Self { path, position, side, weight, cluster, incoming, lobe, openness: OPEN, colour }
+    }
+
+    /// Whether its path starts there.
+    pub(super) fn is_entry(&self) -> bool {
+        self.incoming == Vec3::ZERO
     }
 }
 
@@ -101,8 +109,7 @@ pub(super) fn group(
         if let Some(reflector) = pending[path] {
             masks[path] |= reflector;
         }
-        let is_entry = vertex.incoming == Vec3::ZERO;
-        pending[path] = Some(if is_entry { 0 } else { bit(vertex.side) });
+        pending[path] = Some(if vertex.is_entry() { 0 } else { bit(vertex.side) });
     }
     let mut order: Vec<u32> = (0..entry_points.len() as u32).collect();
     order.sort_by_key(|&path| masks[path as usize]);
@@ -156,7 +163,7 @@ impl LightPaths {
         let first_deposits = offsets(2 * base_clusters as usize, held.map(list));
         let total = first_deposits[2 * base_clusters as usize];
         let mut cursor = first_deposits.clone();
-        let mut deposits = vec![Deposit { throughput: Vec3::ZERO, path: 0 }; total as usize + 1];
+        let mut deposits = vec![Deposit::new(0, OPEN); total as usize + 1];
         let mut steps = Vec::with_capacity(ordered.len());
         let colours = ordered.iter().map(|vertex| vertex.colour).collect();
         let mut arrivals = Arrivals {
@@ -177,7 +184,7 @@ impl LightPaths {
                 *place += 1;
                 *place - 1
             };
-            deposits[slot as usize].path = vertex.path;
+            deposits[slot as usize] = Deposit::new(vertex.path, vertex.openness);
             arrivals.lobes.push(vertex.lobe);
             arrivals.incoming[slot as usize] = vertex.incoming;
             arrivals.sides[slot as usize] = vertex.side;

@@ -1,0 +1,52 @@
+// Openness of path vertices: how many of a vertex's rays, spread as a matt surface reflects, meet nothing within a reach: the share of
+// what it reflects that leaves its surroundings. Deterministic. One invocation = one vertex. In: vertices. Out: rays, for each.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint RINGS = 0;
+layout(constant_id = 1) const uint SECTORS = 0;
+
+struct OpennessPoint {
+    vec3 position;
+    uint side;  // 2·triangle + (1 if the back side)
+};
+struct OpennessPush {
+    uint point_count;
+    uint seed;
+    float reach;  // metres
+};
+
+layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
+layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(scalar, binding = 3) readonly buffer OpennessPoints { OpennessPoint openness_points[]; };
+layout(scalar, binding = 4) writeonly buffer OpenRays { uint open_rays[]; };
+layout(scalar, push_constant) uniform Push { OpennessPush push; };
+
+#include "include/bvh.glsl"
+#include "include/gather.glsl"
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= push.point_count) return;
+    OpennessPoint point = openness_points[index];
+    vec3 normal = surfaces[point.side >> 1].normal;
+    if ((point.side & 1u) != 0u) normal = -normal;
+    vec3 origin = offset_origin(point.position, normal);
+    mat3 frame = frame_around(normal);
+    // The point itself names its rays: what is found must not depend on how the work was cut up.
+    uvec3 bits = floatBitsToUint(point.position);
+    uint name = hash(bits.x, hash(bits.y, hash(bits.z, point.side)));
+    uint open = 0u;
+    for (uint ray = 0u; ray < RINGS * SECTORS; ++ray) {
+        Hit hit;
+        if (!trace(Ray(origin, frame * stratum_direction(stratum_of(ray), name, push.seed), push.reach), true, hit)) ++open;
+    }
+    open_rays[index] = open;
+}

@@ -1,0 +1,138 @@
+//! Clusters are read from afar and from nearby, and do not look the same: rays from afar meet its open parts, and few of its crevices, which
+//! less light comes to. Where the two differ a cluster stands for what shows from afar, and its *whole*, a cluster of its own, for all of
+//! it. Wholes have a hierarchy of their own: on each level they stand behind the others.
+
+use crate::scene::hvds::Hvds;
+use crate::types::NO_CLUSTER;
+
+/// How far what is nearby is away at most, in base cells (`glsl/include/target.glsl`).
+pub const NEARBY: f32 = 2.0;
+
+impl Hvds {
+    /// Gives those base clusters wholes. Pieces lie in the clusters; their wholes hold the same.
+    pub fn add_wholes(&mut self, has_whole: &[bool]) {
+        let levels = std::mem::take(&mut self.levels);
+        let parents = std::mem::take(&mut self.parents);
+        let areas_m2 = std::mem::take(&mut self.areas_m2);
+        // What has a whole on the level at hand.
+        let base = (0..).zip(has_whole).filter(|(_, has)| **has);
+        let mut divided: Vec<u32> = base.map(|(cluster, _)| cluster).collect();
+        for (whole, &cluster) in (levels[0].end..).zip(&divided) {
+            self.wholes[cluster as usize] = whole;
+        }
+        let mut first = 0;
+        for (depth, level) in levels.iter().enumerate() {
+            let end = first + (level.len() + divided.len()) as u32;
+            self.areas_m2.extend(&areas_m2[level.start as usize..level.end as usize]);
+            self.areas_m2.resize(end as usize, 0.0);
+            // The next level begins where this one ends, and its wholes stand behind its own clusters.
+            let own_up = levels.get(depth + 1).map_or(0, |up| up.len() as u32);
+            let moved = |parent: u32| if parent == NO_CLUSTER { parent } else { end + (parent - level.end) };
+            self.parents.extend(level.clone().map(|cluster| moved(parents[cluster as usize])));
+            let mut divided_up: Vec<u32> = divided.iter().map(|&cluster| parents[cluster as usize]).collect();
+            divided_up.dedup();
+            let whole_up = |&cluster: &u32| match parents[cluster as usize] {
+                NO_CLUSTER => NO_CLUSTER,
+                parent => end + own_up + divided_up.partition_point(|&other| other < parent) as u32,
+            };
+            self.parents.extend(divided.iter().map(whole_up));
+            self.levels.push(first..end);
+            (first, divided) = (end, divided_up);
+        }
+        self.link_children();
+        let exact = self.areas_m2[..self.levels[0].len()].iter().map(|&area| f64::from(area));
+        self.areas_m2 = self.sum_levels(self.with_wholes(exact.collect()));
+        self.shown_m2.clone_from(&self.areas_m2);
+    }
+
+    /// Takes clusters that have wholes for as much area as shows from afar. `samples` of each: how much of its sample points shows, and of
+    /// how much; without any, all of it does.
+    pub fn show(&mut self, samples: &[[f64; 2]]) {
+        let areas = self.areas_m2[..self.levels[0].len()].iter().map(|&area| f64::from(area));
+        let mut shown: Vec<f64> = areas.collect();
+        for (cluster, &[open, all]) in samples.iter().enumerate() {
+            if self.wholes[cluster] != NO_CLUSTER && all > 0.0 {
+                shown[cluster] *= open / all;
+            }
+        }
+        self.shown_m2 = self.sum_levels(shown);
+    }
+
+    /// Of base clusters, for which wholes hold what their clusters hold.
+    pub(super) fn with_wholes(&self, mut of_base: Vec<f64>) -> Vec<f64> {
+        for (cluster, &whole) in self.wholes.iter().enumerate().filter(|(_, whole)| **whole != NO_CLUSTER) {
+            of_base[whole as usize] = of_base[cluster];
+        }
+        of_base
+    }
+
+    /// Sums what base clusters hold over every cluster of every level.
+    pub(super) fn sum_levels(&self, mut sums: Vec<f64>) -> Vec<f32> {
+        sums.resize(self.parents.len(), 0.0);
+        for (cluster, &parent) in self.parents.iter().enumerate() {
+            if parent != NO_CLUSTER {
+                sums[parent as usize] += sums[cluster];
+            }
+        }
+        sums.into_iter().map(|sum| sum as f32).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Triangle, grid, surfaces};
+    use glam::Vec3;
+
+    #[test]
+    fn wholes_nest_and_hold_what_their_clusters_hold() {
+        let corner = |a: f32| Vec3::new(a.sin(), (1.7 * a).cos(), (2.3 * a).sin());
+        let triangle = |index: u32| {
+            let positions = [0.0, 0.9, 2.1].map(|shift| corner(index as f32 + shift));
+            Triangle { positions, normals: [Vec3::Y; 3], material: 0 }
+        };
+        let triangles: Vec<Triangle> = (0..7).map(triangle).collect();
+        let surfaces: Vec<_> = triangles.iter().map(|t| surfaces::surface(t, [true; 2])).collect();
+        let (low, high) = (Vec3::splat(-1.0), Vec3::splat(1.0));
+        let plain = Hvds::build(&triangles, &surfaces, grid::grid(low, high, 8), 8);
+        let base = plain.levels[0].len();
+        let has_whole: Vec<bool> = (0..base).map(|cluster| cluster % 5 != 1).collect();
+        let mut hvds = plain.clone();
+        hvds.add_wholes(&has_whole);
+
+        let area = |hvds: &Hvds, cluster: u32| f64::from(hvds.areas_m2[cluster as usize]);
+        for (level, before) in hvds.levels.iter().zip(&plain.levels) {
+            let own = level.start..level.start + before.len() as u32;
+            for (now, before) in own.clone().zip(before.clone()) {
+                assert!((area(&hvds, now) - area(&plain, before)).abs() < 1e-6);
+            }
+            let wholes: f64 = (own.end..level.end).map(|cluster| area(&hvds, cluster)).sum();
+            let divided = (0..base as u32).filter(|cluster| has_whole[*cluster as usize]);
+            let held: f64 = divided.map(|cluster| area(&plain, cluster)).sum();
+            assert!(wholes > 0.0 && (wholes - held).abs() < 1e-4 * held, "{wholes} of {held}");
+        }
+        for cluster in base..hvds.cluster_count() as usize {
+            let children = hvds.first_children[cluster]..hvds.first_children[cluster + 1];
+            if cluster >= hvds.levels[0].end as usize {
+                assert!(!children.is_empty());
+                children.for_each(|child| assert_eq!(hvds.parents[child as usize], cluster as u32));
+            }
+        }
+
+        // Of one half shows, of another nothing was sampled.
+        let samples: Vec<[f64; 2]> =
+            (0..base).map(|c| if c % 2 == 0 { [1.5, 3.0] } else { [0.0; 2] }).collect();
+        hvds.show(&samples);
+        for cluster in 0..base {
+            let share = if cluster % 2 == 0 && has_whole[cluster] { 0.5 } else { 1.0 };
+            assert!((hvds.shown_m2[cluster] - share * plain.areas_m2[cluster]).abs() < 1e-6);
+            if has_whole[cluster] {
+                assert_eq!(hvds.shown_m2[hvds.wholes[cluster] as usize], plain.areas_m2[cluster]);
+            }
+        }
+        let root = hvds.levels.last().unwrap().clone();
+        let sum =
+            |level: std::ops::Range<u32>| level.map(|c| f64::from(hvds.shown_m2[c as usize])).sum::<f64>();
+        assert!((sum(root) - sum(hvds.levels[0].clone())).abs() < 1e-4);
+    }
+}

@@ -112,6 +112,8 @@ impl Renderer {
         StageBuffers {
             tint: self.lights.tint,
             deposits: &self.path_scan.deposits,
+            deposit_runs: &self.pyramid.deposit_runs,
+            inverse_areas: &self.pyramid.inverse_areas,
             cluster_flux: &self.pyramid.flux,
             cluster_irradiance: &self.pyramid.irradiance,
             cache_points: &self.gather.cache_points,
@@ -128,6 +130,10 @@ pub struct StageBuffers<'a> {
     pub tint: Vec3,
     /// `Deposit`s in cluster order.
     pub deposits: &'a Buffer,
+    /// `DepositRun` of each base cluster.
+    pub deposit_runs: &'a Buffer,
+    /// 1/area for which each cluster shows, 1/m².
+    pub inverse_areas: &'a Buffer,
     /// `ClusterFlux` of each cluster, W.
     pub cluster_flux: &'a Buffer,
     /// Irradiance of each cluster, W/m²; three floats.

@@ -126,14 +126,12 @@ pub const MOST_SLOTS: u32 = 4;
 const SHARE: u64 = 3;
 /// Samples of an edge pixel at the least; where there is room for fewer, no pixel has any.
 pub const LEAST_SAMPLES: u32 = 4;
-/// But there is room for so many samples, 7.5 MiB, and as many slots, if that is all of them: in a small picture light changes much
-/// from pixel to pixel, and most show an edge.
+/// But there is room for so many samples, and slots, if that is all of them: most pixels of a small picture show an edge.
 const LEAST_ROOM: u64 = 5 << 17;
-/// Where workgroups of 64 samples, and of 64 edge pixels, are counted beside those of four edge pixels, bytes.
+/// Where workgroups of 64 samples, of 64 edge pixels, and of pixels and then slots whose light is summed are counted, bytes; those of four
+/// edge pixels come first.
 const SAMPLE_GROUPS: u64 = 16;
-/// See above.
 const PIXEL_GROUPS: u64 = 32;
-/// Where workgroups are counted that sum light of pixels and then of slots.
 const POINT_GROUPS: u64 = 48;
 
 /// The pipelines and the samples.
@@ -184,17 +182,14 @@ impl Antialias {
         let pixel_count = size[0] * size[1];
         let room = Self::room(context, pixel_count, most_samples);
         let no_edges = vec![0_u32; pixel_count as usize + 1];
-        let bits = |thresholds: &[(&'static str, f32)]| -> Vec<_> {
-            thresholds.iter().map(|&(name, value)| (name, value.to_bits())).collect()
-        };
+        let creases = [("CREASE", CREASE.to_bits()), ("STEP", STEP.to_bits())];
         let more = [("SPREAD", SPREAD.to_bits()), ("DENSITY", DENSITY), ("MOST", MOST)];
-        let pixels = |name| Buffer::storage(context, name, 4 * u64::from(pixel_count));
-        let stored = |name, count: u32, bytes: usize| {
-            Buffer::storage(context, name, u64::from(count.max(1)) * bytes as u64)
-        };
+        let stored =
+            |name, count: u32, bytes: usize| Buffer::storage(context, name, u64::from(count) * bytes as u64);
+        let pixels = |name| stored(name, pixel_count, size_of::<u32>());
         Ok(Self {
-            mark: Pipeline::new(context, "edge_mark", &bits(&[("CREASE", CREASE), ("STEP", STEP)]))?,
-            shadow_mark: Pipeline::new(context, "shadow_mark", &bits(&[("CONTRAST", CONTRAST)]))?,
+            mark: Pipeline::new(context, "edge_mark", &creases)?,
+            shadow_mark: Pipeline::new(context, "shadow_mark", &[("CONTRAST", CONTRAST.to_bits())])?,
             list: Pipeline::new(context, "edge_list", &[("GROUP_POINTS", GROUP_VALUES)])?,
             samples: Pipeline::new(context, Self::STEM, &[("OUTLINE_POINTS", OUTLINE_POINTS)])?,
             slots: Pipeline::new(context, "edge_slots", &[])?,
@@ -360,8 +355,7 @@ impl Antialias {
         (&self.edge_groups, PIXEL_GROUPS)
     }
 
-    /// Where workgroups that take [`GROUP_VALUES`] values each are counted, for one value a pixel and one a slot that is in use; none
-    /// where antialiasing is off.
+    /// Where workgroups are counted that sum light of pixels and of slots in use, [`GROUP_VALUES`] each; none where antialiasing is off.
     pub fn point_groups(&self) -> Option<(&Buffer, u64)> {
         (self.room.most_samples > 0).then_some((&self.edge_groups, POINT_GROUPS))
     }

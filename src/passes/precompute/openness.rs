@@ -1,4 +1,4 @@
-//! Openness of path vertices: the share of what a vertex reflects that leaves its surroundings. [after Zhukov §3]
+//! Openness of path vertices: the share of what a vertex reflects that leaves its surroundings. [after Zhukov]
 //! In: vertices of the light paths. Out: how much of each counts for readers from afar, and for how much area clusters show.
 //!
 //! Rays from afar meet what is open more often, and more light comes to it. A mean in which all area counts alike would be too dark for

@@ -65,7 +65,7 @@ fn energies(renderer: &Renderer) -> [f64; 2] {
     let entering = renderer.path_flux().unwrap();
     let deposits: Vec<Deposit> = stages.deposits.read().unwrap();
     let deposited =
-        deposits.iter().map(|d| f64::from(d.throughput.x) * f64::from(entering[d.path as usize].x)).sum();
+        deposits.iter().map(|d| f64::from(d.throughput.x) * f64::from(entering[d.path() as usize].x)).sum();
     let clusters: Vec<ClusterFlux> = stages.cluster_flux.read().unwrap();
     let held: f64 = clusters.iter().map(|flux| f64::from(flux.direct.x) + f64::from(flux.indirect.x)).sum();
     // One level is finer than what was asked for.

@@ -1,12 +1,24 @@
 //! What the passes of a frame have to move and trace, from their inputs.
 
 use super::Renderer;
+use crate::cpu::antialias::{samples_per_edge, slots_per_edge};
 use crate::gpu::{Buffer, PassTiming};
 use crate::passes::OneLight;
 use crate::passes::frame::{
-    antialias::Antialias, blend::Blend, cluster_views::ClusterViews, compose::Compose, direct::Direct,
-    form_factors::FormFactors, gather::Gather, hvds::ClusterLayer, hvds::Pyramid, path_scan::PathScan,
-    pixel_colours::PixelColours, primary::Primary, splat::Splat, tonemap::Tonemap,
+    antialias::{Antialias, EdgeRoom, EdgeSample, EdgeSlot},
+    blend::Blend,
+    cluster_views::ClusterViews,
+    compose::Compose,
+    direct::Direct,
+    form_factors::FormFactors,
+    gather::Gather,
+    hvds::ClusterLayer,
+    hvds::Pyramid,
+    path_scan::PathScan,
+    pixel_colours::PixelColours,
+    primary::Primary,
+    splat::Splat,
+    tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
 
@@ -25,10 +37,15 @@ impl Renderer {
         };
         let (due_layers, layer_rays) = due(self.lights.without_layer());
         let (due_factors, factor_rays) = due(self.lights.without_factors());
-        let points = u64::from(self.direct.point_count());
-        let [edge_samples, slots] =
-            [&self.antialias.edge_samples, &self.antialias.edge_slots].map(Buffer::bytes);
-        let slot_count = u64::from(self.antialias.room.slots);
+        let EdgeRoom { most_samples, samples, slots } = self.antialias.room;
+        let per_edge = [
+            samples_per_edge(self.edge_count, most_samples, [samples, slots]),
+            slots_per_edge(self.edge_count, slots),
+        ];
+        let [sample_count, slot_count] = per_edge.map(|count| u64::from(count) * u64::from(self.edge_count));
+        let edge_samples = sample_count * size_of::<EdgeSample>() as u64;
+        let slots = slot_count * size_of::<EdgeSlot>() as u64;
+        let points = pixels + slot_count;
         let records = self.gather.records.bytes();
         // Passes of one name share an account: of records gathered ahead of the others, again in narrow gaps, and the others, the mean.
         let gathers = passes.iter().filter(|pass| pass.name == Gather::STEM).count();

@@ -69,6 +69,8 @@ pub struct Renderer {
     primary: Primary,
     direct: Direct,
     antialias: Antialias,
+    /// Edge pixels of the last view.
+    edge_count: u32,
     form_factors: FormFactors,
     path_scan: PathScan,
     /// Paths by which editable materials reflect them.
@@ -145,6 +147,7 @@ impl Renderer {
             direct,
             pixel_colours: PixelColours::new(context, &made.buffers, pixels, antialias.room.slots)?,
             antialias,
+            edge_count: 0,
             form_factors,
             path_scan: PathScan::new(
                 context,
@@ -201,6 +204,9 @@ impl Renderer {
             }
         };
         let frame_ms = start.elapsed().as_secs_f64() * 1e3;
+        if stages.view {
+            self.edge_count = self.antialias.edge_count()?;
+        }
         let gathered = self.needs.settle(stages, gathering)?;
         let columns = Columns::of(&passes);
         let (bytes, rays) = self.accounts(&passes);

@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use lightpaths::passes::frame::hvds::ClusterFlux;
 use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::{Light, LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
-use lightpaths::types::{CachePoint, Deposit};
+use lightpaths::types::{CachePoint, Deposit, DepositRun, OPEN};
 
 /// The room, loaded from files with a scale and a place; its lamp as bright on the walls as before.
 fn placed(scale: f64, to: DVec3) -> Scene {

@@ -123,10 +123,10 @@ mod tests {
         let samples: Vec<[f64; 2]> =
             (0..base).map(|c| if c % 2 == 0 { [1.5, 3.0] } else { [0.0; 2] }).collect();
         hvds.show(&samples);
-        for cluster in 0..base {
-            let share = if cluster % 2 == 0 && has_whole[cluster] { 0.5 } else { 1.0 };
+        for (cluster, &has_whole) in has_whole.iter().enumerate() {
+            let share = if cluster % 2 == 0 && has_whole { 0.5 } else { 1.0 };
             assert!((hvds.shown_m2[cluster] - share * plain.areas_m2[cluster]).abs() < 1e-6);
-            if has_whole[cluster] {
+            if has_whole {
                 assert_eq!(hvds.shown_m2[hvds.wholes[cluster] as usize], plain.areas_m2[cluster]);
             }
         }

@@ -1,5 +1,5 @@
-//! Clusters are read from afar and from nearby, and do not look the same: rays from afar meet its open parts, and few of its crevices, which
-//! less light comes to. Where the two differ a cluster stands for what shows from afar, and its *whole*, a cluster of its own, for all of
+//! A cluster does not look the same from afar and from nearby: rays from afar meet its open parts more often than its crevices, which less
+//! light comes to. Where the two differ a cluster stands for what shows from afar, and its *whole*, a cluster of its own, for all of
 //! it. Wholes have a hierarchy of their own: on each level they stand behind the others.
 
 use crate::scene::hvds::Hvds;

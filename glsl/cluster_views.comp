@@ -8,26 +8,25 @@
 
 layout(local_size_x = 64) in;
 
-struct ViewPart {
-    uint cluster;
-    float weight;  // all of a view's weights sum to 1
-};
 struct ClusterViewsPush {
     uint cluster_count;
     uint view_count;
+    uint weight_bits;  // of a part
 };
 
 layout(scalar, binding = 0) readonly buffer FirstParts { uint first_parts[]; };  // of each view, and the end
-layout(scalar, binding = 1) readonly buffer ViewParts { ViewPart view_parts[]; };
+layout(scalar, binding = 1) readonly buffer ViewParts { uint view_parts[]; };  // cluster << weight_bits | (steps - 1)
 layout(scalar, binding = 2) buffer Irradiance { vec3 irradiance[]; };
 layout(scalar, push_constant) uniform Push { ClusterViewsPush push; };
 
 void main() {
     uint view = flat_invocation();
     if (view >= push.view_count) return;
+    uint steps = 1u << push.weight_bits;  // of all parts together
     vec3 sum = vec3(0.0);
     for (uint i = first_parts[view]; i < first_parts[view + 1u]; ++i) {
-        sum += view_parts[i].weight * irradiance[view_parts[i].cluster];
+        uint part = view_parts[i];
+        sum += float((part & (steps - 1u)) + 1u) * irradiance[part >> push.weight_bits];
     }
-    irradiance[push.cluster_count + view] = sum;
+    irradiance[push.cluster_count + view] = sum / float(steps);
 }

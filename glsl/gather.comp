@@ -15,16 +15,17 @@ struct GatherPush {
     uint first_point;      // of the bound part of the bundles
     uint end_point;        // its end
     uint reflector_bits;   // width of the reflector field in a bundle
-    float least_distance;  // unit of a bundle's gradient, metres
+    float least_distance;  // unit of gradients under movement, metres
+    float turn_unit;       // of a bundle's share in the gradient under rotation
     float stratum;         // π over the rays of a hemisphere: what each counts for
 };
 
 layout(scalar, binding = 0) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 1) readonly buffer FirstBundles { uint first_bundles[]; };  // of each point of the part, and the end
-// Rays of a point that meet one reflector: reflector | (number of rays - 1) << reflector_bits; two halves each of their shares in the
-// gradients under movement and under rotation. One vector, so that it is one load; neighbours in a workgroup read neighbours here,
-// and, because a point's bundles are in the order of their reflectors, close places of the radiances.
-layout(scalar, binding = 2) readonly buffer Bundles { uvec3 bundles[]; };
+// Rays of a point that meet one reflector: reflector | (number of rays - 1) << reflector_bits; their shares in the gradients under
+// movement, then under rotation: two numbers of six bits, and the exponent of both in five bits, then in three. Neighbours in a
+// workgroup read neighbours here, and, because a point's bundles are in the order of their reflectors, close places of the radiances.
+layout(scalar, binding = 2) readonly buffer Bundles { uvec2 bundles[]; };
 layout(scalar, binding = 3) readonly buffer BundleColours { uint bundle_colours[]; };  // packed; only in scenes with images
 layout(scalar, binding = 4) readonly buffer Radiances { vec3 radiances[]; };
 layout(scalar, binding = 5) readonly buffer Shines { vec3 shines[]; };
@@ -35,6 +36,12 @@ layout(scalar, push_constant) uniform Push { GatherPush push; };
 
 const uint SUMS = 5u;  // irradiance; translation and rotation along tangent and bitangent
 shared vec3 sums[SUMS * gl_WorkGroupSize.x];
+const uint MOVEMENT_EXPONENT = 24u;  // its unit is 2 to the minus that
+
+// Two numbers and what they are multiplied with.
+vec2 unpack_pair(uint bits, uint exponent) {
+    return uintBitsToFloat(exponent << 23u) * vec2(bitfieldExtract(int(bits), 0, 6), bitfieldExtract(int(bits), 6, 6));
+}
 
 void main() {
     uint place = record_offsets[push.first_point] + flat_workgroup();
@@ -47,13 +54,13 @@ void main() {
     vec3 sum[SUMS] = vec3[](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
     uint end = first_bundles[row + 1u];
     for (uint i = first_bundles[row] + thread; i < end; i += gl_WorkGroupSize.x) {
-        uvec3 bundle = bundles[i];
+        uvec2 bundle = bundles[i];
         uint reflector = bundle.x & reflectors;
         vec3 radiance = radiances[reflector];
         if (HAS_TEXTURES != 0u) radiance *= unpack_colour(bundle_colours[i]);
         if (SHINES == 1u) radiance += shines[reflector];
-        vec2 movement = unpackHalf2x16(bundle.y);
-        vec2 turn = unpackHalf2x16(bundle.z);
+        vec2 movement = unpack_pair(bundle.y, 127u - MOVEMENT_EXPONENT + ((bundle.y >> 12u) & 31u));
+        vec2 turn = unpack_pair(bundle.y >> 17u, 127u + (bundle.y >> 29u));
         sum[0] += float((bundle.x >> push.reflector_bits) + 1u) * radiance;
         sum[1] += movement.x * radiance;
         sum[2] += movement.y * radiance;
@@ -74,8 +81,9 @@ void main() {
         float unit = 1.0 / push.least_distance;
         vec3 along_x = unit * sums[gl_WorkGroupSize.x];
         vec3 along_y = unit * sums[2u * gl_WorkGroupSize.x];
-        vec3 turn_x = push.stratum * sums[3u * gl_WorkGroupSize.x];
-        vec3 turn_y = push.stratum * sums[4u * gl_WorkGroupSize.x];
+        float turn_unit = push.turn_unit * push.stratum;
+        vec3 turn_x = turn_unit * sums[3u * gl_WorkGroupSize.x];
+        vec3 turn_y = turn_unit * sums[4u * gl_WorkGroupSize.x];
         // (n_i × n)·g for a rotational gradient g in the tangent plane is n·(g × n_i).
         records[index] = Record(point.position, push.stratum * sums[0],
                                 outerProduct(frame[0], along_x) + outerProduct(frame[1], along_y),

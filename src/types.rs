@@ -178,18 +178,21 @@ gpu_struct! {
     }
 }
 
-/// Rays of a cache point that meet one reflector, a cluster with a material, in three words that the device reads as one vector. In
+/// Rays of a cache point that meet one reflector, a cluster with a material, in two words that the device reads as one vector. In
 /// scenes with images they have one colour, too.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct RayBundle {
     /// `reflector | (number of rays - 1) << reflector_bits`.
     pub reflector: u32,
-    /// Two halves: the sum of the rays' shares in the translational gradient, as [`GatherRay::gradient`] has them.
-    pub gradient: u32,
-    /// Two halves: the sum of the rays' shares in the rotational gradient along tangent and bitangent: tanθ across each azimuth.
-    pub turn: u32,
+    /// Sums of the rays' shares in both gradients along tangent and bitangent, two numbers of six bits with an exponent for both: bits
+    /// 0–16 in the translational one, in 2⁻²⁴ of what [`GatherRay::gradient`] counts in; 17–31 in the rotational one: tanθ across each
+    /// azimuth, in `BundleCode::turn_unit`.
+    pub change: u32,
 }
+
+/// log₂ of the unit of a bundle's share in the translational gradient.
+pub const MOVEMENT_EXPONENT: i32 = -24;
 
 gpu_struct! {
     /// Irradiance at a cache point and its first-order change, a column for each channel of RGB: W/m² and W/m³.

@@ -2,7 +2,7 @@
 
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::cpu::textures::unpack_colour;
-use crate::types::RayBundle;
+use crate::types::{MOVEMENT_EXPONENT, RayBundle};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
 
@@ -32,6 +32,8 @@ pub struct Sources<'a> {
     pub cluster_bits: u32,
     /// Unit of the rays' gradients, metres.
     pub least_distance: f32,
+    /// Unit of their shares in the rotational gradient.
+    pub turn_unit: f32,
     /// Of each slot, which targets beyond the clusters name: its cluster, and what that shines there, W/m².
     pub slots: &'a [(u32, DVec3)],
 }
@@ -64,8 +66,9 @@ pub fn gather(
         irradiance += stratum * rays * radiance;
 
         // [Krivanek]
-        let across = frame * unpack(bundle.turn).extend(0.0);
-        let movement = unpack(bundle.gradient) / f64::from(sources.least_distance);
+        let [movement, turn_share] = unpack_change(bundle.change);
+        let across = frame * (f64::from(sources.turn_unit) * turn_share).extend(0.0);
+        let movement = movement / f64::from(sources.least_distance);
         for channel in 0..3 {
             translation[channel] += radiance[channel] * (frame * movement.extend(0.0));
             turn[channel] += stratum * radiance[channel] * across;
@@ -77,6 +80,14 @@ pub fn gather(
         translation: DMat3::from_cols(translation[0], translation[1], translation[2]),
         rotation: DMat3::from_cols(rotation[0], rotation[1], rotation[2]),
     }
+}
+
+/// Shares of a bundle in the gradients: under movement, in 1/least distance, and under rotation, in turn units.
+pub fn unpack_change(word: u32) -> [DVec2; 2] {
+    let signed = |bits: u32| f64::from(bits & 63) - if bits & 32 == 0 { 0.0 } else { 64.0 };
+    let pair =
+        |bits: u32, exponent: u32| 2f64.powi(exponent as i32) * DVec2::new(signed(bits), signed(bits >> 6));
+    [2f64.powi(MOVEMENT_EXPONENT) * pair(word, word >> 12 & 31), pair(word >> 17, word >> 29)]
 }
 
 /// The two halves of a word, low bits first.

@@ -7,7 +7,47 @@ use crate::scene::hvds::Hvds;
 use crate::types::Grid;
 use std::sync::Arc;
 
-/// Needed until the gather rays are traced.
+/// The tables on the host.
+pub struct ClusterTables {
+    grid: Grid,
+    cell_first: Vec<u32>,
+    cell_clusters: Vec<u32>,
+    links: Vec<ClusterLink>,
+    wholes: Vec<u32>,
+    base_count: u32,
+}
+
+impl ClusterTables {
+    /// Of a hierarchy. `entry_points`: how many each cluster holds, in expectation.
+    pub fn new(hvds: &Hvds, entry_points: &[f32]) -> Self {
+        let link = |(cluster, &entry_points)| ClusterLink { parent: hvds.coarser(cluster), entry_points };
+        Self {
+            grid: hvds.grid,
+            cell_first: hvds.cell_first.clone(),
+            cell_clusters: hvds.cell_clusters.clone(),
+            links: (0..).zip(entry_points).map(link).collect(),
+            wholes: hvds.wholes.clone(),
+            base_count: hvds.levels[0].len() as u32,
+        }
+    }
+
+    /// Uploads them.
+    ///
+    /// # Errors
+    /// The device lacks memory.
+    pub fn upload(&self, context: &Arc<Context>) -> Result<ClusterBuffers> {
+        Ok(ClusterBuffers {
+            grid: self.grid,
+            cell_first: Buffer::from_slice(context, "cell first", &self.cell_first)?,
+            cell_clusters: Buffer::from_slice(context, "cell clusters", &self.cell_clusters)?,
+            links: Buffer::from_slice(context, "cluster links", &self.links)?,
+            wholes: Buffer::from_slice(context, "wholes", &self.wholes)?,
+            base_count: self.base_count,
+        })
+    }
+}
+
+/// Needed until the gather rays are traced; where pixels may shine, by their rays, too.
 pub struct ClusterBuffers {
     /// The base grid.
     pub grid: Grid,
@@ -21,25 +61,4 @@ pub struct ClusterBuffers {
     pub wholes: Buffer,
     /// Clusters of the base level.
     pub base_count: u32,
-}
-
-impl ClusterBuffers {
-    /// Uploads the tables. `entry_points`: how many each cluster holds, in expectation.
-    ///
-    /// # Errors
-    /// The device lacks memory.
-    pub fn new(context: &Arc<Context>, hvds: &Hvds, entry_points: &[f32]) -> Result<Self> {
-        let links: Vec<ClusterLink> = (0..)
-            .zip(entry_points)
-            .map(|(cluster, &entry_points)| ClusterLink { parent: hvds.coarser(cluster), entry_points })
-            .collect();
-        Ok(Self {
-            grid: hvds.grid,
-            cell_first: Buffer::from_slice(context, "cell first", &hvds.cell_first)?,
-            cell_clusters: Buffer::from_slice(context, "cell clusters", &hvds.cell_clusters)?,
-            links: Buffer::from_slice(context, "cluster links", &links)?,
-            wholes: Buffer::from_slice(context, "wholes", &hvds.wholes)?,
-            base_count: hvds.levels[0].len() as u32,
-        })
-    }
 }

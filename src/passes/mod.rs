@@ -8,7 +8,7 @@ pub mod reference;
 mod scene_buffers;
 mod texture_buffers;
 
-pub use cluster_buffers::ClusterBuffers;
+pub use cluster_buffers::{ClusterBuffers, ClusterTables};
 pub use one_light::OneLight;
 pub use scene_buffers::{LitScene, SceneBuffers, light_sources, reflectances};
 pub use texture_buffers::{TextureBuffers, has_textures};

@@ -49,7 +49,7 @@ impl Renderer {
         let records = self.gather.records.bytes();
         // Passes of one name share an account: of records gathered ahead of the others, again in narrow gaps, and the others, the mean.
         let gathers = passes.iter().filter(|pass| pass.name == Gather::STEM).count();
-        let scope = if self.skips { &self.read } else { &self.whole };
+        let scope = self.scopes.of(self.skips);
         let ahead = scope.source_count + self.gathered_again(scope).map(|again| again.1).sum::<u32>();
         let ahead = if gathers > 1 { ahead } else { 0 };
         let gathered = u64::from(self.needs.gathered() + ahead) / gathers.max(1) as u64;

@@ -44,7 +44,7 @@ use crate::passes::frame::{
     tonemap::Tonemap,
 };
 use crate::passes::precompute::path_orders::PathGroup;
-use crate::passes::{ClusterBuffers, SceneBuffers};
+use crate::passes::{ClusterBuffers, ClusterTables, SceneBuffers};
 use crate::scene::Scene;
 use crate::scene::directions::Directions;
 use crate::types::{Surface, View};
@@ -52,7 +52,7 @@ use changes::{Changes, Stages};
 use closed_places::ClosedPlaces;
 use lights::Lights;
 use needs::{Gathering, Needs};
-use scope::Scope;
+use scope::{Scope, Scopes};
 use shine::Shine;
 use std::sync::Arc;
 use std::time::Instant;
@@ -77,10 +77,7 @@ pub struct Renderer {
     path_groups: Vec<PathGroup>,
     pyramid: Pyramid,
     views: Views,
-    /// All of the hierarchy.
-    whole: Scope,
-    /// What something reads of it.
-    read: Scope,
+    scopes: Scopes,
     /// Cache points in narrow gaps see the first so many parts of clusters.
     tight_parts: u32,
     gather: Gather,
@@ -93,7 +90,9 @@ pub struct Renderer {
     compose: Compose,
     tonemap: Tonemap,
     exposure_stops: f32,
-    clusters: ClusterBuffers,
+    cluster_tables: ClusterTables,
+    /// None where no material may shine: then rays ask for clusters no more.
+    clusters: Option<ClusterBuffers>,
     closed: ClosedPlaces,
     statistics: Statistics,
     changes: Changes,
@@ -133,7 +132,7 @@ impl Renderer {
             &reads,
             Directions::new(scene.quality.directions),
         ));
-        let [whole, read] = Scope::both(context, &made, &reads)?;
+        let scopes = Scopes::new(context, &mut made, &reads)?;
         let counts = [factor_count, direct.point_count(), pyramid.base_count()];
         let gloss_room = shine.as_ref().map(Shine::room);
         let (points, hemisphere) = (made.point_count, made.hemisphere);
@@ -159,8 +158,7 @@ impl Renderer {
             path_groups: made.paths.groups,
             pyramid,
             views,
-            whole,
-            read,
+            scopes,
             tight_parts: made.tight_parts,
             needs: Needs::new(context, &gather)?,
             gather,
@@ -170,7 +168,8 @@ impl Renderer {
             compose: Compose::new(context, &made.buffers, size, shines)?,
             tonemap: Tonemap::new(context, pixels)?,
             exposure_stops: 0.0,
-            clusters: made.clusters,
+            cluster_tables: made.cluster_tables,
+            clusters: shines.then_some(made.clusters),
             closed: made.closed,
             buffers: made.buffers,
             surfaces: made.surfaces,
@@ -194,6 +193,7 @@ impl Renderer {
         if !self.skips {
             self.force(Work::Everything);
         }
+        self.scopes.prepare(self.skips)?;
         let stages = Stages::new(self.changes, &self.lights);
         let gathering = self.needs.of(stages, self.skips);
         let start = Instant::now();
@@ -229,8 +229,8 @@ impl Renderer {
                 rec.barrier(COMPUTE_TO_COMPUTE);
             }
         }
-        if let Some(shine) = self.shine.as_ref().filter(|_| stages.lobes) {
-            shine.record_rays(rec, &self.buffers, &self.clusters, pixels, &self.view);
+        if let (Some(shine), Some(clusters), true) = (&self.shine, &self.clusters, stages.lobes) {
+            shine.record_rays(rec, &self.buffers, clusters, pixels, &self.view);
         }
         if let Some(shine) = &self.shine {
             shine.record_highlights(rec, &self.buffers, &self.lights, self.view.position);
@@ -264,7 +264,7 @@ impl Renderer {
             if let Some(shine) = &self.shine {
                 shine.record_entries(rec, materials, &self.lights);
             }
-            let scope = if self.skips { &self.read } else { &self.whole };
+            let scope = self.scopes.of(self.skips);
             self.record_flux(rec, scope, &self.lights.without_clusters());
             if let Some(shine) = &self.shine {
                 shine.record_clusters(rec, stages, materials, &self.pyramid, deposits, &self.lights);

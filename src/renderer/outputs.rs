@@ -83,7 +83,10 @@ impl Renderer {
         let more = [
             ("shadow edge pixels of all lights", self.lights.shadow_edge_count()?),
             ("records gathered last", u64::from(self.needs.gathered())),
-            ("records gathered ahead, for small clusters beside them", u64::from(self.read.source_count)),
+            (
+                "records gathered ahead, for small clusters beside them",
+                u64::from(self.scopes.read.source_count),
+            ),
         ];
         statistics.counts.extend(more.map(|(name, value)| (name.to_owned(), value)));
         if let Some(needed) = self.needs.of_view() {

@@ -22,7 +22,7 @@ use crate::passes::precompute::{
     rays::Rays,
     sides,
 };
-use crate::passes::{ClusterBuffers, SceneBuffers};
+use crate::passes::{ClusterBuffers, ClusterTables, SceneBuffers};
 use crate::scene::directions::Directions;
 use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces, wholes::NEARBY};
 use crate::types::{CachePoint, PathVertex, Surface};
@@ -67,6 +67,7 @@ pub(super) struct Precomputed {
     pub(super) gloss: Option<GlossTables>,
     pub(super) hemisphere: Hemisphere,
     pub(super) code: GatherCode,
+    pub(super) cluster_tables: ClusterTables,
     pub(super) clusters: ClusterBuffers,
     pub(super) closed: ClosedPlaces,
     pub(super) near_clusters: Vec<NearCluster>,
@@ -179,7 +180,8 @@ pub(super) fn precompute(
             lengths[1],
         )?;
     }
-    let clusters = ClusterBuffers::new(context, &hvds, &trusted)?;
+    let cluster_tables = ClusterTables::new(&hvds, &trusted);
+    let clusters = cluster_tables.upload(context)?;
     let area_m2 = (strata.area_m2 / f64::from(quality.entry_points)) as f32;
     let mut entry_points = entry_points::place(context, &buffers, &clusters, &strata, seed)?;
     watch.lap("entry points");
@@ -329,6 +331,7 @@ pub(super) fn precompute(
         gloss,
         hemisphere,
         code,
+        cluster_tables,
         clusters,
         closed: ClosedPlaces { solids, groups: closed, rays: tracer, order: bvh.order, is_due: false },
         near_clusters,

@@ -15,6 +15,7 @@ use crate::scene::directions::Directions;
 use crate::scene::hvds::Hvds;
 use crate::types::NO_CLUSTER;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// What a frame works out.
@@ -33,34 +34,89 @@ pub(super) struct Scope {
     pub(super) gap_count: u32,
 }
 
-impl Scope {
-    /// All of it, and what something reads.
-    pub(super) fn both(context: &Arc<Context>, made: &Precomputed, reads: &Reads) -> Result<[Self; 2]> {
-        let rows = rows_per_part(context, &made.rays, made.hemisphere);
-        let scope = |reads: &Reads| {
-            let is_read = |near: &&NearCluster| reads.irradiance[near.cluster as usize];
-            let near: Vec<NearCluster> = made.near_clusters.iter().filter(is_read).copied().collect();
-            let mut sources: Vec<u32> = near.iter().chain(&made.near_parts).map(|near| near.record).collect();
-            sources.sort_unstable();
-            sources.dedup();
-            let gaps = &sources[..sources.partition_point(|&record| record < made.tight_count)];
-            Ok(Self {
-                clusters: ClusterLists::new(context, &made.hvds.levels, &reads.flux, &reads.irradiance)?,
-                near_field: NearField::new(context, &near, &made.near_parts)?,
-                sources: RecordList::fixed(context, made.point_count, rows, &sources)?,
-                source_count: sources.len() as u32,
-                gaps: RecordList::fixed(context, made.point_count, rows, gaps)?,
-                gap_count: gaps.len() as u32,
-            })
+/// What scopes are made from.
+struct Sources {
+    levels: Vec<Range<u32>>,
+    near_clusters: Vec<NearCluster>,
+    near_parts: Vec<NearCluster>,
+    /// Records, and how many the device is shown at a time.
+    records: [u32; 2],
+    /// The first so many stand in narrow gaps.
+    tight_count: u32,
+}
+
+impl Sources {
+    fn scope(&self, context: &Arc<Context>, reads: &Reads) -> Result<Scope> {
+        let is_read = |near: &&NearCluster| reads.irradiance[near.cluster as usize];
+        let near: Vec<NearCluster> = self.near_clusters.iter().filter(is_read).copied().collect();
+        let mut sources: Vec<u32> = near.iter().chain(&self.near_parts).map(|near| near.record).collect();
+        sources.sort_unstable();
+        sources.dedup();
+        let gaps = &sources[..sources.partition_point(|&record| record < self.tight_count)];
+        let [point_count, rows] = self.records;
+        Ok(Scope {
+            clusters: ClusterLists::new(context, &self.levels, &reads.flux, &reads.irradiance)?,
+            near_field: NearField::new(context, &near, &self.near_parts)?,
+            sources: RecordList::fixed(context, point_count, rows, &sources)?,
+            source_count: sources.len() as u32,
+            gaps: RecordList::fixed(context, point_count, rows, gaps)?,
+            gap_count: gaps.len() as u32,
+        })
+    }
+}
+
+/// What something reads of the hierarchy, and all of it, for which there is no room before somebody asks.
+pub(super) struct Scopes {
+    context: Arc<Context>,
+    sources: Sources,
+    /// What something reads.
+    pub(super) read: Scope,
+    whole: Option<Scope>,
+}
+
+impl Scopes {
+    pub(super) fn new(context: &Arc<Context>, made: &mut Precomputed, reads: &Reads) -> Result<Self> {
+        let sources = Sources {
+            levels: made.hvds.levels.clone(),
+            near_clusters: std::mem::take(&mut made.near_clusters),
+            near_parts: std::mem::take(&mut made.near_parts),
+            records: [made.point_count, rows_per_part(context, &made.rays, made.hemisphere)],
+            tight_count: made.tight_count,
         };
-        Ok([scope(&Reads::all(&made.hvds))?, scope(reads)?])
+        let read = sources.scope(context, reads)?;
+        Ok(Self { context: context.clone(), sources, read, whole: None })
+    }
+
+    /// All of the hierarchy.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub(super) fn make_whole(&self) -> Result<Scope> {
+        let clusters = self.sources.levels.last().map_or(0, |level| level.end);
+        self.sources.scope(&self.context, &Reads::all(clusters))
+    }
+
+    /// What a frame works out, skipping what nothing reads or not.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub(super) fn prepare(&mut self, skips: bool) -> Result<()> {
+        if !skips && self.whole.is_none() {
+            self.whole = Some(self.make_whole()?);
+        }
+        Ok(())
+    }
+
+    /// As it was prepared; before that, what something reads.
+    pub(super) fn of(&self, skips: bool) -> &Scope {
+        self.whole.as_ref().filter(|_| !skips).unwrap_or(&self.read)
     }
 }
 
 /// What something reads. Where pixels may shine, their rays may read any cluster.
 pub(super) fn reads(made: &Precomputed, views: &Views, pyramid: &Pyramid) -> Result<Reads> {
     if made.gloss.is_some() {
-        return Ok(Reads::all(&made.hvds));
+        return Ok(Reads::all(made.hvds.cluster_count()));
     }
     let sources = pyramid.indirect_sources.read::<u32>()?;
     Reads::find(&made.hvds, &made.rays, made.code, views.tables(), &made.near_parts, &sources)
@@ -78,8 +134,7 @@ pub(super) fn unread(made: &Precomputed, reads: &Reads, directions: Directions) 
     note("clusters that nothing reads", count(&reads.irradiance), reads.irradiance.len());
     note("clusters whose flux nothing takes", count(&reads.flux), reads.flux.len());
     let levels = &made.hvds.levels;
-    let is_read =
-        |level: &&std::ops::Range<u32>| reads.flux[level.start as usize..level.end as usize].contains(&true);
+    let is_read = |level: &&Range<u32>| reads.flux[level.start as usize..level.end as usize].contains(&true);
     note("levels whose flux nothing takes", levels.iter().filter(is_read).count(), levels.len());
     let near = made.near_clusters.iter().filter(|near| reads.irradiance[near.cluster as usize]).count();
     note("small clusters beside records that nothing reads", near, made.near_clusters.len());

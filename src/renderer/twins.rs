@@ -111,9 +111,10 @@ impl Renderer {
 
     /// Works out what the last frame left out because nothing reads it, of the hierarchy and of records. The rest keeps its bits.
     fn complete(&self) -> Result<()> {
+        let whole = self.scopes.make_whole()?;
         self.context.run(|rec| {
-            self.record_flux(rec, &self.whole, &self.lights.cluster_lights());
-            self.record_near_field(rec, &self.whole);
+            self.record_flux(rec, &whole, &self.lights.cluster_lights());
+            self.record_near_field(rec, &whole);
             self.gather.record(rec, self.gather_sources(), self.needs.all());
             rec.barrier(COMPUTE_TO_COMPUTE);
             self.blend.record(rec, &self.gather.cache_points, &self.gather.records, None);
@@ -174,7 +175,7 @@ impl Renderer {
         let rays = gather_rays::trace(
             &self.context,
             &self.buffers,
-            &self.clusters,
+            &self.cluster_tables.upload(&self.context)?,
             &buffer,
             count,
             hemisphere,

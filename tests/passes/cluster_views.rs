@@ -6,7 +6,8 @@ use glam::{DVec3, Vec3};
 use lightpaths::cpu;
 use lightpaths::cpu::hemisphere::{Strata, frame};
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::frame::cluster_views::{ClusterViews, ViewPart};
+use lightpaths::passes::ClusterTables;
+use lightpaths::passes::frame::cluster_views::{ClusterViews, PartCode};
 use lightpaths::passes::precompute::cluster_views::{self, ViewTables};
 use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
 use lightpaths::passes::precompute::{Silent, rays::Rays};
@@ -20,23 +21,24 @@ fn irradiance_of_views_equals_the_twin() {
     let clusters = world.hvds.cluster_count();
     for count in [0, 1, 63, 64, 65, 997] {
         let mut first_parts = vec![0];
+        let code = PartCode::new(clusters);
         let mut parts = Vec::new();
         for _ in 0..count {
-            let part = |_| ViewPart { cluster: random.below(clusters), weight: random.unit() };
+            let part = |_| code.pack(random.below(clusters), 1 + random.below(code.steps()));
             parts.extend((0..=count % 7).map(part));
             first_parts.push(parts.len() as u32);
         }
         let irradiance: Vec<Vec3> = (0..clusters + count).map(|_| 1.0 + random.cube()).collect();
         let buffer = Buffer::from_slice(&world.context, "irradiance", &irradiance).unwrap();
-        let pass = ClusterViews::new(&world.context, clusters, &first_parts, &parts).unwrap();
+        let pass = ClusterViews::new(&world.context, clusters, &first_parts, &parts, code).unwrap();
         world.context.run(|rec| pass.record(rec, &buffer)).unwrap();
         let found: Vec<Vec3> = buffer.read().unwrap();
         let (kept, views) = found.split_at(clusters as usize);
         assert!(*kept == irradiance[..clusters as usize], "clusters keep what they have");
         for (device, run) in views.iter().zip(first_parts.windows(2)) {
             let parts = &parts[run[0] as usize..run[1] as usize];
-            let twin =
-                cpu::cluster_views::view(parts.iter().map(|p| (irradiance[p.cluster as usize], p.weight)));
+            let shown = |&part: &u32| (irradiance[code.cluster(part) as usize], code.weight(part));
+            let twin = cpu::cluster_views::view(parts.iter().map(shown));
             assert_near(*device, twin, SUM, 0.0, "view");
         }
     }
@@ -65,7 +67,7 @@ fn make(scene: &Scene) -> Made {
     let buffer = Buffer::from_slice(&world.context, "cache points", &points).unwrap();
     let hemisphere = Hemisphere::new(HEMISPHERE);
     let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.01).unwrap();
-    let clusters = lightpaths::passes::ClusterBuffers::new(&world.context, &world.hvds, &many).unwrap();
+    let clusters = ClusterTables::new(&world.hvds, &many).upload(&world.context).unwrap();
     let rays = gather_rays::trace(
         &world.context,
         &world.buffers,
@@ -118,9 +120,8 @@ fn weights_of_a_view_are_what_its_readers_see() {
     assert!(tables.count() > 50 && tables.pairs.is_sorted());
     for run in tables.first_parts.windows(2) {
         let parts = &tables.parts[run[0] as usize..run[1] as usize];
-        let sum: f64 = parts.iter().map(|part| f64::from(part.weight)).sum();
+        let sum: f64 = parts.iter().map(|&part| f64::from(tables.code.weight(part))).sum();
         assert!(sum == 1.0 && parts.len() <= 64, "{sum} of {} parts", parts.len());
-        assert!(parts.iter().all(|part| part.weight > 0.0));
     }
 
     // Every ray reads what it read, or a view of that; and what it hits is what the view shows.
@@ -159,7 +160,7 @@ fn weights_of_a_view_are_what_its_readers_see() {
         assert!(!readers.is_empty());
         let run = &tables.first_parts[pair[2] as usize..][..2];
         let parts = &tables.parts[run[0] as usize..run[1] as usize];
-        assert!(parts.iter().all(|part| is_below(part.cluster, pair[0])));
+        assert!(parts.iter().all(|&part| is_below(tables.code.cluster(part), pair[0])));
         // What all readers together see of each child, by many points, against what the view says.
         let children =
             world.hvds.first_children[pair[0] as usize]..world.hvds.first_children[pair[0] as usize + 1];
@@ -172,8 +173,8 @@ fn weights_of_a_view_are_what_its_readers_see() {
         let seen: Vec<f64> = children.clone().map(seen).collect();
         let all: f64 = seen.iter().sum();
         for (child, seen) in children.zip(seen) {
-            let weights = parts.iter().filter(|part| is_below(part.cluster, child));
-            let weight: f64 = weights.map(|part| f64::from(part.weight)).sum();
+            let weights = parts.iter().filter(|&&part| is_below(tables.code.cluster(part), child));
+            let weight: f64 = weights.map(|&part| f64::from(tables.code.weight(part))).sum();
             shares += 1;
             // Eight samples of each part: shares of the whole that are off by a tenth are rare.
             wrong += u32::from((weight - seen / all).abs() > 0.1);
@@ -188,10 +189,7 @@ fn views_are_the_same_each_time() {
     let [a, b] = [0; 2].map(|_| make(&crate::world::room()));
     assert!(!a.tables.is_empty() && a.tables.parts.len() == b.tables.parts.len());
     assert_eq!((&a.tables.pairs, &a.tables.first_parts), (&b.tables.pairs, &b.tables.first_parts));
-    let bits = |made: &Made| -> Vec<(u32, u32)> {
-        made.tables.parts.iter().map(|part| (part.cluster, part.weight.to_bits())).collect()
-    };
-    assert_eq!(bits(&a), bits(&b));
+    assert_eq!(a.tables.parts, b.tables.parts);
     assert!(a.after.iter().zip(&b.after).all(|(a, b)| a.target == b.target));
 
     // Rays of the same points, redirected as those of other points are, read the same views.

@@ -7,7 +7,8 @@ use lightpaths::cpu;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::gpu::{Buffer, Context};
 use lightpaths::passes::frame::hvds::{
-    ClusterFlux, ClusterLayer, ClusterLight, LEAST_VERTICES, Pyramid, deposit_runs, indirect_sources,
+    ClusterFlux, ClusterLayer, ClusterLight, ClusterLists, LEAST_VERTICES, Pyramid, deposit_runs,
+    indirect_sources,
 };
 use lightpaths::scene::{grid, hvds::Hvds};
 use lightpaths::types::{Deposit, NO_CLUSTER, OPEN};
@@ -96,14 +97,15 @@ fn cluster_energies_equal_the_twin_and_parents_their_children() {
         let carried: Vec<Vec3> = factors.iter().map(|factor| factor * (1.0 + random.cube())).collect();
         let emission = 1.5 + random.cube();
         let pyramid = Pyramid::new(&context, &hvds, &first_deposits, least_area_m2, true).unwrap();
+        let all = ClusterLists::all(&context, &hvds.levels).unwrap();
         let light = light(&context, &factors, Some(&carried), base as u32);
         let deposit_buffer = Buffer::from_slice(&context, "deposits", &deposits).unwrap();
         context.take_redundant_barriers();
         context
             .run(|rec| {
-                pyramid.record_layers(rec, &[light.due()], &deposit_buffer, &pyramid.all);
+                pyramid.record_layers(rec, &[light.due()], &deposit_buffer, &all);
                 rec.barrier(COMPUTE_TO_COMPUTE);
-                pyramid.record_sum(rec, &[(emission, &light.layer)], &pyramid.all);
+                pyramid.record_sum(rec, &[(emission, &light.layer)], &all);
             })
             .unwrap();
         assert_eq!(context.take_redundant_barriers(), [""; 0]);
@@ -163,6 +165,7 @@ fn layers_of_lights_equal_the_twin_and_add_up() {
         let emissions: Vec<Vec3> = rows.iter().map(|_| 1.5 + random.cube()).collect();
 
         let pyramid = Pyramid::new(&context, &hvds, &first_deposits, entry_area_m2, shines).unwrap();
+        let all = ClusterLists::all(&context, &hvds.levels).unwrap();
         assert_eq!(pyramid.base_count(), count);
         let lights = || -> Vec<OneLight> {
             let rows = rows.iter().zip(&carried);
@@ -176,9 +179,9 @@ fn layers_of_lights_equal_the_twin_and_add_up() {
         context.take_redundant_barriers();
         context
             .run(|rec| {
-                pyramid.record_layers(rec, &due, &deposit_buffer, &pyramid.all);
+                pyramid.record_layers(rec, &due, &deposit_buffer, &all);
                 rec.barrier(COMPUTE_TO_COMPUTE);
-                pyramid.record_sum(rec, &lit, &pyramid.all);
+                pyramid.record_sum(rec, &lit, &all);
             })
             .unwrap();
         if light_count > 0 {
@@ -192,8 +195,7 @@ fn layers_of_lights_equal_the_twin_and_add_up() {
                 assert_near(Vec3::splat(device.direct), twin[0], SUM, 0.0, &name);
                 assert_near(device.indirect, twin[1], SUM, 0.0, &name);
             }
-            let record =
-                |rec: &mut _| pyramid.record_layers(rec, &[alone.due()], &deposit_buffer, &pyramid.all);
+            let record = |rec: &mut _| pyramid.record_layers(rec, &[alone.due()], &deposit_buffer, &all);
             context.run(record).unwrap();
             let bits = |light: &OneLight| light.layer.read::<u32>().unwrap();
             assert!(bits(light) == bits(alone), "alone and among others");
@@ -219,7 +221,7 @@ fn layers_of_lights_equal_the_twin_and_add_up() {
 
         // Every second light off: left out, or black.
         let sum = |lights: &[(Vec3, &Buffer)]| {
-            context.run(|rec| pyramid.record_sum(rec, lights, &pyramid.all)).unwrap();
+            context.run(|rec| pyramid.record_sum(rec, lights, &all)).unwrap();
             pyramid.flux.read::<u32>().unwrap()
         };
         let black = lit

@@ -89,6 +89,7 @@ fn irradiance_and_gradients_equal_the_twin() {
             reflector_bits: packing.reflector_bits,
             cluster_bits: code.cluster_bits,
             least_distance: code.least_distance,
+            turn_unit: packing.turn_unit,
             slots: &[],
         };
         let pass = Gather::new(
@@ -186,6 +187,7 @@ fn the_rotational_gradient_is_a_derivative() {
         reflector_bits: packing.reflector_bits,
         cluster_bits: 8,
         least_distance: 1.0,
+        turn_unit: packing.turn_unit,
         slots: &[],
     };
     let gathered = |normal: Vec3| {

@@ -62,6 +62,7 @@ pub(crate) fn gathered_slots_equal_the_twin(shining: &Shining, gloss: &Gloss, fl
             reflector_bits: packing.reflector_bits,
             cluster_bits: code.cluster_bits,
             least_distance: code.least_distance,
+            turn_unit: packing.turn_unit,
             slots: &slots,
         };
         let strata = Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors };

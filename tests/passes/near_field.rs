@@ -6,7 +6,7 @@ use glam::{DVec3, Mat3, Vec3};
 use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
-use lightpaths::passes::frame::hvds::{ClusterFlux, ClusterLight, Pyramid};
+use lightpaths::passes::frame::hvds::{ClusterFlux, ClusterLight, ClusterLists, Pyramid};
 use lightpaths::passes::frame::near_field::{NearCluster, NearField};
 use lightpaths::passes::precompute::cache_points::Placed;
 use lightpaths::passes::precompute::near_clusters::{self, Extent};
@@ -55,14 +55,15 @@ fn irradiance_of_near_clusters_equals_the_twin() {
         let parts: Vec<NearCluster> = (0..count).map(part).collect();
         let pass = NearField::new(&world.context, &near, &parts).unwrap();
         let mut pyramid = Pyramid::new(&world.context, &world.hvds, &lists, least_area_m2, false).unwrap();
+        let all = ClusterLists::all(&world.context, &world.hvds.levels).unwrap();
         pyramid.make_room_for_parts(&world.context, pass.part_count()).unwrap();
         let buffer = Buffer::from_slice(&world.context, "records", &records).unwrap();
         world
             .context
             .run(|rec| {
-                pyramid.record_layers(rec, &[light], &deposits, &pyramid.all);
+                pyramid.record_layers(rec, &[light], &deposits, &all);
                 rec.barrier(COMPUTE_TO_COMPUTE);
-                pyramid.record_sum(rec, &[(emission, &layer)], &pyramid.all);
+                pyramid.record_sum(rec, &[(emission, &layer)], &all);
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 pass.record_parts(rec, &pyramid, None, count);
             })

@@ -4,7 +4,7 @@ use crate::common::context;
 use crate::gather::{random_rays, targets};
 use crate::world::Random;
 use glam::DVec2;
-use lightpaths::cpu::gather::unpack;
+use lightpaths::cpu::gather::{unpack, unpack_change};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 /// Rays, gradient and turn, and what these would be were all signs alike.
 type Sums = (u32, [DVec2; 2], [DVec2; 2]);
 
-/// Bundles hold all rays that meet anything, each once, and the sums of what they count for, but for the rounding to halves.
+/// Bundles hold all rays that meet anything, each once, and the sums of what they count for, but for the rounding.
 #[test]
 fn bundles_add_up_the_rays_that_meet_one_reflector() {
     let mut random = Random::new(37);
@@ -53,10 +53,15 @@ fn bundles_add_up_the_rays_that_meet_one_reflector() {
                 let reflector = bundle.reflector & ((1 << packing.reflector_bits) - 1);
                 assert_eq!((packing.reflectors[reflector as usize], *colour), *alike);
                 assert_eq!((bundle.reflector >> packing.reflector_bits) + 1, *count);
-                for (k, packed) in [bundle.gradient, bundle.turn].into_iter().enumerate() {
-                    // Half of the last bit of a half, and f32's of the terms; 2⁻²⁵ where it is subnormal.
-                    let bound = sum[k].abs() / 2048.0 + size[k] * 1e-6 + DVec2::splat(2f64.powi(-25));
-                    let apart = (unpack(packed) - sum[k]).abs();
+                let [movement, turn] = unpack_change(bundle.change);
+                let unit = f64::from(packing.turn_unit);
+                for (k, (packed, unit)) in
+                    [(movement, 2f64.powi(-24)), (unit * turn, unit)].iter().enumerate()
+                {
+                    // Half a step: the larger number takes more than half of the 31 there are, or a step is the unit. And f32's of the terms.
+                    let step = (sum[k].abs().max_element() / 15.5).max(*unit);
+                    let bound = DVec2::splat(0.5 * step) + size[k] * 1e-6;
+                    let apart = (*packed - sum[k]).abs();
                     assert!(apart.cmple(bound).all(), "{k}: {apart} of {}", sum[k]);
                 }
             }

@@ -5,7 +5,6 @@ use crate::world::{Random, World};
 use glam::Vec3;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
-use lightpaths::passes::frame::cluster_views::ViewPart;
 use lightpaths::passes::frame::hvds::{
     ClusterLight, ClusterLists, LEAST_VERTICES, Pyramid, deposit_runs, indirect_sources,
 };
@@ -26,10 +25,10 @@ fn is_within(hvds: &Hvds, mut cluster: u32, around: u32) -> bool {
 
 /// Views of random parts.
 fn random_views(random: &mut Random, clusters: u32, count: u32) -> ViewTables {
-    let mut views = ViewTables { first_parts: vec![0], ..ViewTables::default() };
+    let mut views = ViewTables::new(clusters);
     for _ in 0..count {
         let parts = 1 + random.below(5);
-        views.parts.extend((0..parts).map(|_| ViewPart { cluster: random.below(clusters), weight: 0.1 }));
+        views.parts.extend((0..parts).map(|_| views.code.pack(random.below(clusters), 1)));
         views.first_parts.push(views.parts.len() as u32);
     }
     views
@@ -92,7 +91,7 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
                 None => read.push(target),
                 Some(view) => {
                     let [first, end] = [view, view + 1].map(|view| views.first_parts[view as usize] as usize);
-                    read.extend(views.parts[first..end].iter().map(|part| part.cluster));
+                    read.extend(views.parts[first..end].iter().map(|&part| views.code.cluster(part)));
                 }
             }
         }
@@ -118,7 +117,8 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
                 .unwrap();
             pyramid.irradiance.read::<Vec3>().unwrap()
         };
-        let (some, all) = (worked_out(&lists), worked_out(&pyramid.all));
+        let (some, all) =
+            (worked_out(&lists), worked_out(&ClusterLists::all(&context, &hvds.levels).unwrap()));
         for (cluster, (some, all)) in some.iter().zip(&all).enumerate() {
             let expected = if reads.irradiance[cluster] { *all } else { Vec3::ZERO };
             assert_eq!(*some, expected, "irradiance of cluster {cluster}");

@@ -10,7 +10,7 @@ use lightpaths::cpu::textures::Textures;
 use lightpaths::gpu::{Buffer, Context, Pipeline, Recorder};
 use lightpaths::layout::GpuStruct;
 use lightpaths::passes::precompute::entry_points::Strata;
-use lightpaths::passes::{ClusterBuffers, SceneBuffers, reflectances};
+use lightpaths::passes::{ClusterBuffers, ClusterTables, SceneBuffers, reflectances};
 use lightpaths::scene::bvh::Bvh;
 use lightpaths::scene::hvds::Hvds;
 use lightpaths::scene::{Image, Material, Scene, Texture, Triangle, grid, shapes, surfaces};
@@ -106,7 +106,7 @@ impl World {
         let densities: Vec<f32> =
             (0..hvds.pieces.len()).map(|piece| 1.0 + 7.0 * (piece as f32 * 0.618_034).fract()).collect();
         let in_clusters = Strata::new(&hvds, &densities, ENTRY_POINTS).in_clusters;
-        let clusters = ClusterBuffers::new(&context, &hvds, &in_clusters).unwrap();
+        let clusters = ClusterTables::new(&hvds, &in_clusters).upload(&context).unwrap();
         let clear_distance = clear_distance(&bvh.nodes[0]);
         Self {
             context,

@@ -9,7 +9,7 @@ use lightpaths::gpu::Context;
 use lightpaths::passes::frame::path_scan::HEAD;
 use lightpaths::passes::precompute::entry_points::{self, Strata};
 use lightpaths::passes::precompute::light_paths;
-use lightpaths::passes::{ClusterBuffers, SceneBuffers};
+use lightpaths::passes::{ClusterTables, SceneBuffers};
 use lightpaths::renderer::Silent;
 use lightpaths::scene::{Scene, bvh::Bvh, grid, hvds::Hvds, shapes, surfaces};
 
@@ -39,7 +39,7 @@ fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     let hvds = Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, CELLS), CELLS);
     // As dense everywhere: a path is a path.
     let strata = Strata::new(&hvds, &vec![1.0; hvds.pieces.len()], PATHS);
-    let clusters = ClusterBuffers::new(context, &hvds, &strata.in_clusters).unwrap();
+    let clusters = ClusterTables::new(&hvds, &strata.in_clusters).upload(context).unwrap();
     let mut entry_points = entry_points::place(context, &buffers, &clusters, &strata, 3).unwrap();
     assert!(entry_points.iter().all(|point| (point.weight - 1.0).abs() < 1e-5));
     let paths = light_paths::trace(

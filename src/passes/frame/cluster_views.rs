@@ -6,13 +6,40 @@ use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use std::sync::Arc;
 
-gpu_struct! {
-    /// What a view shows of one cluster.
-    pub struct ViewPart {
-        /// The cluster.
-        pub cluster: u32,
-        /// Its share; all of a view's sum to 1.
-        pub weight: f32,
+/// How a part of a view is packed: `cluster << weight_bits | (steps - 1)`. All steps of a view's parts together make its weight of 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PartCode {
+    /// Bits of a weight.
+    pub weight_bits: u32,
+}
+
+/// Bits of a weight at most: views that differ in rounding only should be one.
+const MOST_WEIGHT_BITS: u32 = 12;
+
+impl PartCode {
+    /// Leaves weights what so many clusters do not take.
+    pub fn new(clusters: u32) -> Self {
+        Self { weight_bits: clusters.leading_zeros().min(MOST_WEIGHT_BITS) }
+    }
+
+    /// Steps in a weight of 1.
+    pub fn steps(self) -> u32 {
+        1 << self.weight_bits
+    }
+
+    /// Packs a cluster that weighs that many steps, at least one.
+    pub fn pack(self, cluster: u32, steps: u32) -> u32 {
+        cluster << self.weight_bits | (steps - 1)
+    }
+
+    /// The cluster of a part.
+    pub fn cluster(self, part: u32) -> u32 {
+        part >> self.weight_bits
+    }
+
+    /// The weight of a part, 0..=1.
+    pub fn weight(self, part: u32) -> f32 {
+        ((part & (self.steps() - 1)) + 1) as f32 / self.steps() as f32
     }
 }
 
@@ -23,17 +50,20 @@ gpu_struct! {
         pub cluster_count: u32,
         /// Views.
         pub view_count: u32,
+        /// Bits of a weight in a part.
+        pub weight_bits: u32,
     }
 }
 
 /// What this pass shares with its shader.
-pub const LAYOUTS: &[Layout] = &[ViewPart::LAYOUT, ClusterViewsPush::LAYOUT];
+pub const LAYOUTS: &[Layout] = &[ClusterViewsPush::LAYOUT];
 
 /// The pipeline and the lists.
 pub struct ClusterViews {
     pipeline: Pipeline,
     cluster_count: u32,
     view_count: u32,
+    code: PartCode,
     first_parts: Buffer,
     parts: Buffer,
 }
@@ -42,7 +72,7 @@ impl ClusterViews {
     /// The name that shader, twin and timing share.
     pub const STEM: &str = "cluster_views";
 
-    /// Uploads the lists: `first_parts` has the first part of each view, and the end.
+    /// Uploads the lists: `first_parts` has the first part of each view, and the end; `parts` are packed with that code.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -50,12 +80,14 @@ impl ClusterViews {
         context: &Arc<Context>,
         cluster_count: u32,
         first_parts: &[u32],
-        parts: &[ViewPart],
+        parts: &[u32],
+        code: PartCode,
     ) -> Result<Self> {
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
             cluster_count,
             view_count: first_parts.len() as u32 - 1,
+            code,
             first_parts: Buffer::from_slice(context, "first view parts", first_parts)?,
             parts: Buffer::from_slice(context, "view parts", parts)?,
         })
@@ -64,7 +96,7 @@ impl ClusterViews {
     /// Bytes that it reads and writes.
     pub fn bytes(&self) -> u64 {
         // Of each part itself and an irradiance; of each view the first part and the result.
-        let parts = self.parts.bytes() / size_of::<ViewPart>() as u64;
+        let parts = self.parts.bytes() / 4;
         self.first_parts.bytes() + self.parts.bytes() + 12 * (parts + u64::from(self.view_count))
     }
 
@@ -73,7 +105,11 @@ impl ClusterViews {
         rec.pass(Self::STEM).dispatch(
             &self.pipeline,
             [self.view_count, 1, 1],
-            &ClusterViewsPush { cluster_count: self.cluster_count, view_count: self.view_count },
+            &ClusterViewsPush {
+                cluster_count: self.cluster_count,
+                view_count: self.view_count,
+                weight_bits: self.code.weight_bits,
+            },
             &[("FirstParts", &self.first_parts), ("ViewParts", &self.parts), ("Irradiance", irradiance)],
         );
     }

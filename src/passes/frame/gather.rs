@@ -35,8 +35,10 @@ gpu_struct! {
         pub end_point: u32,
         /// Width of the reflector field in `RayBundle::reflector`.
         pub reflector_bits: u32,
-        /// Unit of `RayBundle::gradient`, metres.
+        /// Unit of gradients under movement, metres.
         pub least_distance: f32,
+        /// Unit of a bundle's share in the gradient under rotation.
+        pub turn_unit: f32,
         /// π over the rays of a hemisphere.
         pub stratum: f32,
     }
@@ -157,6 +159,7 @@ impl Gather {
                     end_point: bundles.points.end,
                     reflector_bits: self.bundles.reflector_bits,
                     least_distance: self.code.least_distance,
+                    turn_unit: self.bundles.turn_unit,
                     stratum: std::f32::consts::PI / self.hemisphere.rays() as f32,
                 },
                 &[

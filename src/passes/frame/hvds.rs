@@ -104,6 +104,15 @@ pub struct ClusterLists {
 }
 
 impl ClusterLists {
+    /// All clusters of a hierarchy.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn all(context: &Arc<Context>, levels: &[Range<u32>]) -> Result<Self> {
+        let all = vec![true; levels.last().map_or(0, |level| level.end) as usize];
+        Self::new(context, levels, &all, &all)
+    }
+
     /// Lists the clusters of which that is true; `levels` are those of the hierarchy.
     ///
     /// # Errors
@@ -138,8 +147,6 @@ pub struct Pyramid {
     base_count: u32,
     /// That an entry point stands for.
     entry_area_m2: f32,
-    /// All clusters.
-    pub all: ClusterLists,
     /// `DepositRun` of each base cluster.
     pub deposit_runs: Buffer,
     first_children: Buffer,
@@ -183,7 +190,6 @@ impl Pyramid {
             })
             .collect();
         let runs = deposit_runs(hvds, first_deposits);
-        let all = vec![true; hvds.cluster_count() as usize];
         // What nobody reads is never written.
         let dark = vec![Vec3::ZERO; hvds.cluster_count() as usize];
         let layers = |lights| {
@@ -197,7 +203,6 @@ impl Pyramid {
             resolve: Pipeline::new(context, "hvds_resolve", &[])?,
             base_count: hvds.levels[0].len() as u32,
             entry_area_m2,
-            all: ClusterLists::new(context, &hvds.levels, &all, &all)?,
             deposit_runs: Buffer::from_slice(context, "deposit runs", &runs)?,
             first_children: Buffer::from_slice(context, "first children", &hvds.first_children)?,
             inverse_areas: Buffer::from_slice(context, "inverse areas", &inverse_areas)?,

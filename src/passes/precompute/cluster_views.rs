@@ -10,7 +10,7 @@ use super::occlusion::{Ask, Cells, Hiding, Readers, Seen};
 use super::{Progress, rays::Rays, shares};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
-use crate::passes::frame::cluster_views::ViewPart;
+use crate::passes::frame::cluster_views::PartCode;
 use crate::passes::precompute::gather_rays::LEAST_ENTRY_POINTS;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
@@ -24,8 +24,6 @@ const MOST_READERS: usize = 8;
 const MOST_PARTS: usize = 64;
 /// Views differ from their cluster by so much of the weight at the least.
 const LEAST_CHANGE: f64 = 1.0 / 32.0;
-/// Weights are multiples of 1 over this, so that views that differ in rounding only are one.
-const WEIGHT_STEPS: f64 = 4096.0;
 /// Pairs that a thread measures at a time: one prepares rays while the device traces those of another.
 const SHARE: usize = 1 << 11;
 /// Clusters that a thread looks at together for what may hide them.
@@ -57,12 +55,14 @@ pub struct Sources<'a> {
 }
 
 /// The views.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct ViewTables {
     /// First part of each view, and the end.
     pub first_parts: Vec<u32>,
-    /// Parts of the views.
-    pub parts: Vec<ViewPart>,
+    /// Parts of the views, packed.
+    pub parts: Vec<u32>,
+    /// How they are packed.
+    pub code: PartCode,
     /// Cluster, direction and view of each pair that is one, in this order.
     pub pairs: Vec<[u32; 3]>,
     /// Pairs that were measured with rays.
@@ -114,7 +114,7 @@ pub fn build(
     code: GatherCode,
     progress: &mut dyn Progress,
 ) -> Result<(ViewTables, GatherCode)> {
-    let mut tables = ViewTables { first_parts: vec![0], ..ViewTables::default() };
+    let mut tables = ViewTables::new(sources.hvds.cluster_count());
     let cells = Cells::new(sources.hvds, sources.surfaces, sources.clear_distance);
     let readers = readers(&sources, &cells, table, code)?;
     let runs: Vec<&[(u64, u32)]> = readers.chunk_by(|a, b| a.0 == b.0).collect();
@@ -146,10 +146,8 @@ pub fn build(
             }
             let view = *known.entry(weights.clone()).or_insert(next);
             if view == next {
-                let part = |&(cluster, steps): &(u32, u32)| ViewPart {
-                    cluster,
-                    weight: (f64::from(steps) / WEIGHT_STEPS) as f32,
-                };
+                let packed = tables.code;
+                let part = |&(cluster, steps): &(u32, u32)| packed.pack(cluster, steps);
                 tables.parts.extend(weights.iter().map(part));
                 tables.first_parts.push(tables.parts.len() as u32);
             }
@@ -335,17 +333,31 @@ fn outcome(sources: &Sources<'_>, pair: &Pair) -> Outcome {
     if trust < f64::from(LEAST_ENTRY_POINTS) {
         return Outcome::Poor;
     }
-    let in_steps = |(node, weight): (&Node, &f64)| (node.cluster, (weight * WEIGHT_STEPS).round() as u32);
+    let all = PartCode::new(sources.hvds.cluster_count()).steps();
+    let in_steps = |(node, weight): (&Node, &f64)| (node.cluster, (weight * f64::from(all)).round() as u32);
     let steps = pair.nodes.iter().zip(&seen).map(in_steps);
     let mut steps: Vec<(u32, u32)> = steps.filter(|&(_, steps)| steps > 0).collect();
     // What rounding left over or out goes to the largest.
     let sum: u32 = steps.iter().map(|part| part.1).sum();
     let Some(largest) = steps.iter_mut().max_by_key(|part| part.1) else { return Outcome::Cluster };
-    largest.1 = (largest.1 + WEIGHT_STEPS as u32) - sum;
+    largest.1 = (largest.1 + all) - sum;
     Outcome::View(steps)
 }
 
 impl ViewTables {
+    /// Without views of so many clusters.
+    pub fn new(clusters: u32) -> Self {
+        Self {
+            first_parts: vec![0],
+            parts: Vec::new(),
+            code: PartCode::new(clusters),
+            pairs: Vec::new(),
+            measured: 0,
+            poor: 0,
+            readers: 0,
+        }
+    }
+
     /// Views.
     pub fn count(&self) -> u32 {
         self.first_parts.len() as u32 - 1

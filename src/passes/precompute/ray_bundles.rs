@@ -8,7 +8,7 @@ use super::shares;
 use crate::cpu::gather::unpack;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
-use crate::types::{GatherRay, NO_TARGET, RayBundle};
+use crate::types::{GatherRay, MOVEMENT_EXPONENT, NO_TARGET, RayBundle};
 use glam::{DVec2, Vec2};
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -29,6 +29,8 @@ pub struct BundleCode {
     /// Rays of a bundle at most.
     most_rays: usize,
     turns: Vec<Vec2>,
+    /// What shares in the rotational gradient are counted in.
+    pub turn_unit: f32,
 }
 
 impl BundleCode {
@@ -38,7 +40,11 @@ impl BundleCode {
         targets.dedup();
         let reflector_bits = u32::BITS - (targets.len() as u32).saturating_sub(1).leading_zeros();
         let most_rays = 1_u64 << (u32::BITS - reflector_bits);
-        Self { reflectors: targets, reflector_bits, most_rays: most_rays as usize, turns: turns(hemisphere) }
+        let turns = turns(hemisphere);
+        // All rays of half a hemisphere in one bundle turn it the most.
+        let most: f32 = turns.iter().map(|turn| turn.x.max(0.0)).sum();
+        let turn_unit = most / (MOST * (1 << ((1 << TURN_EXPONENT_BITS) - 1))) as f32;
+        Self { reflectors: targets, reflector_bits, most_rays: most_rays as usize, turns, turn_unit }
     }
 
     /// The bundles of one cache point, ordered by reflector, each with its colour; `colours` of the rays, or none at all.
@@ -55,10 +61,12 @@ impl BundleCode {
             let sum =
                 |share: &dyn Fn(usize) -> DVec2| run.iter().map(|ray| share(ray.2 as usize)).sum::<DVec2>();
             let count = (run.len() - 1) as u32;
+            let movement = |ray: usize| unpack(rays[ray].gradient) * 2f64.powi(-MOVEMENT_EXPONENT);
+            let turn = |ray: usize| self.turns[ray].as_dvec2() / f64::from(self.turn_unit);
             let bundle = RayBundle {
                 reflector: reflector | count.checked_shl(self.reflector_bits).unwrap_or(0),
-                gradient: pack_halves(sum(&|ray| unpack(rays[ray].gradient))),
-                turn: pack_halves(sum(&|ray| self.turns[ray].as_dvec2())),
+                change: pack(sum(&movement), MOVEMENT_EXPONENT_BITS)
+                    | pack(sum(&turn), TURN_EXPONENT_BITS) << (2 * MANTISSA_BITS + MOVEMENT_EXPONENT_BITS),
             };
             (bundle, colour)
         };
@@ -90,6 +98,8 @@ pub struct RayBundles {
     pub reflector_count: u32,
     /// Bits of a reflector's index in a bundle.
     pub reflector_bits: u32,
+    /// What shares in the rotational gradient are counted in.
+    pub turn_unit: f32,
     /// Whether there are images.
     pub has_colours: bool,
     /// Rays in all bundles: those that met a cluster.
@@ -122,6 +132,7 @@ impl RayBundles {
             reflectors: Buffer::from_slice(context, "reflectors", &code.reflectors)?,
             reflector_count: code.reflectors.len() as u32,
             reflector_bits: code.reflector_bits,
+            turn_unit: code.turn_unit,
             has_colours,
             ray_count: 0,
             bundle_count: 0,
@@ -212,20 +223,25 @@ fn turns(hemisphere: Hemisphere) -> Vec<Vec2> {
     (0..hemisphere.rays()).map(turn).collect()
 }
 
-/// Two numbers as halves, the first in the low bits.
-fn pack_halves(values: DVec2) -> u32 {
-    pack_half(values.x as f32) | pack_half(values.y as f32) << 16
-}
+/// Bits of a number, with its sign.
+const MANTISSA_BITS: u32 = 6;
+/// The largest.
+const MOST: u32 = (1 << (MANTISSA_BITS - 1)) - 1;
+/// Bits of the exponent that two numbers share.
+const MOVEMENT_EXPONENT_BITS: u32 = 5;
+const TURN_EXPONENT_BITS: u32 = 3;
 
-/// The nearest half; of what is larger than any, the largest.
-fn pack_half(value: f32) -> u32 {
-    let sign = (value.to_bits() >> 16) & 0x8000;
-    let size = value.abs().min(65_504.0);
-    if size < 2_f32.powi(-14) {
-        // Subnormal; what rounds up to 1024 is the smallest normal one.
-        return sign | (size * 2_f32.powi(24)).round_ties_even() as u32;
-    }
-    let bits = size.to_bits();
-    let rounded = bits + 0xfff + ((bits >> 13) & 1);
-    sign | ((rounded >> 13) - (112 << 10))
+/// Two numbers, the first in the low bits, and above them their exponent; of what is larger than any, the largest.
+fn pack(values: DVec2, exponent_bits: u32) -> u32 {
+    let most = f64::from(MOST);
+    let last = (1 << exponent_bits) - 1;
+    let fits = |&exponent: &u32| {
+        (values.abs().max_element() * 2f64.powi(-(exponent as i32))).round_ties_even() <= most
+    };
+    let exponent = (0..last).find(fits).unwrap_or(last);
+    let mantissa = |value: f64| {
+        let rounded = (value * 2f64.powi(-(exponent as i32))).round_ties_even().clamp(-most, most);
+        rounded as i32 as u32 & ((1 << MANTISSA_BITS) - 1)
+    };
+    mantissa(values.x) | mantissa(values.y) << MANTISSA_BITS | exponent << (2 * MANTISSA_BITS)
 }

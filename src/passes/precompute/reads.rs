@@ -18,9 +18,9 @@ pub struct Reads {
 }
 
 impl Reads {
-    /// All there is.
-    pub fn all(hvds: &Hvds) -> Self {
-        let all = vec![true; hvds.cluster_count() as usize];
+    /// All of so many clusters.
+    pub fn all(cluster_count: u32) -> Self {
+        let all = vec![true; cluster_count as usize];
         Self { irradiance: all.clone(), flux: all }
     }
 
@@ -49,8 +49,8 @@ impl Reads {
         let read_views = irradiance.split_off(count);
         if let Some(views) = views {
             for (parts, _) in views.first_parts.windows(2).zip(read_views).filter(|(_, is_read)| *is_read) {
-                for part in &views.parts[parts[0] as usize..parts[1] as usize] {
-                    irradiance[part.cluster as usize] = true;
+                for &part in &views.parts[parts[0] as usize..parts[1] as usize] {
+                    irradiance[views.code.cluster(part) as usize] = true;
                 }
             }
         }

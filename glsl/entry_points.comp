@@ -18,7 +18,8 @@ struct EntryPatch {
 };
 struct EntryPointsPush {
     Grid grid;
-    uint point_count;
+    uint first_point;  // of this dispatch
+    uint point_count;  // in it
     uint patch_count;
     uint seed;
 };
@@ -47,8 +48,8 @@ uint find_patch(uint index) {
 }
 
 void main() {
-    uint index = flat_invocation();
-    if (index >= push.point_count) return;
+    if (flat_invocation() >= push.point_count) return;
+    uint index = push.first_point + flat_invocation();
     EntryPatch entry_patch = entry_patches[find_patch(index)];
     Triangle triangle = triangles[entry_patch.side >> 1];
     Surface surface = surfaces[entry_patch.side >> 1];
@@ -65,5 +66,5 @@ void main() {
 
     vec3 normal = back ? -surface.normal : surface.normal;
     uint cluster = base_cluster(grid_cell(push.grid, position, normal), side_code(surface.sides, back), position);
-    entry_points[index] = PathVertex(position, entry_patch.side, vec3(0.0), entry_patch.weight, cluster, 0.0);
+    entry_points[flat_invocation()] = PathVertex(position, entry_patch.side, vec3(0.0), entry_patch.weight, cluster, 0.0);
 }

@@ -14,7 +14,8 @@ struct EntryPoint {
     uint side;  // 2·triangle + (1 if the back side)
 };
 struct FormFactorsPush {
-    uint point_count;
+    uint first_point;   // of the bound part of the entry points
+    uint point_count;   // in it
     uint light;
     uint first_sample;  // of the light, in this dispatch; later ones add to what the first wrote
     uint end_sample;
@@ -42,5 +43,6 @@ void main() {
     if ((point.side & 1u) != 0u) normal = -normal;
     float found = light_factor(lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, normal,
                                push.area_m2);
-    form_factors[index] = (push.first_sample == 0u ? 0.0 : form_factors[index]) + found;
+    uint place = push.first_point + index;
+    form_factors[place] = (push.first_sample == 0u ? 0.0 : form_factors[place]) + found;
 }

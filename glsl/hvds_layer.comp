@@ -18,6 +18,8 @@ layout(constant_id = 1) const uint SHINES = 0;  // 0: paths carry on their facto
 struct HvdsLayerPush {
     uint first_place;  // of the base level, in the list
     uint cluster_count;
+    uint first_deposit;  // of the bound part; layers hold what parts before it brought
+    uint end_deposit;    // its end
 };
 
 layout(scalar, binding = 0) readonly buffer Factors0 { float factors_0[]; };
@@ -31,10 +33,10 @@ layout(scalar, binding = 7) readonly buffer Carried3 { vec3 carried_3[]; };
 layout(scalar, binding = 8) readonly buffer DepositRuns { DepositRun deposit_runs[]; };  // of each base cluster
 layout(scalar, binding = 9) readonly buffer Deposits { Deposit deposits[]; };
 layout(scalar, binding = 10) readonly buffer SummedClusters { uint summed_clusters[]; };
-layout(scalar, binding = 11) writeonly buffer Layer0 { ClusterLayer layer_0[]; };
-layout(scalar, binding = 12) writeonly buffer Layer1 { ClusterLayer layer_1[]; };
-layout(scalar, binding = 13) writeonly buffer Layer2 { ClusterLayer layer_2[]; };
-layout(scalar, binding = 14) writeonly buffer Layer3 { ClusterLayer layer_3[]; };
+layout(scalar, binding = 11) buffer Layer0 { ClusterLayer layer_0[]; };
+layout(scalar, binding = 12) buffer Layer1 { ClusterLayer layer_1[]; };
+layout(scalar, binding = 13) buffer Layer2 { ClusterLayer layer_2[]; };
+layout(scalar, binding = 14) buffer Layer3 { ClusterLayer layer_3[]; };
 layout(scalar, push_constant) uniform Push { HvdsLayerPush push; };
 
 // `precise` keeps products and sums apart: one light and four round alike.
@@ -55,8 +57,18 @@ void main() {
     ClusterLayer sum_0 = DARK, sum_1 = DARK, sum_2 = DARK, sum_3 = DARK;
     DepositRun run = deposit_runs[cluster];
     bool is_whole = run.is_whole != 0u;
-    for (uint i = run.first; i < run.first_other; ++i) {
-        Deposit deposit = deposits[i];
+    if (push.first_deposit > 0u) {
+        if (run.end <= push.first_deposit || run.first >= push.end_deposit) return;
+        sum_0 = layer_0[cluster];
+        if (LIGHTS > 1u) {
+            sum_1 = layer_1[cluster];
+            sum_2 = layer_2[cluster];
+            sum_3 = layer_3[cluster];
+        }
+    }
+    uint first = max(run.first, push.first_deposit), end = min(run.first_other, push.end_deposit);
+    for (uint i = first; i < end; ++i) {
+        Deposit deposit = deposits[i - push.first_deposit];
         // Nothing has reflected the path yet: its channels are alike.
         float throughput = share_of(deposit, is_whole) * deposit.throughput.x;
         uint path = path_of(deposit);
@@ -66,8 +78,10 @@ void main() {
         add_direct(sum_2, throughput, factors_2[path]);
         add_direct(sum_3, throughput, factors_3[path]);
     }
-    for (uint i = run.first_other; i < run.end; ++i) {
-        Deposit deposit = deposits[i];
+    first = max(run.first_other, push.first_deposit);
+    end = min(run.end, push.end_deposit);
+    for (uint i = first; i < end; ++i) {
+        Deposit deposit = deposits[i - push.first_deposit];
         vec3 throughput = share_of(deposit, is_whole) * deposit.throughput;
         uint path = path_of(deposit);
         add(sum_0, throughput, SHINES != 0u ? carried_0[path] : vec3(factors_0[path]));

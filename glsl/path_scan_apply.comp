@@ -10,9 +10,12 @@
 layout(local_size_x = 64) in;
 
 struct PathScanApplyPush {
-    uint step_count;
+    uint step_count;   // in all
+    uint first_step;   // of the bound part of the steps
     uint first_block;  // of this dispatch
     uint end_block;
+    uint first_slot;   // of the bound part of the deposits
+    uint end_slot;     // its end
 };
 
 layout(scalar, binding = 0) readonly buffer Steps { PathStep steps[]; };
@@ -23,8 +26,10 @@ layout(scalar, push_constant) uniform Push { PathScanApplyPush push; };
 void main() {
     uint block = push.first_block + flat_invocation();
     if (block >= push.end_block) return;
-    uint end = min((block + 1u) * BLOCK_STEPS, push.step_count);
-    for (uint i = block * BLOCK_STEPS; i < end && steps[i].material != HEAD; ++i) {
-        deposits[steps[i].slot].throughput *= entering[block];
+    uint end = min((block + 1u) * BLOCK_STEPS, push.step_count) - push.first_step;
+    for (uint i = block * BLOCK_STEPS - push.first_step; i < end && steps[i].material != HEAD; ++i) {
+        uint slot = steps[i].slot;
+        if (slot < push.first_slot || slot >= push.end_slot) continue;
+        deposits[slot - push.first_slot].throughput *= entering[block];
     }
 }

@@ -1,6 +1,6 @@
 // Light-path energy scan, first of three: segmented inclusive product over blocks of the vertex array. [Yue §3]
 // Deterministic. One workgroup = one block. In: steps, reflectances. Out: throughput of every vertex as far as its block
-// knows it, in cluster order; each block's own product.
+// knows it, in cluster order, as far as it is bound; each block's own product.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -16,9 +16,12 @@ layout(local_size_x = 256) in;
 layout(constant_id = 0) const uint SHINES = 0;  // 1: some steps are reflected by Phong lobes
 
 struct PathScanPush {
-    uint step_count;
+    uint step_count;   // in all
+    uint first_step;   // of the bound part of the steps
     uint first_block;  // of this dispatch
     uint end_block;
+    uint first_slot;   // of the bound part of the deposits
+    uint end_slot;     // its end
 };
 
 layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[]; };
@@ -40,13 +43,13 @@ void main() {
     Segment running = Segment(vec3(1.0), 0u);
     for (uint i = 0u; i < BLOCK_ITEMS; ++i) {
         if (first + i < push.step_count) {
-            PathStep path_step = steps[first + i];
+            PathStep path_step = steps[first + i - push.first_step];
             bool head = path_step.material == HEAD;
             vec3 factor = vec3(path_step.weight);
             if (path_step.material < FROM_ENTRY) {
                 Reflectance material = materials[path_step.material];
-                if (HAS_TEXTURES != 0u) material.diffuse *= unpack_colour(step_colours[first + i]);
-                factor *= SHINES == 1u ? reflected_share(material, lobes[first + i]) : material.diffuse;
+                if (HAS_TEXTURES != 0u) material.diffuse *= unpack_colour(step_colours[first + i - push.first_step]);
+                factor *= SHINES == 1u ? reflected_share(material, lobes[first + i - push.first_step]) : material.diffuse;
             }
             running = join(running, Segment(factor, uint(head)));
         }
@@ -63,7 +66,9 @@ void main() {
     }
     Segment before = thread > 0u ? segments[thread - 1u] : Segment(vec3(1.0), 0u);
     for (uint i = 0u; i < BLOCK_ITEMS && first + i < push.step_count; ++i) {
-        deposits[steps[first + i].slot].throughput = join(before, scanned[i]).product;
+        uint slot = steps[first + i - push.first_step].slot;
+        if (slot < push.first_slot || slot >= push.end_slot) continue;
+        deposits[slot - push.first_slot].throughput = join(before, scanned[i]).product;
     }
     if (thread == BLOCK_THREADS - 1u) blocks[block] = segments[thread];
 }

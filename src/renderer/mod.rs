@@ -260,13 +260,13 @@ impl Renderer {
         }
         if stages.energy {
             let materials = &self.buffers.materials;
-            let deposits = &self.path_scan.deposits;
             if let Some(shine) = &self.shine {
                 shine.record_entries(rec, materials, &self.lights);
             }
             let scope = self.scopes.of(self.skips);
             self.record_flux(rec, scope, &self.lights.without_clusters());
             if let Some(shine) = &self.shine {
+                let deposits = self.path_scan.deposits.whole();
                 shine.record_clusters(rec, stages, materials, &self.pyramid, deposits, &self.lights);
             }
             self.record_near_field(rec, scope);
@@ -289,7 +289,7 @@ impl Renderer {
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if let Some(shine) = self.shine.as_ref().filter(|_| stages.shine) {
-            let deposits = &self.path_scan.deposits;
+            let deposits = self.path_scan.deposits.whole();
             shine.record_pixels(rec, &self.buffers, pixels, &self.pyramid, deposits, &self.lights);
         }
         if stages.compose {

@@ -2,7 +2,7 @@
 
 use super::{Layer, Renderer, Statistics};
 use crate::error::Result;
-use crate::gpu::Buffer;
+use crate::gpu::{Buffer, Parts};
 use crate::passes::precompute::ray_bundles::RayBundles;
 use crate::scene::Scene;
 use crate::types::{NO_SIDE, PixelSurface};
@@ -132,7 +132,7 @@ pub struct StageBuffers<'a> {
     /// What all light in them is to be multiplied with: where a single light shines, its emission.
     pub tint: Vec3,
     /// `Deposit`s in cluster order.
-    pub deposits: &'a Buffer,
+    pub deposits: &'a Parts,
     /// `DepositRun` of each base cluster.
     pub deposit_runs: &'a Buffer,
     /// 1/area for which each cluster shows, 1/m².

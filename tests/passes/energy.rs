@@ -5,7 +5,7 @@ use crate::world::{FLOAT, Random, SUM, World, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
-use lightpaths::gpu::{Buffer, Context};
+use lightpaths::gpu::{Buffer, Context, Parts};
 use lightpaths::passes::frame::hvds::{
     ClusterFlux, ClusterLayer, ClusterLight, ClusterLists, LEAST_VERTICES, Pyramid, deposit_runs,
     indirect_sources,
@@ -99,7 +99,7 @@ fn cluster_energies_equal_the_twin_and_parents_their_children() {
         let pyramid = Pyramid::new(&context, &hvds, &first_deposits, least_area_m2, true).unwrap();
         let all = ClusterLists::all(&context, &hvds.levels).unwrap();
         let light = light(&context, &factors, Some(&carried), base as u32);
-        let deposit_buffer = Buffer::from_slice(&context, "deposits", &deposits).unwrap();
+        let deposit_buffer = Parts::cut(&context, "deposits", &deposits, 97).unwrap();
         context.take_redundant_barriers();
         context
             .run(|rec| {
@@ -172,7 +172,8 @@ fn layers_of_lights_equal_the_twin_and_add_up() {
             rows.map(|(row, carried)| light(&context, row, shines.then_some(carried), count)).collect()
         };
         let (lights, alone) = (lights(), lights());
-        let deposit_buffer = Buffer::from_slice(&context, "deposits", &deposits).unwrap();
+        let deposit_buffer = Parts::from_slice(&context, "deposits", &deposits, 1).unwrap();
+        let cut = Parts::cut(&context, "deposits", &deposits, 61).unwrap();
         let due: Vec<ClusterLight<'_>> = lights.iter().map(OneLight::due).collect();
         let lit: Vec<(Vec3, &Buffer)> =
             emissions.iter().copied().zip(lights.iter().map(|l| &l.layer)).collect();
@@ -195,10 +196,13 @@ fn layers_of_lights_equal_the_twin_and_add_up() {
                 assert_near(Vec3::splat(device.direct), twin[0], SUM, 0.0, &name);
                 assert_near(device.indirect, twin[1], SUM, 0.0, &name);
             }
-            let record = |rec: &mut _| pyramid.record_layers(rec, &[alone.due()], &deposit_buffer, &all);
+            let record = |rec: &mut _| pyramid.record_layers(rec, &[alone.due()], &cut, &all);
             context.run(record).unwrap();
             let bits = |light: &OneLight| light.layer.read::<u32>().unwrap();
-            assert!(bits(light) == bits(alone), "alone and among others");
+            assert!(
+                bits(light) == bits(alone),
+                "alone and among others, from deposits in one part and in many"
+            );
         }
 
         let sum = |of: &dyn Fn(usize, usize) -> Vec3| -> Vec<Vec3> {

@@ -4,8 +4,8 @@ use crate::common::assert_silent;
 use crate::world::{Random, SUM, World, assert_near};
 use glam::{DVec3, Mat3, Vec3};
 use lightpaths::cpu;
-use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
+use lightpaths::gpu::{Buffer, Parts};
 use lightpaths::passes::frame::hvds::{ClusterFlux, ClusterLight, ClusterLists, Pyramid};
 use lightpaths::passes::frame::near_field::{NearCluster, NearField};
 use lightpaths::passes::precompute::cache_points::Placed;
@@ -29,7 +29,7 @@ fn irradiance_of_near_clusters_equals_the_twin() {
     let factors = Buffer::from_slice(&world.context, "factors", &factors).unwrap();
     let layer = Pyramid::layer(&world.context, base as u32).unwrap();
     let light = ClusterLight { factors: &factors, carried: None, layer: &layer };
-    let deposits = Buffer::from_slice(&world.context, "deposits", &deposits).unwrap();
+    let deposits = Parts::from_slice(&world.context, "deposits", &deposits, 1).unwrap();
     for count in [0, 1, 63, 64, 65, 997] {
         let record = |_| Record {
             position: random.cube(),

@@ -40,10 +40,16 @@ fn scan_among(materials: &[Reflectance], steps: &[PathStep], colours: &[u32], lo
     let deposit = |path: usize| Deposit { throughput: UNTOUCHED, ..Deposit::new(path as u32, OPEN) };
     let deposits: Vec<_> = (0..=steps.len()).map(deposit).collect();
     let scan = PathScan::new(&context, steps, colours, lobes, &deposits).unwrap();
+    // Two or three parts of each.
+    let most = [1 + steps.len() as u32 / 3_000, 1 + deposits.len() as u32 * 2 / 5];
+    let cut = PathScan::in_parts(&context, steps, colours, lobes, &deposits, most).unwrap();
     for _ in 0..2 {
         context.run(|rec| scan.record(rec, &materials, None)).unwrap();
+        context.run(|rec| cut.record(rec, &materials, None)).unwrap();
     }
     let found: Vec<Deposit> = scan.deposits.read().unwrap();
+    let bits = |deposits: &[Deposit]| bytemuck::cast_slice::<Deposit, u8>(deposits).to_vec();
+    assert!(bits(&cut.deposits.read().unwrap()) == bits(&found), "in parts as in one");
     assert!((0..).zip(&found).all(|(path, deposit)| deposit.path() == path), "paths stay as they are");
     assert_eq!(found.last().unwrap().throughput, UNTOUCHED, "nothing is written past the last vertex");
     steps.iter().map(|step| found[step.slot as usize].throughput).collect()

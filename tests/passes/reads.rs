@@ -3,8 +3,8 @@
 use crate::common::{assert_silent, context};
 use crate::world::{Random, World};
 use glam::Vec3;
-use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
+use lightpaths::gpu::{Buffer, Parts};
 use lightpaths::passes::frame::hvds::{
     ClusterLight, ClusterLists, LEAST_VERTICES, Pyramid, deposit_runs, indirect_sources,
 };
@@ -48,10 +48,8 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
         |_| Deposit { throughput: 0.5 * (1.0 + random.cube()), ..Deposit::new(random.below(99), OPEN) };
     let deposits: Vec<Deposit> = (0..=first_deposits[2 * base]).map(deposit).collect();
     let factors: Vec<f32> = (0..99).map(|_| 1.0 + random.unit()).collect();
-    let [deposits, factors] = [
-        Buffer::from_slice(&context, "deposits", &deposits).unwrap(),
-        Buffer::from_slice(&context, "factors", &factors).unwrap(),
-    ];
+    let deposits = Parts::from_slice(&context, "deposits", &deposits, 1).unwrap();
+    let factors = Buffer::from_slice(&context, "factors", &factors).unwrap();
     let sources = indirect_sources(&hvds, &deposit_runs(&hvds, &first_deposits), LEAST_VERTICES);
     for (ray_count, view_count, part_count) in [(0, 0, 0), (1, 0, 0), (40, 0, 5), (40, 9, 0), (400, 70, 20)] {
         let taken = clusters + view_count;

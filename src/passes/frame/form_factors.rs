@@ -6,7 +6,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, Parts, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::light_sum::LightSum;
 use crate::passes::{OneLight, SceneBuffers};
@@ -27,7 +27,9 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants.
     pub struct FormFactorsPush {
-        /// Entry points.
+        /// First of the bound part of the entry points.
+        pub first_point: u32,
+        /// Entry points in it.
         pub point_count: u32,
         /// Which light.
         pub light: u32,
@@ -49,7 +51,7 @@ pub const LAYOUTS: &[Layout] = &[EntryPoint::LAYOUT, FormFactorsPush::LAYOUT];
 pub struct FormFactors {
     form_factors: Pipeline,
     sum: LightSum,
-    entry_points: Buffer,
+    entry_points: Parts,
     point_count: u32,
     area_m2: f32,
 }
@@ -65,12 +67,26 @@ impl FormFactors {
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, entry_points: &[PathVertex], area_m2: f32) -> Result<Self> {
+        let most = context.limits().storage_range_bytes / size_of::<EntryPoint>() as u64;
+        Self::in_parts(context, entry_points, area_m2, u32::try_from(most).unwrap_or(u32::MAX))
+    }
+
+    /// The same in parts of so many entry points.
+    ///
+    /// # Errors
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn in_parts(
+        context: &Arc<Context>,
+        entry_points: &[PathVertex],
+        area_m2: f32,
+        most: u32,
+    ) -> Result<Self> {
         let points: Vec<EntryPoint> =
             entry_points.iter().map(|v| EntryPoint { position: v.position, side: v.side }).collect();
         Ok(Self {
             form_factors: Pipeline::new(context, Self::STEM, &[])?,
             sum: LightSum::new(context)?,
-            entry_points: Buffer::from_slice(context, "entry points", &points)?,
+            entry_points: Parts::cut(context, "entry points", &points, most)?,
             point_count: entry_points.len() as u32,
             area_m2,
         })
@@ -99,30 +115,34 @@ impl FormFactors {
         factors: &Buffer,
     ) {
         for (first_sample, end_sample) in light.spans() {
-            let push = FormFactorsPush {
-                point_count: self.point_count,
-                light: light.index,
-                first_sample,
-                end_sample,
-                traces_all: u32::from(light.traces_all),
-                area_m2: self.area_m2,
-            };
-            if first_sample > 0 {
-                pass.barrier(COMPUTE_TO_COMPUTE);
+            for part in self.entry_points.iter() {
+                let (first_point, point_count) = (part.items.start, part.items.len() as u32);
+                let push = FormFactorsPush {
+                    first_point,
+                    point_count,
+                    light: light.index,
+                    first_sample,
+                    end_sample,
+                    traces_all: u32::from(light.traces_all),
+                    area_m2: self.area_m2,
+                };
+                if first_sample + first_point > 0 {
+                    pass.barrier(COMPUTE_TO_COMPUTE);
+                }
+                pass.dispatch(
+                    &self.form_factors,
+                    [point_count, 1, 1],
+                    &push,
+                    &[
+                        ("Nodes", &scene.nodes),
+                        ("Triangles", &scene.triangles),
+                        ("Surfaces", &scene.surfaces),
+                        ("Lights", light.table),
+                        ("EntryPoints", &part.buffer),
+                        ("FormFactors", factors),
+                    ],
+                );
             }
-            pass.dispatch(
-                &self.form_factors,
-                [self.point_count, 1, 1],
-                &push,
-                &[
-                    ("Nodes", &scene.nodes),
-                    ("Triangles", &scene.triangles),
-                    ("Surfaces", &scene.surfaces),
-                    ("Lights", light.table),
-                    ("EntryPoints", &self.entry_points),
-                    ("FormFactors", factors),
-                ],
-            );
         }
     }
 

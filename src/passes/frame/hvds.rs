@@ -5,7 +5,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, Parts, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::light_sum::LightSum;
 use crate::scene::hvds::Hvds;
@@ -21,6 +21,10 @@ gpu_struct! {
         pub first_place: u32,
         /// Its listed clusters.
         pub cluster_count: u32,
+        /// First of the bound part of the deposits.
+        pub first_deposit: u32,
+        /// Its end.
+        pub end_deposit: u32,
     }
 }
 
@@ -268,12 +272,11 @@ impl Pyramid {
         &self,
         rec: &mut Recorder,
         due: &[ClusterLight<'_>],
-        deposits: &Buffer,
+        deposits: &Parts,
         lists: &ClusterLists,
     ) {
         let mut pass = rec.pass(Self::LAYERS_STEM);
         let base = &lists.levels[0];
-        let push = HvdsLayerPush { first_place: base.start, cluster_count: base.len() as u32 };
         let [one, four] = &self.layers;
         let groups = due.chunks_exact(LIGHTS);
         let single = groups.remainder().chunks(1).map(|light| (one, light));
@@ -281,28 +284,39 @@ impl Pyramid {
             let light = |place: usize| lights.get(place).unwrap_or(&lights[0]);
             // Where nothing shines nobody reads it.
             let carried = |place: usize| light(place).carried.unwrap_or(light(place).factors);
-            pass.dispatch(
-                pipeline,
-                [base.len() as u32, 1, 1],
-                &push,
-                &[
-                    ("Factors0", light(0).factors),
-                    ("Factors1", light(1).factors),
-                    ("Factors2", light(2).factors),
-                    ("Factors3", light(3).factors),
-                    ("Carried0", carried(0)),
-                    ("Carried1", carried(1)),
-                    ("Carried2", carried(2)),
-                    ("Carried3", carried(3)),
-                    ("DepositRuns", &self.deposit_runs),
-                    ("Deposits", deposits),
-                    ("SummedClusters", &lists.summed),
-                    ("Layer0", light(0).layer),
-                    ("Layer1", light(1).layer),
-                    ("Layer2", light(2).layer),
-                    ("Layer3", light(3).layer),
-                ],
-            );
+            for part in deposits.iter() {
+                let push = HvdsLayerPush {
+                    first_place: base.start,
+                    cluster_count: base.len() as u32,
+                    first_deposit: part.items.start,
+                    end_deposit: part.items.end,
+                };
+                if part.items.start > 0 {
+                    pass.barrier(COMPUTE_TO_COMPUTE);
+                }
+                pass.dispatch(
+                    pipeline,
+                    [base.len() as u32, 1, 1],
+                    &push,
+                    &[
+                        ("Factors0", light(0).factors),
+                        ("Factors1", light(1).factors),
+                        ("Factors2", light(2).factors),
+                        ("Factors3", light(3).factors),
+                        ("Carried0", carried(0)),
+                        ("Carried1", carried(1)),
+                        ("Carried2", carried(2)),
+                        ("Carried3", carried(3)),
+                        ("DepositRuns", &self.deposit_runs),
+                        ("Deposits", &part.buffer),
+                        ("SummedClusters", &lists.summed),
+                        ("Layer0", light(0).layer),
+                        ("Layer1", light(1).layer),
+                        ("Layer2", light(2).layer),
+                        ("Layer3", light(3).layer),
+                    ],
+                );
+            }
         }
     }
 

@@ -5,7 +5,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, Part, Parts, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::has_textures;
 use crate::types::Deposit;
@@ -41,10 +41,16 @@ gpu_struct! {
     pub struct PathScanPush {
         /// Vertices.
         pub step_count: u32,
+        /// First of the bound part of the steps.
+        pub first_step: u32,
         /// First block of the dispatch.
         pub first_block: u32,
         /// Its end.
         pub end_block: u32,
+        /// First of the bound part of the deposits.
+        pub first_slot: u32,
+        /// Its end.
+        pub end_slot: u32,
     }
 }
 
@@ -61,10 +67,16 @@ gpu_struct! {
     pub struct PathScanApplyPush {
         /// Vertices.
         pub step_count: u32,
+        /// First of the bound part of the steps.
+        pub first_step: u32,
         /// First block of the dispatch.
         pub first_block: u32,
         /// Its end.
         pub end_block: u32,
+        /// First of the bound part of the deposits.
+        pub first_slot: u32,
+        /// Its end.
+        pub end_slot: u32,
     }
 }
 
@@ -89,16 +101,17 @@ pub struct PathScan {
     blocks: Pipeline,
     carry: Pipeline,
     apply: Pipeline,
-    steps: Buffer,
-    /// Of each step 1 − cosα off the mirror direction; where nothing shines, there are none.
-    lobes: Option<Buffer>,
+    steps: Parts,
+    /// Of each step 1 − cosα off the mirror direction, in parts like the steps'; where nothing shines, there are none.
+    lobes: Option<Parts>,
     step_count: u32,
-    colours: Buffer,
+    /// Of each step, in parts like the steps'; where there are no images, there are none.
+    colours: Option<Parts>,
     block_products: Buffer,
     /// Product that enters each block from the left; three floats.
     entering: Buffer,
     /// `Deposit` of every vertex in cluster order, and one that nobody reads.
-    pub deposits: Buffer,
+    pub deposits: Parts,
 }
 
 impl PathScan {
@@ -106,7 +119,7 @@ impl PathScan {
     pub const STEM: &str = "path_scan";
 
     /// Uploads the paths. `colours`: packed, of the image where the step before ended; none at all in scenes without images. `lobes` is
-    /// empty where no material may shine.
+    /// empty where no material may shine; else deposits are in one part, for whoever looks them up.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -117,36 +130,57 @@ impl PathScan {
         lobes: &[f32],
         deposits: &[Deposit],
     ) -> Result<Self> {
+        let bound = |bytes: usize| {
+            let most = context.limits().storage_range_bytes / bytes as u64;
+            u32::try_from(most).unwrap_or(u32::MAX)
+        };
+        let most_deposits = if lobes.is_empty() { bound(size_of::<Deposit>()) } else { u32::MAX };
+        let most_steps = bound(size_of::<PathStep>()) / BLOCK_STEPS;
+        Self::in_parts(context, steps, colours, lobes, deposits, [most_steps, most_deposits])
+    }
+
+    /// The same in parts of so many blocks of steps, and so many deposits.
+    ///
+    /// # Errors
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn in_parts(
+        context: &Arc<Context>,
+        steps: &[PathStep],
+        colours: &[u32],
+        lobes: &[f32],
+        deposits: &[Deposit],
+        [most_blocks, most_deposits]: [u32; 2],
+    ) -> Result<Self> {
+        let most = most_blocks.max(1).saturating_mul(BLOCK_STEPS);
         let constants = [("SHINES", u32::from(!lobes.is_empty())), has_textures(!colours.is_empty())];
         let lobes =
-            (!lobes.is_empty()).then(|| Buffer::from_slice(context, "path lobes", lobes)).transpose()?;
+            (!lobes.is_empty()).then(|| Parts::cut(context, "path lobes", lobes, most)).transpose()?;
+        let colours =
+            (!colours.is_empty()).then(|| Parts::cut(context, "step colours", colours, most)).transpose()?;
         let step_count = steps.len() as u32;
         let block_count = u64::from(step_count.div_ceil(BLOCK_STEPS));
         Ok(Self {
             blocks: Pipeline::new(context, "path_scan_blocks", &constants)?,
             carry: Pipeline::new(context, "path_scan_carry", &[])?,
             apply: Pipeline::new(context, "path_scan_apply", &[])?,
-            steps: Buffer::from_slice(context, "path steps", steps)?,
+            steps: Parts::cut(context, "path steps", steps, most)?,
             lobes,
             step_count,
-            colours: Buffer::from_slice(
-                context,
-                "step colours",
-                if colours.is_empty() { &[0] } else { colours },
-            )?,
+            colours,
             block_products: Buffer::storage(
                 context,
                 "block products",
                 block_count * size_of::<Segment>() as u64,
             )?,
             entering: Buffer::storage(context, "entering products", 12 * block_count)?,
-            deposits: Buffer::from_slice(context, "deposits", deposits)?,
+            deposits: Parts::cut(context, "deposits", deposits, most_deposits)?,
         })
     }
 
     /// Bytes of the stored steps, and of their lobes and colours, which are read once.
     pub fn step_bytes(&self) -> [u64; 2] {
-        [self.steps.bytes(), self.lobes.as_ref().map_or(0, Buffer::bytes) + self.colours.bytes()]
+        let bytes = |parts: &Option<Parts>| parts.as_ref().map_or(0, Parts::bytes);
+        [self.steps.bytes(), bytes(&self.lobes) + bytes(&self.colours)]
     }
 
     /// Scans all paths again, or those parts of the vertex array only. A part that was not asked for keeps what it has: the same bits.
@@ -155,24 +189,31 @@ impl PathScan {
         let block_count = step_count.div_ceil(BLOCK_STEPS);
         let all = 0..step_count;
         let ranges = blocks_of(parts.unwrap_or(std::slice::from_ref(&all)));
+        let bound = self.bound(&ranges);
         let mut pass = rec.pass(Self::STEM);
-        for (index, blocks) in ranges.iter().enumerate() {
+        for (index, Bound { blocks, steps, lobes, colours, deposits }) in bound.iter().enumerate() {
             if index > 0 {
-                // The ranges write different deposits, but the hazard check counts in buffers.
+                // They write different deposits, but the hazard check counts in buffers.
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
             pass.dispatch(
                 &self.blocks,
                 [blocks.len() as u32 * (BLOCK_STEPS / 4), 1, 1],
-                &PathScanPush { step_count, first_block: blocks.start, end_block: blocks.end },
+                &PathScanPush {
+                    step_count,
+                    first_step: steps.items.start,
+                    first_block: blocks.start,
+                    end_block: blocks.end,
+                    first_slot: deposits.items.start,
+                    end_slot: deposits.items.end,
+                },
                 &[
                     ("Materials", materials),
-                    ("Steps", &self.steps),
-                    // Where nothing shines nobody reads it.
-                    ("Lobes", self.lobes.as_ref().unwrap_or(&self.steps)),
-                    ("Deposits", &self.deposits),
+                    ("Steps", &steps.buffer),
+                    ("Lobes", lobes),
+                    ("Deposits", &deposits.buffer),
                     ("Blocks", &self.block_products),
-                    ("StepColours", &self.colours),
+                    ("StepColours", colours),
                 ],
             );
         }
@@ -183,16 +224,58 @@ impl PathScan {
             &PathScanCarryPush { block_count },
             &[("Blocks", &self.block_products), ("Entering", &self.entering)],
         );
-        for blocks in &ranges {
+        for Bound { blocks, steps, deposits, .. } in &bound {
             pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch(
                 &self.apply,
                 [blocks.len() as u32, 1, 1],
-                &PathScanApplyPush { step_count, first_block: blocks.start, end_block: blocks.end },
-                &[("Steps", &self.steps), ("Entering", &self.entering), ("Deposits", &self.deposits)],
+                &PathScanApplyPush {
+                    step_count,
+                    first_step: steps.items.start,
+                    first_block: blocks.start,
+                    end_block: blocks.end,
+                    first_slot: deposits.items.start,
+                    end_slot: deposits.items.end,
+                },
+                &[("Steps", &steps.buffer), ("Entering", &self.entering), ("Deposits", &deposits.buffer)],
             );
         }
     }
+
+    /// What dispatches bind for these blocks: each part of the steps with each of the deposits, for a step's deposit may be in any.
+    fn bound<'a>(&'a self, ranges: &[Range<u32>]) -> Vec<Bound<'a>> {
+        let mut bound = Vec::new();
+        for range in ranges {
+            for (index, steps) in self.steps.iter().enumerate() {
+                let own = steps.items.start / BLOCK_STEPS..steps.items.end.div_ceil(BLOCK_STEPS);
+                let blocks = range.start.max(own.start)..range.end.min(own.end);
+                if blocks.is_empty() {
+                    continue;
+                }
+                let beside = |list: &'a Option<Parts>| list.iter().flat_map(Parts::iter).nth(index);
+                let [lobes, colours] = [&self.lobes, &self.colours].map(|list| beside(list).unwrap_or(steps));
+                bound.extend(self.deposits.iter().map(|deposits| Bound {
+                    blocks: blocks.clone(),
+                    steps,
+                    lobes: &lobes.buffer,
+                    colours: &colours.buffer,
+                    deposits,
+                }));
+            }
+        }
+        bound
+    }
+}
+
+/// What a dispatch binds.
+struct Bound<'a> {
+    blocks: Range<u32>,
+    steps: &'a Part,
+    /// Where nothing shines nobody reads them.
+    lobes: &'a Buffer,
+    /// Where there are no images nobody reads them.
+    colours: &'a Buffer,
+    deposits: &'a Part,
 }
 
 /// The blocks that hold those steps, in as few runs as can be. Parts come in order.

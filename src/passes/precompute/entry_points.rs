@@ -34,7 +34,9 @@ gpu_struct! {
     pub struct EntryPointsPush {
         /// Base grid.
         pub grid: Grid,
-        /// Entry points.
+        /// First entry point of the dispatch.
+        pub first_point: u32,
+        /// Entry points in it.
         pub point_count: u32,
         /// Patches.
         pub patch_count: u32,
@@ -48,6 +50,9 @@ pub const LAYOUTS: &[Layout] = &[EntryPatch::LAYOUT, EntryPointsPush::LAYOUT];
 
 /// The name that shader, twin and timing share.
 pub const STEM: &str = "entry_points";
+
+/// Points of one dispatch at most: bounds the buffer that they come in to 10 MiB.
+const LIMIT: u32 = 1 << 18;
 
 /// How much denser entry points may stand than in the open.
 pub const DENSEST: f32 = 8.0;
@@ -124,27 +129,32 @@ pub fn place(
     let pipeline = Pipeline::new(context, STEM, &[])?;
     let patches = Buffer::from_slice(context, "entry patches", &strata.patches)?;
     let first_points = Buffer::from_slice(context, "first points", &strata.first_points)?;
-    let points =
-        Buffer::storage(context, "entry points", u64::from(point_count) * size_of::<PathVertex>() as u64)?;
+    let room = u64::from(point_count.min(LIMIT)) * size_of::<PathVertex>() as u64;
+    let points = Buffer::storage(context, "entry points", room)?;
     let patch_count = strata.patches.len() as u32;
-    let push = EntryPointsPush { grid: clusters.grid, point_count, patch_count, seed };
-    context.run(|rec| {
-        rec.pass(STEM).dispatch(
-            &pipeline,
-            [point_count, 1, 1],
-            &push,
-            &[
-                ("Triangles", &scene.triangles),
-                ("Surfaces", &scene.surfaces),
-                ("EntryPatches", &patches),
-                ("FirstPoints", &first_points),
-                ("CellFirst", &clusters.cell_first),
-                ("CellClusters", &clusters.cell_clusters),
-                ("EntryPoints", &points),
-            ],
-        );
-    })?;
-    let mut placed: Vec<PathVertex> = points.read()?;
+    let mut placed: Vec<PathVertex> = Vec::with_capacity(point_count as usize);
+    for first_point in (0..point_count).step_by(LIMIT as usize) {
+        let count = LIMIT.min(point_count - first_point);
+        let push =
+            EntryPointsPush { grid: clusters.grid, first_point, point_count: count, patch_count, seed };
+        context.run(|rec| {
+            rec.pass(STEM).dispatch(
+                &pipeline,
+                [count, 1, 1],
+                &push,
+                &[
+                    ("Triangles", &scene.triangles),
+                    ("Surfaces", &scene.surfaces),
+                    ("EntryPatches", &patches),
+                    ("FirstPoints", &first_points),
+                    ("CellFirst", &clusters.cell_first),
+                    ("CellClusters", &clusters.cell_clusters),
+                    ("EntryPoints", &points),
+                ],
+            );
+        })?;
+        placed.extend(points.read_range::<PathVertex>(0, count as usize)?);
+    }
     sort_along_curve(&mut placed, &clusters.grid, |vertex| vertex.position);
     Ok(placed)
 }

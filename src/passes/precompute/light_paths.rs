@@ -6,6 +6,7 @@ use super::{Chunks, Progress};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::frame::path_scan::PathStep;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::Material;
 use crate::types::{Deposit, Grid, PathVertex, Surface};
@@ -65,7 +66,7 @@ pub const EDITABLE_ALBEDO: f32 = 0.9;
 /// may find their openness.
 ///
 /// # Errors
-/// [`Error::OutOfMemory`] if the device cannot bind so many vertices, as where nothing is absorbed and no path ends; the device
+/// [`Error::OutOfMemory`] if the device has no room for so many vertices, as where nothing is absorbed and no path ends; the device
 /// lacks memory or failed.
 #[expect(clippy::too_many_arguments, reason = "one call, at one place")]
 pub fn trace(
@@ -102,11 +103,13 @@ pub fn trace(
     let mut chunks = Chunks::new(1 << 12, LIMIT);
     progress.stage("light paths", live.len() as u64);
     let total = live.len() as u64;
-    let most = context.limits().storage_range_bytes / size_of::<Deposit>() as u64;
+    // Of a deposit and a step each.
+    let most = context.limits().device_memory_bytes / (size_of::<Deposit>() + size_of::<PathStep>()) as u64;
+    let most = most.min(u64::from(u32::MAX));
     while !live.is_empty() {
         if vertices.len() as u64 >= most {
             return Err(Error::OutOfMemory(format!(
-                "{total} light paths have more than the {most} vertices that the device can bind; lower quality.entry_points, or an albedo close to 1"
+                "{total} light paths have more than the {most} vertices that the device has room for; lower quality.entry_points, or an albedo close to 1"
             )));
         }
         let mut survivors = Vec::new();

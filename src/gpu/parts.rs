@@ -1,0 +1,70 @@
+//! Lists that may be longer than what the device binds: they are cut into parts, a buffer each.
+
+use super::{Buffer, Context};
+use crate::error::Result;
+use bytemuck::Pod;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A list in as many buffers as it takes; one at least.
+pub struct Parts(Vec<Part>);
+
+/// Some items of the list.
+pub struct Part {
+    /// Which of them.
+    pub items: Range<u32>,
+    /// Where they are.
+    pub buffer: Buffer,
+}
+
+impl Parts {
+    /// A list in parts as long as the device binds, multiples of `unit` items but for the last.
+    ///
+    /// # Errors
+    /// As [`Buffer::from_slice`].
+    pub fn from_slice<T: Pod>(context: &Arc<Context>, name: &str, items: &[T], unit: u32) -> Result<Self> {
+        let most = context.limits().storage_range_bytes / size_of::<T>() as u64;
+        let most = u32::try_from(most).unwrap_or(u32::MAX);
+        Self::cut(context, name, items, (most / unit).max(1) * unit)
+    }
+
+    /// A list in parts of that many items, but for the last.
+    ///
+    /// # Errors
+    /// As [`Buffer::from_slice`].
+    pub fn cut<T: Pod>(context: &Arc<Context>, name: &str, items: &[T], most: u32) -> Result<Self> {
+        let count = items.len().div_ceil(most as usize).max(1);
+        let part = |index: usize| {
+            let start = index * most as usize;
+            let own = start..items.len().min(start + most as usize);
+            let buffer = Buffer::from_slice(context, name, &items[own.clone()])?;
+            Ok(Part { items: own.start as u32..own.end as u32, buffer })
+        };
+        Ok(Self((0..count).map(part).collect::<Result<_>>()?))
+    }
+
+    /// The parts, in order.
+    pub fn iter(&self) -> std::slice::Iter<'_, Part> {
+        self.0.iter()
+    }
+
+    /// The buffer of a list that is in one part. Panics if it is in several.
+    pub fn whole(&self) -> &Buffer {
+        assert!(self.0.len() == 1, "the list is in {} parts", self.0.len());
+        &self.0[0].buffer
+    }
+
+    /// Bytes of all parts.
+    pub fn bytes(&self) -> u64 {
+        self.iter().map(|part| part.buffer.bytes()).sum()
+    }
+
+    /// Reads the list. Panics if a part's size is no multiple of an item's.
+    ///
+    /// # Errors
+    /// As [`Buffer::read`].
+    pub fn read<T: Pod>(&self) -> Result<Vec<T>> {
+        let parts: Vec<Vec<T>> = self.iter().map(|part| part.buffer.read()).collect::<Result<_>>()?;
+        Ok(parts.concat())
+    }
+}

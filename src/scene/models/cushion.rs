@@ -1,13 +1,23 @@
-//! Blocks with rounded edges: cushions, seats, stones.
+//! Blocks with rounded or chamfered edges: cushions, seats, stones.
 
 use std::collections::BTreeMap;
 
 use glam::{DVec3, dvec3};
 
+use super::outline::Detail;
 use super::solid::Solid;
 
-/// A block of these half sizes with edges rounded to `radius`: `edge` segments around an edge, `inside` between two edges.
+/// Segments around an edge which has `usual` at detail 1; none is a chamfer.
+pub(super) fn edge_cuts(detail: Detail, usual: f64) -> usize {
+    if detail.is_below(0.2) { 0 } else { detail.cuts(usual, 1) }
+}
+
+/// A block of these half sizes with edges rounded to `radius`: `edge` segments around an edge, `inside` between two edges. Without
+/// segments around its edges it is chamfered, and has none inside either.
 pub(super) fn rounded(half: DVec3, radius: f64, edge: usize, inside: usize) -> Solid {
+    if edge == 0 {
+        return chamfered(half, radius);
+    }
     let count = 2 * edge + inside;
     // Lines across one axis: a quarter circle seen from its axis at both ends, equal steps between.
     let line = |index: usize, half: f64| {
@@ -48,6 +58,47 @@ pub(super) fn rounded(half: DVec3, radius: f64, edge: usize, inside: usize) -> S
                 }
             }
         }
+    }
+    solid
+}
+
+/// A block whose edges and corners are cut off, `depth` from where they would be.
+fn chamfered(half: DVec3, depth: f64) -> Solid {
+    let mut solid = Solid::default();
+    // Three corners for each of the eight: one on each face. Bit a of the corner says the side on axis a.
+    let corners: Vec<[u32; 3]> = (0..8)
+        .map(|corner| {
+            let sign = |axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
+            let sign = dvec3(sign(0), sign(1), sign(2));
+            DVec3::AXES.map(|face| solid.point(sign * (half - depth * (DVec3::ONE - face))))
+        })
+        .collect();
+    // The block is convex and its middle is the origin: all facets look away from that.
+    let outwards = |solid: &Solid, [a, b, c]: [u32; 3]| {
+        let [p, q, r] = [a, b, c].map(|index| solid.points[index as usize]);
+        (q - p).cross(r - p).dot(p) > 0.0
+    };
+    let quad = |solid: &mut Solid, [a, b, c, d]: [u32; 4]| {
+        solid.quad(if outwards(solid, [a, b, c]) { [a, b, c, d] } else { [d, c, b, a] });
+    };
+    for axis in 0..3 {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        for side in [0, 1 << axis] {
+            let face = [0, 1 << next, 1 << next | 1 << last, 1 << last];
+            quad(&mut solid, face.map(|other: usize| corners[side | other][axis]));
+            // The edge along the last axis between this face and the next axis's.
+            for other in [0, 1 << next] {
+                let [from, to] = [side | other, side | other | 1 << last];
+                quad(
+                    &mut solid,
+                    [corners[from][axis], corners[to][axis], corners[to][next], corners[from][next]],
+                );
+            }
+        }
+    }
+    for [a, b, c] in corners {
+        let facet = if outwards(&solid, [a, b, c]) { [a, b, c] } else { [a, c, b] };
+        solid.facets.push(facet);
     }
     solid
 }

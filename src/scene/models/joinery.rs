@@ -92,9 +92,12 @@ pub(super) fn architrave(detail: Detail, width: f64, height: f64, face: f64) -> 
     drawn(&section, &mitred(&path, DVec3::Z, false), false)
 }
 
-/// A ring on a plate.
+/// A ring on a plate; the plate alone on a coarse model.
 fn handle(detail: Detail) -> Solid {
     let mut solid = block([-0.025, -0.07, -0.01], [0.025, 0.09, 0.012]);
+    if detail.is_below(0.195) {
+        return solid;
+    }
     let section: Vec<glam::DVec2> = super::outline::circle(0.007, detail.cuts(6.0, 4))
         .into_iter()
         .map(|p| p + glam::dvec2(0.045, 0.0))

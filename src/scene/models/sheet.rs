@@ -88,6 +88,20 @@ pub(super) fn leaf(
     solid
 }
 
+/// The coarsest leaf: a lozenge between the middles of the four rims, so thick in its own middle.
+pub(super) fn lozenge(thickness: f64, middle: impl Fn(f64, f64) -> DVec3) -> Solid {
+    let mut solid = Solid::default();
+    let rim = [[0.0, 0.5], [0.5, 0.0], [1.0, 0.5], [0.5, 1.0]].map(|[u, v]| solid.point(middle(u, v)));
+    let half = 0.5 * thickness * normal(&middle, 0.5, 0.5);
+    let [front, back] = [half, -half].map(|off| solid.point(middle(0.5, 0.5) + off));
+    for at in 0..4 {
+        let [here, next] = [rim[at], rim[(at + 1) % 4]];
+        solid.facets.push([here, next, front]);
+        solid.facets.push([next, here, back]);
+    }
+    solid
+}
+
 /// Unit normal ∂u × ∂v by differences.
 fn normal(surface: &impl Fn(f64, f64) -> DVec3, u: f64, v: f64) -> DVec3 {
     const STEP: f64 = 1e-4;

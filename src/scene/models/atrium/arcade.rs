@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, dvec2, dvec3};
 use super::columns::UPPER_SPRINGING;
 use super::{BAY, EAVES, GALLERY, SPRINGING, Side, Site, WALL, around, sides};
 use crate::scene::models::model::at;
-use crate::scene::models::moulding::{Frame, drawn, mitred};
+use crate::scene::models::moulding::{Frame, drawn, mitred, plate};
 use crate::scene::models::outline::{Detail, Outline, QUARTER};
 use crate::scene::models::panel::block;
 use crate::scene::models::sheet::slab;
@@ -55,16 +55,17 @@ pub(super) fn build(site: &mut Site) {
 impl Arches {
     /// The wall of one side, from arches to top, between the middles of the corner piers.
     fn wall(self, side: &Side, detail: Detail) -> Solid {
+        if detail.is_below(0.21) {
+            return self.plain_wall(side, detail);
+        }
         let cuts = detail.cuts(self.cuts, 3);
         let pier = 0.5 * self.bay - self.radius;
         let mut foot: Vec<DVec2> = Vec::new();
-        for number in 0..(2.0 * side.half / self.bay).round() as usize {
-            let middle = -side.half + self.bay * (number as f64 + 0.5);
+        for middle in self.middles(side) {
             foot.push(dvec2(middle - self.radius - pier, self.springing));
             foot.extend(self.arc(cuts).map(|p| dvec2(middle, self.springing) + p));
         }
-        // The wall ends inside the corner, short of the other side's: neither shows through.
-        let end = side.half + 0.5 * self.wall - 0.01;
+        let end = self.end(side);
         foot[0].x = -end;
         foot.push(dvec2(end, self.springing));
         let count = foot.len() - 1;
@@ -76,6 +77,29 @@ impl Arches {
             }
         };
         slab([count, detail.cuts(1.6, 1)], face(0.5 * self.wall), face(-0.5 * self.wall))
+    }
+
+    /// The same wall as one polygon without cuts between springing line and top: half as many triangles, but long ones.
+    fn plain_wall(self, side: &Side, detail: Detail) -> Solid {
+        let (cuts, end) = (detail.cuts(self.cuts, 3), self.end(side));
+        let mut outline = vec![dvec2(-end, self.springing)];
+        for middle in self.middles(side) {
+            outline.extend(self.arc(cuts).map(|p| dvec2(middle, self.springing) + p));
+        }
+        outline.extend([dvec2(end, self.springing), dvec2(end, self.top), dvec2(-end, self.top)]);
+        let back = Frame { origin: dvec3(0.0, 0.0, -0.5 * self.wall), u: DVec3::X, v: DVec3::Y };
+        plate(&outline, back, self.wall)
+    }
+
+    /// Middles of a side's arches along it.
+    fn middles(self, side: &Side) -> impl Iterator<Item = f64> {
+        let (half, bay) = (side.half, self.bay);
+        (0..(2.0 * half / bay).round() as usize).map(move |number| -half + bay * (number as f64 + 0.5))
+    }
+
+    /// Where the wall of a side ends: inside the corner, short of the other side's, so that neither shows through.
+    fn end(self, side: &Side) -> f64 {
+        side.half + 0.5 * self.wall - 0.01
     }
 
     /// The intrados from left to right, around the middle of its springing line.

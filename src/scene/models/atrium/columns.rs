@@ -7,6 +7,7 @@ use glam::{DAffine3, DVec2, DVec3, dvec3};
 use super::{BAY, COURT, GALLERY, SPRINGING, Site, sides};
 use crate::scene::models::model::at;
 use crate::scene::models::outline::{Detail, Outline};
+use crate::scene::models::panel::block;
 use crate::scene::models::sheet::leaf;
 use crate::scene::models::solid::Part;
 use crate::scene::models::turning::turned;
@@ -59,6 +60,9 @@ struct Column {
 impl Column {
     /// Of that lower radius and height, with base and capital in proportion to `order`.
     fn new(detail: Detail, radius: f64, height: f64, order: f64) -> Self {
+        if detail.is_below(0.17) {
+            return Self::plain(radius, height, order);
+        }
         let r = radius;
         let [plinth, abacus] = [0.13 * order, 0.14 * order];
         let (foot, neck, top) = (plinth - 0.002, height - abacus - 0.30 * order, height - abacus + 0.002);
@@ -91,6 +95,17 @@ impl Column {
         let cuts = detail.cuts(25.0, 5);
         let shaft = turned(&profile.points(), cuts).smooth_round(cuts);
         Self { shaft, square: square(detail, 1.36 * r, [0.0, plinth], 1.46 * r, [height - abacus, height]) }
+    }
+
+    /// Base, shaft and bell as three cones of six sides, under a square abacus.
+    fn plain(r: f64, height: f64, order: f64) -> Self {
+        let (under, neck) = (height - 0.14 * order, height - 0.44 * order);
+        let profile =
+            [[1.5 * r, -0.002], [1.02 * r, 0.42 * order], [0.88 * r, neck], [1.36 * r, under + 0.002]];
+        let shaft = turned(&profile.map(DVec2::from), 6).smooth_round(6);
+        let half = 1.46 * r;
+        let abacus = block([-half, under, -half], [half, height + 0.004, half]);
+        Self { shaft, square: abacus.smooth() }
     }
 
     /// The same with fewer members.
@@ -135,6 +150,9 @@ fn square(detail: Detail, foot: f64, [y0, y1]: [f64; 2], head: f64, [y2, y3]: [f
 /// A square pier with foot and head, half as wide as `half`.
 pub(super) fn pier(detail: Detail, half: f64, height: f64) -> Part {
     let h = half * std::f64::consts::SQRT_2;
+    if detail.is_below(0.195) {
+        return plain_pier(h, height);
+    }
     let profile = Outline::from(1.22 * h, -0.002, detail)
         .to(1.22 * h, 0.16)
         .arc(h, 0.30, -0.41, 2.0)
@@ -147,6 +165,19 @@ pub(super) fn pier(detail: Detail, half: f64, height: f64) -> Part {
         .to(1.24 * h, height + 0.004);
     let quarter = DAffine3::from_rotation_y(FRAC_PI_4);
     turned(&profile.points(), 4).moved(&quarter).smooth()
+}
+
+/// The same with a splayed foot and head, and no mouldings; `h` is half its diagonal.
+fn plain_pier(h: f64, height: f64) -> Part {
+    let profile = [
+        [1.22 * h, -0.002],
+        [h, 0.30],
+        [h, height - 0.24],
+        [1.24 * h, height - 0.08],
+        [1.24 * h, height + 0.004],
+    ];
+    let quarter = DAffine3::from_rotation_y(FRAC_PI_4);
+    turned(&profile.map(DVec2::from), 4).moved(&quarter).smooth()
 }
 
 /// A leaf of a capital, its tip rolled outwards; the origin is on the axis under the abacus.

@@ -68,6 +68,9 @@ fn balustrade(site: &mut Site) {
     let course = rectangle([-0.18, -0.02], [0.18, PLINTH]);
     let ring = drawn(&course, &mitred(&around(0.0, GALLERY), DVec3::Y, true), true);
     site.model.add(ring, site.finishes.limestone);
+    if detail.is_below(0.205) {
+        return parapet(site);
+    }
     let profile = Outline::from(0.05, PLINTH - 0.002, detail)
         .to(0.05, PLINTH + 0.05)
         .to(0.028, PLINTH + 0.08)
@@ -110,13 +113,24 @@ fn balustrade(site: &mut Site) {
     }
 }
 
+/// What stands for the balusters of a coarse model: a thin wall and its rail, which run around the court through the columns.
+fn parapet(site: &mut Site) {
+    let path = mitred(&around(0.0, GALLERY), DVec3::Y, true);
+    let wall = drawn(&rectangle([-0.025, PLINTH - 0.01], [0.025, PLINTH + 0.67]), &path, true);
+    site.model.add(wall, site.finishes.marble);
+    let rail = drawn(&rectangle([-0.08, PLINTH + 0.66], [0.08, PLINTH + 0.78]), &path, true);
+    site.model.add(rail, site.finishes.limestone);
+}
+
 fn roof(site: &mut Site) {
     let detail = site.detail;
     let [eaves, ridge] = [[-0.72, EAVES + 0.43], [OUTER + 0.2, EAVES + 1.5]];
     for side in sides() {
-        let tiles = detail.count((2.0 * side.half / 0.27).round() as usize, 8);
+        // A coarse roof is flat, as high as its crests.
+        let usual = (2.0 * side.half / 0.27).round() as usize;
+        let tiles = if detail.is_below(0.15) { 0 } else { detail.count(usual, 8) };
         // Crests and hollows need four segments each.
-        let cells = [tiles * detail.cuts(4.0, 2), detail.cuts(1.0, 1)];
+        let cells = [(tiles * detail.cuts(4.0, 2)).max(1), detail.cuts(1.0, 1)];
         let tiles = sheet(cells, 0.03, |u, v| {
             let z = eaves[0] + v * (ridge[0] - eaves[0]);
             let wave = 0.045 * (TAU * tiles as f64 * u).cos();

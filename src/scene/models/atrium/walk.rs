@@ -56,13 +56,13 @@ fn floor(site: &mut Site) {
         all.extend(lines(half - EDGE, half + OUTER + 0.02, beside));
         all
     };
-    let [xs, ys] = if site.detail.is_below(0.22) {
-        [line(COURT[0], 16, 3), line(COURT[1], 6, 3)]
-    } else {
-        [line(COURT[0], 32, 5), line(COURT[1], 11, 5)]
+    let (along, across, beside) = match site.detail {
+        detail if detail.is_below(0.18) => (12, 5, 2),
+        detail if detail.is_below(0.22) => (16, 6, 3),
+        _ => (32, 11, 5),
     };
+    let [xs, ys] = [line(COURT[0], along, beside), line(COURT[1], across, beside)];
     let (nx, ny) = (xs.len() - 1, ys.len() - 1);
-    let beside = if site.detail.is_below(0.22) { 3 } else { 5 };
     let finish = |i: usize, j: usize| {
         let edge = i.min(nx - 1 - i).min(j.min(ny - 1 - j));
         match edge {
@@ -171,10 +171,12 @@ fn vault(bays: usize, cuts: usize) -> Solid {
 /// A transverse arch across the walk, around the middle of its springing line.
 fn rib(site: &Site, width: f64) -> Solid {
     let (half, radius, cuts) = (0.5 * width, 0.5 * WALK, site.detail.cuts(12.0, 5));
+    // Chamfered, where it is not coarse.
+    let chamfer = if site.detail.is_below(0.14) { 0.0 } else { 0.05 };
     let section = Outline::from(0.04, half, site.detail)
         .to(-0.07, half)
-        .to(-0.11, half - 0.05)
-        .to(-0.11, 0.05 - half)
+        .to(-0.11, half - chamfer)
+        .to(-0.11, chamfer - half)
         .to(-0.07, -half)
         .to(0.04, -half)
         .points();

@@ -57,7 +57,7 @@ fn landscape(site: &mut Site, place: &DAffine3, [w, h]: [f64; 2], frame: Finish,
         }
     };
     let layers = [(ridge(0.08, 0.09, seed), hills, 0.003), (ridge(-0.16, 0.05, 1.7 + seed), field, 0.005)];
-    let cells = [detail.cuts(22.0, 6), detail.cuts(1.0, 1)];
+    let cells = [detail.cuts(22.0, if detail.is_below(0.17) { 4 } else { 6 }), detail.cuts(1.0, 1)];
     for (top, finish, depth) in layers {
         let face = |z: f64| {
             let top = &top;

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3, dvec3};
 
 use super::{HALF, Site};
-use crate::scene::models::cushion::{cushion, rounded};
+use crate::scene::models::cushion::{cushion, edge_cuts, rounded};
 use crate::scene::models::model::{at, turn};
 use crate::scene::models::moulding::rod;
 use crate::scene::models::outline::Detail;
@@ -53,7 +53,7 @@ pub(super) fn build(site: &mut Site) {
 
 /// A padded block.
 fn soft(detail: Detail, half: [f64; 3], radius: f64, swell: f64) -> Part {
-    let (edge, inside) = (detail.cuts(3.0, 1), detail.cuts(if swell > 0.0 { 8.0 } else { 3.0 }, 1));
+    let (edge, inside) = (edge_cuts(detail, 3.0), detail.cuts(if swell > 0.0 { 8.0 } else { 3.0 }, 1));
     let half = DVec3::from(half);
     if swell > 0.0 { cushion(half, radius, swell, edge, inside) } else { rounded(half, radius, edge, inside) }
         .smooth()

@@ -5,7 +5,7 @@ use glam::{DVec3, dvec3};
 use super::bookcase::{stack, vessel};
 use super::{Site, lamps::LAMP};
 use crate::scene::models::chance::Chance;
-use crate::scene::models::cushion::rounded;
+use crate::scene::models::cushion::{edge_cuts, rounded};
 use crate::scene::models::model::{at, turn};
 use crate::scene::models::moulding::rod;
 use crate::scene::models::outline::{Detail, Outline};
@@ -26,7 +26,7 @@ const COFFEE_HEIGHT: f64 = 0.42;
 pub(super) fn build(site: &mut Site) {
     let detail = site.detail;
     let place = at(DINING[0], 0.0, DINING[1]);
-    let (edge, inside) = (detail.cuts(2.0, 1), detail.cuts(4.0, 1));
+    let (edge, inside) = (edge_cuts(detail, 2.0), detail.cuts(4.0, 1));
     let top = rounded(dvec3(TOP[0], 0.016, TOP[1]), 0.0155, edge, inside).smooth();
     site.model.place(&top, &(place * at(0.0, TABLE_HEIGHT - 0.016, 0.0)), site.finishes.walnut);
     let leg = turned_leg(detail, 0.038, TABLE_HEIGHT - 0.03);
@@ -92,7 +92,11 @@ fn coffee_table(site: &mut Site) {
 /// A woven rug with borders and a medallion, and fringes at its ends.
 fn rug(site: &mut Site) {
     let detail = site.detail;
-    let (nx, ny) = if detail.is_below(0.28) { (15, 9) } else { (49, 33) };
+    let (nx, ny) = match detail {
+        detail if detail.is_below(0.25) => (15, 9),
+        detail if detail.is_below(0.28) => (31, 21),
+        _ => (49, 33),
+    };
     let [x, z] = [1.45, 0.95];
     let finish = |i: usize, j: usize| {
         let edge = i.min(nx - 1 - i).min(j.min(ny - 1 - j));

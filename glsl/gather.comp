@@ -23,7 +23,7 @@ struct GatherPush {
 layout(scalar, binding = 0) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 1) readonly buffer FirstBundles { uint first_bundles[]; };  // of each point of the part, and the end
 // Rays of a point that meet one reflector: reflector | (number of rays - 1) << reflector_bits; their shares in the gradients under
-// movement, then under rotation: two numbers of six bits, and the exponent of both in five bits, then in three. Neighbours in a
+// movement (two numbers of eight bits, and the exponent of both in five), then under rotation (four, four and three). Neighbours in a
 // workgroup read neighbours here, and, because a point's bundles are in the order of their reflectors, close places of the radiances.
 layout(scalar, binding = 2) readonly buffer Bundles { uvec2 bundles[]; };
 layout(scalar, binding = 3) readonly buffer BundleColours { uint bundle_colours[]; };  // packed; only in scenes with images
@@ -36,11 +36,12 @@ layout(scalar, push_constant) uniform Push { GatherPush push; };
 
 const uint SUMS = 5u;  // irradiance; translation and rotation along tangent and bitangent
 shared vec3 sums[SUMS * gl_WorkGroupSize.x];
-const uint MOVEMENT_EXPONENT = 24u;  // its unit is 2 to the minus that
+const uint MOVEMENT_EXPONENT = 26u;  // its unit is 2 to the minus that
 
 // Two numbers and what they are multiplied with.
-vec2 unpack_pair(uint bits, uint exponent) {
-    return uintBitsToFloat(exponent << 23u) * vec2(bitfieldExtract(int(bits), 0, 6), bitfieldExtract(int(bits), 6, 6));
+vec2 unpack_pair(uint bits, int width, uint exponent) {
+    ivec2 numbers = ivec2(bitfieldExtract(int(bits), 0, width), bitfieldExtract(int(bits), width, width));
+    return uintBitsToFloat(exponent << 23u) * vec2(numbers);
 }
 
 void main() {
@@ -59,8 +60,8 @@ void main() {
         vec3 radiance = radiances[reflector];
         if (HAS_TEXTURES != 0u) radiance *= unpack_colour(bundle_colours[i]);
         if (SHINES == 1u) radiance += shines[reflector];
-        vec2 movement = unpack_pair(bundle.y, 127u - MOVEMENT_EXPONENT + ((bundle.y >> 12u) & 31u));
-        vec2 turn = unpack_pair(bundle.y >> 17u, 127u + (bundle.y >> 29u));
+        vec2 movement = unpack_pair(bundle.y, 8, 127u - MOVEMENT_EXPONENT + ((bundle.y >> 16u) & 31u));
+        vec2 turn = unpack_pair(bundle.y >> 21u, 4, 127u + (bundle.y >> 29u));
         sum[0] += float((bundle.x >> push.reflector_bits) + 1u) * radiance;
         sum[1] += movement.x * radiance;
         sum[2] += movement.y * radiance;

@@ -185,14 +185,14 @@ gpu_struct! {
 pub struct RayBundle {
     /// `reflector | (number of rays - 1) << reflector_bits`.
     pub reflector: u32,
-    /// Sums of the rays' shares in both gradients along tangent and bitangent, two numbers of six bits with an exponent for both: bits
-    /// 0–16 in the translational one, in 2⁻²⁴ of what [`GatherRay::gradient`] counts in; 17–31 in the rotational one: tanθ across each
-    /// azimuth, in `BundleCode::turn_unit`.
+    /// Sums of the rays' shares in both gradients along tangent and bitangent, two numbers with an exponent for both: bits 0–20 (eight,
+    /// eight and five) in the translational one, in 2⁻²⁶ of what [`GatherRay::gradient`] counts in; 21–31 (four, four and three) in the
+    /// rotational one: tanθ across each azimuth, in `BundleCode::turn_unit`.
     pub change: u32,
 }
 
 /// log₂ of the unit of a bundle's share in the translational gradient.
-pub const MOVEMENT_EXPONENT: i32 = -24;
+pub const MOVEMENT_EXPONENT: i32 = -26;
 
 gpu_struct! {
     /// Irradiance at a cache point and its first-order change, a column for each channel of RGB: W/m² and W/m³.

@@ -84,10 +84,11 @@ pub fn gather(
 
 /// Shares of a bundle in the gradients: under movement, in 1/least distance, and under rotation, in turn units.
 pub fn unpack_change(word: u32) -> [DVec2; 2] {
-    let signed = |bits: u32| f64::from(bits & 63) - if bits & 32 == 0 { 0.0 } else { 64.0 };
-    let pair =
-        |bits: u32, exponent: u32| 2f64.powi(exponent as i32) * DVec2::new(signed(bits), signed(bits >> 6));
-    [2f64.powi(MOVEMENT_EXPONENT) * pair(word, word >> 12 & 31), pair(word >> 17, word >> 29)]
+    let signed = |bits: u32, width: u32| f64::from((bits << (32 - width)) as i32 >> (32 - width));
+    let pair = |bits: u32, width: u32, exponent: u32| {
+        2f64.powi(exponent as i32) * DVec2::new(signed(bits, width), signed(bits >> width, width))
+    };
+    [2f64.powi(MOVEMENT_EXPONENT) * pair(word, 8, word >> 16 & 31), pair(word >> 21, 4, word >> 29)]
 }
 
 /// The two halves of a word, low bits first.

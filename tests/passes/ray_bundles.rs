@@ -55,11 +55,11 @@ fn bundles_add_up_the_rays_that_meet_one_reflector() {
                 assert_eq!((bundle.reflector >> packing.reflector_bits) + 1, *count);
                 let [movement, turn] = unpack_change(bundle.change);
                 let unit = f64::from(packing.turn_unit);
-                for (k, (packed, unit)) in
-                    [(movement, 2f64.powi(-24)), (unit * turn, unit)].iter().enumerate()
-                {
-                    // Half a step: the larger number takes more than half of the 31 there are, or a step is the unit. And f32's of the terms.
-                    let step = (sum[k].abs().max_element() / 15.5).max(*unit);
+                let shares = [(movement, 63.5, 2f64.powi(-26)), (unit * turn, 3.5, unit)];
+                for (k, (packed, half_full, unit)) in shares.iter().enumerate() {
+                    // Half a step: the larger number takes more than half of the steps there are, or a step is the unit. And f32's of
+                    // the terms.
+                    let step = (sum[k].abs().max_element() / half_full).max(*unit);
                     let bound = DVec2::splat(0.5 * step) + size[k] * 1e-6;
                     let apart = (*packed - sum[k]).abs();
                     assert!(apart.cmple(bound).all(), "{k}: {apart} of {}", sum[k]);

@@ -43,7 +43,7 @@ impl BundleCode {
         let turns = turns(hemisphere);
         // All rays of half a hemisphere in one bundle turn it the most.
         let most: f32 = turns.iter().map(|turn| turn.x.max(0.0)).sum();
-        let turn_unit = most / (MOST * (1 << ((1 << TURN_EXPONENT_BITS) - 1))) as f32;
+        let turn_unit = most / TURN.largest() as f32;
         Self { reflectors: targets, reflector_bits, most_rays: most_rays as usize, turns, turn_unit }
     }
 
@@ -65,8 +65,7 @@ impl BundleCode {
             let turn = |ray: usize| self.turns[ray].as_dvec2() / f64::from(self.turn_unit);
             let bundle = RayBundle {
                 reflector: reflector | count.checked_shl(self.reflector_bits).unwrap_or(0),
-                change: pack(sum(&movement), MOVEMENT_EXPONENT_BITS)
-                    | pack(sum(&turn), TURN_EXPONENT_BITS) << (2 * MANTISSA_BITS + MOVEMENT_EXPONENT_BITS),
+                change: MOVEMENT.pack(sum(&movement)) | TURN.pack(sum(&turn)) << MOVEMENT.bits(),
             };
             (bundle, colour)
         };
@@ -223,25 +222,44 @@ fn turns(hemisphere: Hemisphere) -> Vec<Vec2> {
     (0..hemisphere.rays()).map(turn).collect()
 }
 
-/// Bits of a number, with its sign.
-const MANTISSA_BITS: u32 = 6;
-/// The largest.
-const MOST: u32 = (1 << (MANTISSA_BITS - 1)) - 1;
-/// Bits of the exponent that two numbers share.
-const MOVEMENT_EXPONENT_BITS: u32 = 5;
-const TURN_EXPONENT_BITS: u32 = 3;
+/// Two numbers of that many bits, the first in the low ones, and above them their exponent.
+#[derive(Clone, Copy)]
+struct Pair {
+    mantissa: u32,
+    exponent: u32,
+}
 
-/// Two numbers, the first in the low bits, and above them their exponent; of what is larger than any, the largest.
-fn pack(values: DVec2, exponent_bits: u32) -> u32 {
-    let most = f64::from(MOST);
-    let last = (1 << exponent_bits) - 1;
-    let fits = |&exponent: &u32| {
-        (values.abs().max_element() * 2f64.powi(-(exponent as i32))).round_ties_even() <= most
-    };
-    let exponent = (0..last).find(fits).unwrap_or(last);
-    let mantissa = |value: f64| {
-        let rounded = (value * 2f64.powi(-(exponent as i32))).round_ties_even().clamp(-most, most);
-        rounded as i32 as u32 & ((1 << MANTISSA_BITS) - 1)
-    };
-    mantissa(values.x) | mantissa(values.y) << MANTISSA_BITS | exponent << (2 * MANTISSA_BITS)
+/// In narrow gaps shares are large and cancel: they need more bits than turns do.
+const MOVEMENT: Pair = Pair { mantissa: 8, exponent: 5 };
+const TURN: Pair = Pair { mantissa: 4, exponent: 3 };
+
+impl Pair {
+    fn bits(self) -> u32 {
+        2 * self.mantissa + self.exponent
+    }
+
+    /// The largest number without an exponent.
+    fn most(self) -> f64 {
+        f64::from((1 << (self.mantissa - 1)) - 1)
+    }
+
+    fn last_exponent(self) -> i32 {
+        (1 << self.exponent) - 1
+    }
+
+    fn largest(self) -> f64 {
+        self.most() * 2f64.powi(self.last_exponent())
+    }
+
+    /// Rounds to the nearest; of what is larger than any, to the largest.
+    fn pack(self, values: DVec2) -> u32 {
+        let most = self.most();
+        let scaled = |value: f64, exponent: i32| (value * 2f64.powi(-exponent)).round_ties_even();
+        let fits = |&exponent: &i32| scaled(values.abs().max_element(), exponent) <= most;
+        let exponent = (0..self.last_exponent()).find(fits).unwrap_or(self.last_exponent());
+        let mantissa = |value: f64| {
+            scaled(value, exponent).clamp(-most, most) as i32 as u32 & ((1 << self.mantissa) - 1)
+        };
+        mantissa(values.x) | mantissa(values.y) << self.mantissa | (exponent as u32) << (2 * self.mantissa)
+    }
 }

@@ -169,7 +169,7 @@ impl Renderer {
             tonemap: Tonemap::new(context, pixels)?,
             exposure_stops: 0.0,
             cluster_tables: made.cluster_tables,
-            clusters: shines.then_some(made.clusters),
+            clusters: made.clusters,
             closed: made.closed,
             buffers: made.buffers,
             surfaces: made.surfaces,

@@ -68,7 +68,8 @@ pub(super) struct Precomputed {
     pub(super) hemisphere: Hemisphere,
     pub(super) code: GatherCode,
     pub(super) cluster_tables: ClusterTables,
-    pub(super) clusters: ClusterBuffers,
+    /// None where no material may shine: then rays ask for clusters no more.
+    pub(super) clusters: Option<ClusterBuffers>,
     pub(super) closed: ClosedPlaces,
     pub(super) near_clusters: Vec<NearCluster>,
     /// Parts of clusters that single cache points see.
@@ -316,6 +317,7 @@ pub(super) fn precompute(
         statistics.counts.insert("directions of the sphere".into(), u64::from(outgoing.count()));
         statistics.counts.extend(gloss.counts());
     }
+    let shines = gloss.is_some();
     Ok(Precomputed {
         buffers,
         surfaces,
@@ -332,7 +334,7 @@ pub(super) fn precompute(
         hemisphere,
         code,
         cluster_tables,
-        clusters,
+        clusters: shines.then_some(clusters),
         closed: ClosedPlaces { solids, groups: closed, rays: tracer, order: bvh.order, is_due: false },
         near_clusters,
         near_parts: near_hits.entries,

@@ -38,7 +38,7 @@ pub(super) struct Time {
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
     /// Numbers of lights to time, one of which moves: the scene's own, copies of them where there are fewer
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,2,4,8", value_parser = clap::value_parser!(u32).range(1..=64))]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,2,4,8", value_parser = clap::value_parser!(u32).range(1..=256))]
     lights: Vec<u32>,
     /// Does in every frame all work there is, also what cannot change the picture
     #[arg(long)]

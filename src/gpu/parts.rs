@@ -18,14 +18,10 @@ pub struct Part {
 }
 
 impl Parts {
-    /// A list in parts as long as the device binds, multiples of `unit` items but for the last.
-    ///
-    /// # Errors
-    /// As [`Buffer::from_slice`].
-    pub fn from_slice<T: Pod>(context: &Arc<Context>, name: &str, items: &[T], unit: u32) -> Result<Self> {
+    /// Items that one binding of the device holds.
+    pub fn longest<T>(context: &Context) -> u32 {
         let most = context.limits().storage_range_bytes / size_of::<T>() as u64;
-        let most = u32::try_from(most).unwrap_or(u32::MAX);
-        Self::cut(context, name, items, (most / unit).max(1) * unit)
+        u32::try_from(most).unwrap_or(u32::MAX)
     }
 
     /// A list in parts of that many items, but for the last.

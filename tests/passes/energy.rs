@@ -172,7 +172,7 @@ fn layers_of_lights_equal_the_twin_and_add_up() {
             rows.map(|(row, carried)| light(&context, row, shines.then_some(carried), count)).collect()
         };
         let (lights, alone) = (lights(), lights());
-        let deposit_buffer = Parts::from_slice(&context, "deposits", &deposits, 1).unwrap();
+        let deposit_buffer = Parts::cut(&context, "deposits", &deposits, u32::MAX).unwrap();
         let cut = Parts::cut(&context, "deposits", &deposits, 61).unwrap();
         let due: Vec<ClusterLight<'_>> = lights.iter().map(OneLight::due).collect();
         let lit: Vec<(Vec3, &Buffer)> =

@@ -48,7 +48,7 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
         |_| Deposit { throughput: 0.5 * (1.0 + random.cube()), ..Deposit::new(random.below(99), OPEN) };
     let deposits: Vec<Deposit> = (0..=first_deposits[2 * base]).map(deposit).collect();
     let factors: Vec<f32> = (0..99).map(|_| 1.0 + random.unit()).collect();
-    let deposits = Parts::from_slice(&context, "deposits", &deposits, 1).unwrap();
+    let deposits = Parts::cut(&context, "deposits", &deposits, u32::MAX).unwrap();
     let factors = Buffer::from_slice(&context, "factors", &factors).unwrap();
     let sources = indirect_sources(&hvds, &deposit_runs(&hvds, &first_deposits), LEAST_VERTICES);
     for (ray_count, view_count, part_count) in [(0, 0, 0), (1, 0, 0), (40, 0, 5), (40, 9, 0), (400, 70, 20)] {

@@ -67,8 +67,7 @@ impl FormFactors {
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, entry_points: &[PathVertex], area_m2: f32) -> Result<Self> {
-        let most = context.limits().storage_range_bytes / size_of::<EntryPoint>() as u64;
-        Self::in_parts(context, entry_points, area_m2, u32::try_from(most).unwrap_or(u32::MAX))
+        Self::in_parts(context, entry_points, area_m2, Parts::longest::<EntryPoint>(context))
     }
 
     /// The same in parts of so many entry points.

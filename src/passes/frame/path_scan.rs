@@ -130,13 +130,9 @@ impl PathScan {
         lobes: &[f32],
         deposits: &[Deposit],
     ) -> Result<Self> {
-        let bound = |bytes: usize| {
-            let most = context.limits().storage_range_bytes / bytes as u64;
-            u32::try_from(most).unwrap_or(u32::MAX)
-        };
-        let most_deposits = if lobes.is_empty() { bound(size_of::<Deposit>()) } else { u32::MAX };
-        let most_steps = bound(size_of::<PathStep>()) / BLOCK_STEPS;
-        Self::in_parts(context, steps, colours, lobes, deposits, [most_steps, most_deposits])
+        let most_deposits = if lobes.is_empty() { Parts::longest::<Deposit>(context) } else { u32::MAX };
+        let most_blocks = Parts::longest::<PathStep>(context) / BLOCK_STEPS;
+        Self::in_parts(context, steps, colours, lobes, deposits, [most_blocks, most_deposits])
     }
 
     /// The same in parts of so many blocks of steps, and so many deposits.

@@ -55,6 +55,8 @@ pub const STEM: &str = "light_paths";
 const STEPS: u32 = 8;
 /// Paths of one dispatch at most: bounds the vertex buffer to 18 MiB.
 const LIMIT: u32 = 1 << 16;
+/// Vertices of all paths at most: 16 GB of the host.
+const MOST_VERTICES: u64 = 1 << 28;
 /// Throughput below which Russian roulette may end a path. Lower values trade vertices for less noise.
 pub const ROULETTE_THRESHOLD: f32 = 0.5;
 
@@ -66,7 +68,7 @@ pub const EDITABLE_ALBEDO: f32 = 0.9;
 /// may find their openness.
 ///
 /// # Errors
-/// [`Error::OutOfMemory`] if the device has no room for so many vertices, as where nothing is absorbed and no path ends; the device
+/// [`Error::OutOfMemory`] if there is no room for so many vertices, as where nothing is absorbed and no path ends; the device
 /// lacks memory or failed.
 #[expect(clippy::too_many_arguments, reason = "one call, at one place")]
 pub fn trace(
@@ -103,13 +105,13 @@ pub fn trace(
     let mut chunks = Chunks::new(1 << 12, LIMIT);
     progress.stage("light paths", live.len() as u64);
     let total = live.len() as u64;
-    // Of a deposit and a step each.
+    // Of a deposit and a step each; and the host holds them, too, in what may be less memory.
     let most = context.limits().device_memory_bytes / (size_of::<Deposit>() + size_of::<PathStep>()) as u64;
-    let most = most.min(u64::from(u32::MAX));
+    let most = most.min(MOST_VERTICES);
     while !live.is_empty() {
         if vertices.len() as u64 >= most {
             return Err(Error::OutOfMemory(format!(
-                "{total} light paths have more than the {most} vertices that the device has room for; lower quality.entry_points, or an albedo close to 1"
+                "{total} light paths have more than the {most} vertices that there is room for; lower quality.entry_points, or an albedo close to 1"
             )));
         }
         let mut survivors = Vec::new();

@@ -6,14 +6,16 @@ const float FACETS_ALIKE = 0.9;
 
 // How far from its own a point may lie, in height and normals, that a record speaks for.
 struct Tolerance {
-    float height2;               // over its plane, of the distance, squared
+    float above2;                // over the plane between both, of the distance, squared
+    float below2;                // under it
     float facets;                // cosine between facets
     float inverse_normal_error;  // 1 / sqrt(1 - cos) of the angle between normals
 };
-// What a record is valid for: 10° between normals. [Tabellion §4]
-const Tolerance VALID = Tolerance(0.1, FACETS_ALIKE, 8.1131);
-// Where no other record does: 45° over its plane, 60° between facets, 30° between normals.
-const Tolerance STRETCHED = Tolerance(0.5, 0.5, 2.7321);
+// What a record is valid for: 10° between normals, 12° over the plane and 4° under it: who lies lower may lie in the shadow of what
+// the record stands on, as a table does under the rim of a plate. [Tabellion §4; Ward]
+const Tolerance VALID = Tolerance(0.04, 0.004, FACETS_ALIKE, 8.1131);
+// Where no other record does: 45° over the plane, 30° under it, 60° between facets, 30° between normals.
+const Tolerance STRETCHED = Tolerance(0.5, 0.25, 0.5, 2.7321);
 
 // Geometric normal of a side.
 vec3 facet_of(Surface surface, uint side) { return (side & 1u) != 0u ? -surface.normal : surface.normal; }
@@ -25,9 +27,10 @@ vec3 facet_of(Surface surface, uint side) { return (side & 1u) != 0u ? -surface.
 float record_weight(vec3 x, vec3 n, vec3 facet, CachePoint record, Tolerance tolerance) {
     vec3 d = x - record.position;
     float distance2 = dot(d, d);
-    float height = dot(d, record.normal);
+    float height = 0.5 * dot(d, record.normal + n);  // none on a sphere
     float reach = 0.01 * record.radius;
-    if (height * height > tolerance.height2 * (distance2 + reach * reach) || dot(d, record.wall) > 1.0) return 0.0;
+    float height2 = height > 0.0 ? tolerance.above2 : tolerance.below2;
+    if (height * height > height2 * (distance2 + reach * reach) || dot(d, record.wall) > 1.0) return 0.0;
     if (dot(facet, record.facet) < tolerance.facets) return 0.0;
     float position_error = sqrt(distance2) / record.radius;
     float normal_error = sqrt(max(0.0, 1.0 - dot(n, record.normal))) * tolerance.inverse_normal_error;

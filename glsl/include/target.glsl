@@ -3,9 +3,11 @@
 
 // What is so near, in base cells, shows its whole.
 const float NEARBY = 2.0;
+// No light comes to covered surface, and what covers it sees no further than that, in base cells (`open_shares`).
+const float COVERED_SIGHT = 0.5;
 
 // The cluster whose size fits a footprint as wide as that before it is projected to the surface, metres; or coarser, until it is
-// rich enough to be trusted. NO_CLUSTER on a side without light.
+// rich enough to be trusted. NO_CLUSTER on a side without light, and for neighbours of covered surface on it.
 uint cluster_for(Hit hit, vec3 direction, float footprint) {
     Surface surface = surfaces[hit.triangle];
     float facing = dot(surface.normal, direction);
@@ -16,6 +18,9 @@ uint cluster_for(Hit hit, vec3 direction, float footprint) {
     uint cell = grid_cell(push.grid, position, normal);
     uint cluster = base_cluster(cell, side_code(surface.sides, back), position);
     if (cluster == NO_CLUSTER) return NO_CLUSTER;
+    // A coarser cluster would be that of surface in the open.
+    bool is_covered = links[cluster].entry_points == 0.0 && hit.t * push.grid.inverse_cell < COVERED_SIGHT;
+    if (is_covered) return NO_CLUSTER;
     bool is_near = hit.t * push.grid.inverse_cell < NEARBY;
     if (is_near && wholes[cluster] != NO_CLUSTER) cluster = wholes[cluster];
 

@@ -10,6 +10,8 @@ use std::f64::consts::{PI, SQRT_2};
 
 /// Width of the cells that are read, in widths of a stratum.
 const SHARE: f64 = 0.25;
+/// Covered surface, and what covers it, sees no further than that, in base cells (`glsl/include/target.glsl`).
+pub const COVERED_SIGHT: f32 = 0.5;
 
 /// What gather rays are traced through, and by which rules.
 #[derive(Clone, Copy)]
@@ -69,7 +71,12 @@ impl Tracing<'_> {
         if surface.side_is_active(side % 2 == 1) {
             cluster = self.geometry.cluster(self.hvds, hit.position.as_vec3(), side);
         }
-        if hit.t < f64::from(NEARBY) * self.hvds.grid.cell_size() && cluster != NO_CLUSTER {
+        let cell = self.hvds.grid.cell_size();
+        let is_near = |cells: f32| hit.t < f64::from(cells) * cell;
+        if cluster != NO_CLUSTER && self.entry_points[cluster as usize] == 0.0 && is_near(COVERED_SIGHT) {
+            return None;
+        }
+        if is_near(NEARBY) && cluster != NO_CLUSTER {
             let whole = self.hvds.wholes[cluster as usize];
             cluster = if whole == NO_CLUSTER { cluster } else { whole };
         }

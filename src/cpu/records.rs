@@ -9,16 +9,19 @@ pub const FACETS_ALIKE: f32 = 0.9;
 /// How far from its own a point may lie, in height and normals, that a record speaks for.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance {
-    height2: f32,
+    above2: f32,
+    below2: f32,
     facets: f32,
     inverse_normal_error: f32,
 }
 
 impl Tolerance {
-    /// What a record is valid for: 1 / sqrt(1 - cos 10°) between normals. [Tabellion §4]
-    pub const VALID: Self = Self { height2: 0.1, facets: FACETS_ALIKE, inverse_normal_error: 8.1131 };
-    /// Where no other record does: 45° over its plane, 60° between facets, 30° between normals.
-    pub const STRETCHED: Self = Self { height2: 0.5, facets: 0.5, inverse_normal_error: 2.7321 };
+    /// What a record is valid for: 1 / sqrt(1 - cos 10°) between normals, 12° over the plane between both and 4° under it.
+    /// [Tabellion §4; Ward]
+    pub const VALID: Self =
+        Self { above2: 0.04, below2: 0.004, facets: FACETS_ALIKE, inverse_normal_error: 8.1131 };
+    /// Where no other record does: 45° over the plane, 30° under it, 60° between facets, 30° between normals.
+    pub const STRETCHED: Self = Self { above2: 0.5, below2: 0.25, facets: 0.5, inverse_normal_error: 2.7321 };
 }
 
 /// Weight of a record at a point `x` with shading normal `n`, on a facet with that geometric normal: positive inside its validity,
@@ -31,9 +34,10 @@ pub fn record_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint) -> f32 
 pub fn record_weight_within(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
     let d = x - record.position;
     let distance2 = d.dot(d);
-    let height = d.dot(record.normal);
+    let height = 0.5 * d.dot(record.normal + n);
     let reach = 0.01 * record.radius;
-    if height * height > within.height2 * (distance2 + reach * reach) || d.dot(record.wall) > 1.0 {
+    let height2 = if height > 0.0 { within.above2 } else { within.below2 };
+    if height * height > height2 * (distance2 + reach * reach) || d.dot(record.wall) > 1.0 {
         return 0.0;
     }
     if facet.dot(record.facet) < within.facets {

@@ -20,7 +20,7 @@ use crate::passes::precompute::{
     near_hits::{self, NearHits},
     open_shares, openness,
     rays::Rays,
-    sides,
+    separated, sides,
 };
 use crate::passes::{ClusterBuffers, ClusterTables, SceneBuffers};
 use crate::scene::directions::Directions;
@@ -164,22 +164,20 @@ pub(super) fn precompute(
     }
     let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
     let extent = if quality.gap_rounds > 1 { Extent::SHADOWS } else { Extent::CONTACTS };
-    let patches = near_clusters::patches(&hvds, &clearances, normal, extent);
+    let patches = near_clusters::patches(&hvds, &clearances, normal, 1 + separated::LEVELS);
     let hemisphere = Hemisphere::new(quality.gather_rays);
     let [resolved, parted] =
         narrow_gaps::resolved((high - low).length(), hvds.grid.cell_size() as f32, hemisphere);
     let told: Vec<String> = undersampled(scene, &gaps, resolved, strata.area_m2, cell_size).collect();
     scene.warnings.extend(told);
     if quality.occlusion {
-        hvds.mixed = narrow_gaps::mixed(
-            (&tracer, &buffers),
-            &hvds,
-            &patches,
-            &surfaces,
-            &strata.in_clusters,
-            parted,
-            lengths[1],
-        )?;
+        let (rays, in_clusters) = ((&tracer, &buffers), &strata.in_clusters);
+        let mut mixed =
+            narrow_gaps::mixed(rays, &hvds, &patches, &surfaces, in_clusters, parted, lengths[1])?;
+        let separated = separated::separated(rays, &hvds, &patches, in_clusters)?;
+        mixed.resize(mixed.len().max(separated.len()), false);
+        mixed.iter_mut().zip(separated).for_each(|(mixed, separated)| *mixed |= separated);
+        hvds.mixed = mixed;
     }
     let cluster_tables = ClusterTables::new(&hvds, &trusted);
     let clusters = cluster_tables.upload(context)?;
@@ -220,7 +218,8 @@ pub(super) fn precompute(
     }
     watch.lap("cache points");
 
-    let near_clusters = near_clusters::find(&patches, extent, cell_size, &placement.points);
+    let near_clusters =
+        near_clusters::find(&patches[..extent.end(&hvds)], extent, cell_size, &placement.points);
     let code = GatherCode::new(hvds.cluster_count(), scene.materials.len(), placement.least_radius)?;
     let point_count = placement.points.len() as u32;
     let rays = gather_rays::trace(

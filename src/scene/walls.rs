@@ -66,7 +66,7 @@ pub(super) fn split(
     planes
 }
 
-/// The wall that touches most of a cluster, if it cuts it in two.
+/// The wall that touches most of a cluster, of those that cut it in two.
 fn wall_on(
     cluster: &[&(u64, Piece)],
     all: &[&(u64, Piece)],
@@ -80,7 +80,7 @@ fn wall_on(
     let normal = mean(&|piece| normal_of(piece.side).as_dvec3()).normalize_or_zero();
     let centre = |piece: &Piece| piece.corners.iter().sum::<Vec3>().as_dvec3() / piece.corners.len() as f64;
     let mut middle = None;
-    let mut best = (TOUCH * cell_size, None);
+    let mut walls: Vec<(f64, Plane)> = Vec::new();
     for (key, piece) in all.iter().filter(|other| other.0 != cluster[0].0).map(|other| (other.0, &other.1)) {
         let wall = normal_of(piece.side).as_dvec3();
         if wall.dot(normal).abs() >= STANDS || key == cluster[0].0 {
@@ -99,18 +99,22 @@ fn wall_on(
         let along = normal.cross(wall).normalize_or_zero();
         let extent = foot.iter().map(|p| along.dot(*p));
         let (first, last) = extent.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(s), b.max(s)));
-        if last - first > best.0 {
+        if last - first > TOUCH * cell_size {
             let plane = [wall.x, wall.y, wall.z, wall.dot(polygon[0])].map(|value| value as f32);
-            best = (last - first, Some(plane));
+            walls.push((last - first, plane));
         }
     }
-    let plane = best.1?;
-    let in_front = |piece: &Piece| {
+    walls.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let in_front = |plane: Plane, piece: &Piece| {
         let polygon: Vec<DVec3> = piece.corners.iter().map(|corner| corner.as_dvec3()).collect();
         clip::area(&clip::clip_by(&polygon, |p| over(plane, p)))
     };
-    let share = cluster.iter().map(|(_, piece)| in_front(piece)).sum::<f64>() / area;
-    (LEAST_SHARE..=1.0 - LEAST_SHARE).contains(&share).then_some(plane)
+    // In a corner the wall along the cluster's edge may touch more of it than one that stands on it.
+    let cuts = |plane: &Plane| {
+        let share = cluster.iter().map(|(_, piece)| in_front(*plane, piece)).sum::<f64>() / area;
+        (LEAST_SHARE..=1.0 - LEAST_SHARE).contains(&share)
+    };
+    walls.into_iter().map(|wall| wall.1).find(cuts)
 }
 
 /// A base cluster as a cell lists it, and the plane that parts it from the next one if they are parts of one.

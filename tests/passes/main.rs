@@ -38,6 +38,7 @@ mod prefix_sum;
 mod ray_bundles;
 mod rays;
 mod reads;
+mod separated;
 mod splat;
 mod textures;
 mod tile_sort;

@@ -164,7 +164,7 @@ fn near_clusters_of(extent: Extent) {
     let place = |point| Placed { point, clearance: 0.1 };
     let placed: Vec<Placed> = world.cache_points(&mut random, 800, 0.12).into_iter().map(place).collect();
     let normal = |side: u32| world.geometry().normal(side);
-    let patches = near_clusters::patches(&world.hvds, &clearances, normal, extent);
+    let patches = near_clusters::patches(&world.hvds, &clearances, normal, extent.levels);
     let near = near_clusters::find(&patches, extent, CELL_SIZE, &placed);
     assert!(near.is_sorted_by(|a, b| a.cluster < b.cluster), "each cluster once");
     let end = world.hvds.levels[extent.levels - 1].end;

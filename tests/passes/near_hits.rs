@@ -54,7 +54,7 @@ fn near_hits_of(world: &World) {
         &world.hvds,
         &clearances,
         |side| world.geometry().normal(side),
-        Extent::CONTACTS,
+        Extent::CONTACTS.levels,
     );
     let sources = Sources {
         patches: &patches,

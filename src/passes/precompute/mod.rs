@@ -23,6 +23,7 @@ pub mod ray_bundles;
 pub mod rays;
 mod reaches;
 pub mod reads;
+pub mod separated;
 mod shares;
 pub mod sides;
 

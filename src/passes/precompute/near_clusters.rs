@@ -25,8 +25,12 @@ impl Extent {
 
     /// Behind the last cluster of its levels.
     pub fn end(self, hvds: &Hvds) -> usize {
-        hvds.levels[self.levels.min(hvds.levels.len()) - 1].end as usize
+        end(hvds, self.levels)
     }
+}
+
+fn end(hvds: &Hvds, levels: usize) -> usize {
+    hvds.levels[levels.min(hvds.levels.len()) - 1].end as usize
 }
 
 /// How far a record may be, in its validity radii.
@@ -66,9 +70,9 @@ impl Patch {
     };
 }
 
-/// The clusters of the extent's levels, in order; a whole is where its cluster is. `clearances` of the pieces, metres; `normal` of a side.
-pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3, extent: Extent) -> Vec<Patch> {
-    let end = extent.end(hvds);
+/// The clusters of so many levels from the finest, in order; a whole is where its cluster is. `clearances` of the pieces, metres; `normal` of a side.
+pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3, levels: usize) -> Vec<Patch> {
+    let end = end(hvds, levels);
     let mut patches = vec![Patch { clearance: 0.0, ..Patch::EMPTY }; end];
     let mut areas = vec![0.0; end];
     for (piece, &clearance) in hvds.pieces.iter().zip(clearances) {
@@ -122,7 +126,7 @@ pub(super) fn fits(placed: &Placed, place: Vec3, patch: &Patch) -> bool {
         && apart.dot(point.wall) <= 1.0
 }
 
-/// Finds the near ones among those clusters. `cell_size` of the base cells, metres.
+/// Finds the near ones among the clusters of the extent's levels. `cell_size` of the base cells, metres.
 pub fn find(patches: &[Patch], extent: Extent, cell_size: f32, points: &[Placed]) -> Vec<NearCluster> {
     if points.is_empty() {
         return Vec::new();

@@ -6,6 +6,7 @@ use super::cache_points::Geometry;
 use super::rays::{RayQuery, Rays};
 use super::shares;
 use super::sides::{plastic_sequence, sphere};
+use crate::cpu::gather_rays::COVERED_SIGHT;
 use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::passes::SceneBuffers;
@@ -15,8 +16,6 @@ const POINTS: u32 = 4;
 const MORE_POINTS: u32 = 32;
 /// What is covered has something so near in front of it, in cells.
 const GAP: f32 = 1.0 / 16.0;
-/// And sees nothing that is further away than so many.
-const SIGHT: f32 = 0.5;
 /// Rays that look around.
 const RAYS: u32 = 12;
 
@@ -52,7 +51,7 @@ pub fn open_shares(
     let queries = shares::each(near.len() * (POINTS * RAYS) as usize, |ray| around(ray as u32));
     let answers = rays.trace(buffers, &queries)?;
     for (&piece, answers) in near.iter().zip(answers.chunks_exact((POINTS * RAYS) as usize)) {
-        let is_covered = |t: f32| t >= 0.0 && t < SIGHT * cell;
+        let is_covered = |t: f32| t >= 0.0 && t < COVERED_SIGHT * cell;
         let points = answers.chunks_exact(RAYS as usize);
         let covered = points.filter(|point| point.iter().all(|answer| is_covered(answer.t))).count();
         open[piece] *= 1.0 - covered as f32 / POINTS as f32;

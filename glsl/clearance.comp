@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -32,6 +33,8 @@ layout(scalar, binding = 3) readonly buffer Candidates { CachePoint candidates[]
 layout(scalar, binding = 4) writeonly buffer Clearances { Clearance clearances[]; };
 layout(scalar, push_constant) uniform Push { ClearancePush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/gather.glsl"
 
@@ -42,7 +45,7 @@ void main() {
     uint index = flat_workgroup();
     if (index >= push.candidate_count) return;
     CachePoint point = candidates[index];
-    vec3 normal = surfaces[point.side >> 1].normal;
+    vec3 normal = surface_at(point.side >> 1).normal;
     if ((point.side & 1u) != 0u) normal = -normal;
     vec3 origin = offset_origin(point.position, normal);
     mat3 frame = frame_around(point.normal);
@@ -76,13 +79,13 @@ void main() {
     Hit hit;
     vec3 direction = frame * stratum_direction(stratum_of(min(nearest_ray[0], RINGS * SECTORS - 1u)), name, push.seed);
     if (nearest_ray[0] != NO_TARGET && trace(Ray(origin, direction, push.scene_size), false, hit)) {
-        vec3 plane = surfaces[hit.triangle].normal;
+        vec3 plane = surface_at(hit.triangle).normal;
         float distance = dot(plane, hit_position(hit) - point.position);
         // A wall, or what covers the surface: behind both the world looks different.
         bool back = dot(plane, direction) > 0.0;
         if (dot(back ? -plane : plane, point.normal) < 0.7071 && distance != 0.0) wall = plane / distance;
         // What is nearest to the inside of a solid is that inside, which takes no part.
-        if (!side_is_active(surfaces[hit.triangle].sides, back)) nearest[0] = BURIED;
+        if (!side_is_active(surface_at(hit.triangle).sides, back)) nearest[0] = BURIED;
     }
     clearances[index] = Clearance(nearest[0], wall);
 }

@@ -7,6 +7,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/antialias.glsl"
@@ -40,7 +41,9 @@ layout(scalar, binding = 10) readonly buffer EdgeColours { uint edge_colours[]; 
 layout(scalar, binding = 11) readonly buffer EdgePixels { uint edge_pixels[]; };  // their indices
 layout(scalar, push_constant) uniform Push { ComposePush push; };
 
-uint material_of(uint side) { return surfaces[side >> 1].material; }
+#include "include/surfaces.glsl"
+
+uint material_of(uint side) { return surface_at(side >> 1).material; }
 
 // `colour` is the image's there, `source` the pixel whose indirect irradiance it takes, `shiner` the one that shines alike. All but
 // `direct` is times `weight`.

@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/math.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -25,6 +26,8 @@ layout(scalar, binding = 4) readonly buffer SeenPoints { PixelSurface seen_point
 layout(scalar, binding = 5) buffer LightLayer { float light_layer[]; };
 layout(scalar, push_constant) uniform Push { DirectPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/direct.glsl"
@@ -37,7 +40,7 @@ void main() {
     float found = 0.0;
     // A loop that turns once or never: where no point of a group sees a surface, lavapipe skips it.
     for (bool is_due = point.side != NO_SIDE; is_due; is_due = false) {
-        vec3 normal = surfaces[point.side >> 1].normal;
+        vec3 normal = surface_at(point.side >> 1).normal;
         if ((point.side & 1u) != 0u) normal = -normal;
         found = light_factor(lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, point.normal,
                              point.footprint);

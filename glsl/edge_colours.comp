@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/sampling.glsl"
 #include "include/antialias.glsl"
@@ -27,6 +28,8 @@ layout(scalar, binding = 7) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 8) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { EdgeColoursPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/textures.glsl"
 #include "include/pixel_colours.glsl"
 

@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -30,6 +31,8 @@ layout(scalar, binding = 6) readonly buffer EdgeSamples { EdgeSample edge_sample
 layout(scalar, binding = 7) buffer EdgeLight { float edge_light[]; };
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/primary.glsl"
 #include "include/lights.glsl"
@@ -48,7 +51,7 @@ void main() {
     for (bool is_due = seen.side != NO_SIDE; is_due; is_due = false) {
         vec2 corner = vec2(pixel % view.width, pixel / view.width);
         PixelSurface point = seen_on(view, corner + sample_3d(index % count + point_of(seen) * count, pixel).xy, seen.side);
-        vec3 normal = surfaces[point.side >> 1].normal;
+        vec3 normal = surface_at(point.side >> 1).normal;
         if ((point.side & 1u) != 0u) normal = -normal;
         found = light_factor(lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, point.normal,
                              point.footprint);

@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/records.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -20,12 +21,14 @@ layout(scalar, binding = 1) readonly buffer Pixels { PixelSurface pixels[]; };
 layout(scalar, binding = 2) writeonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, push_constant) uniform Push { EdgeMarkPush push; };
 
+#include "include/surfaces.glsl"
+
 bool is_edge(PixelSurface a, PixelSurface b) {
     if (a.side == NO_SIDE || b.side == NO_SIDE) return a.side != b.side;
-    if (surfaces[a.side >> 1].material != surfaces[b.side >> 1].material) return true;
+    if (surface_at(a.side >> 1).material != surface_at(b.side >> 1).material) return true;
     if (dot(a.normal, b.normal) < uintBitsToFloat(CREASE)) return true;
     // Smooth shading hides a sharp edge, but not from indirect light, which has the facet's horizon.
-    if (dot(facet_of(surfaces[a.side >> 1], a.side), facet_of(surfaces[b.side >> 1], b.side)) < FACETS_ALIKE) return true;
+    if (dot(facet_of(surface_at(a.side >> 1), a.side), facet_of(surface_at(b.side >> 1), b.side)) < FACETS_ALIKE) return true;
     vec3 apart = b.position - a.position;
     float off_plane = min(abs(dot(apart, a.normal)), abs(dot(apart, b.normal)));
     return off_plane > uintBitsToFloat(STEP) * sqrt(max(a.footprint, b.footprint));

@@ -6,6 +6,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -29,6 +30,8 @@ layout(scalar, binding = 5) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(scalar, binding = 6) writeonly buffer EdgeSamples { EdgeSample edge_samples[]; };
 layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/primary.glsl"
 #include "include/alike.glsl"

@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/antialias.glsl"
 
@@ -21,6 +22,8 @@ layout(scalar, binding = 2) buffer EdgeSamples { EdgeSample edge_samples[]; };
 layout(scalar, binding = 3) writeonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
 layout(scalar, push_constant) uniform Push { EdgeListPush push; };
 
+#include "include/surfaces.glsl"
+
 void main() {
     uint edge_count = edge_offsets[push.pixel_count];
     uint count = samples_per_edge(edge_count, push.room);
@@ -34,7 +37,7 @@ void main() {
     for (uint i = 0u; i < count; ++i) {
         EdgeSample found = edge_samples[edge * count + i];
         if (found.side == NO_SIDE) continue;
-        uint material = surfaces[found.side >> 1].material;
+        uint material = surface_at(found.side >> 1).material;
         uint own = MOST_SLOTS;
         uint alike = MOST_SLOTS;
         for (uint k = used; k-- > 0u;) {

@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/sampling.glsl"
 
@@ -33,6 +34,8 @@ layout(scalar, binding = 5) readonly buffer CellClusters { uint cell_clusters[];
 layout(scalar, binding = 6) writeonly buffer EntryPoints { PathVertex entry_points[]; };
 layout(scalar, push_constant) uniform Push { EntryPointsPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/grid.glsl"
 
 // The patch whose run of points holds `index`: the last one whose first point is not beyond it.
@@ -51,8 +54,8 @@ void main() {
     if (flat_invocation() >= push.point_count) return;
     uint index = push.first_point + flat_invocation();
     EntryPatch entry_patch = entry_patches[find_patch(index)];
-    Triangle triangle = triangles[entry_patch.side >> 1];
-    Surface surface = surfaces[entry_patch.side >> 1];
+    Triangle triangle = triangle_at(entry_patch.side >> 1);
+    Surface surface = surface_at(entry_patch.side >> 1);
     bool back = (entry_patch.side & 1u) != 0u;
 
     // Neighbours in order, which are neighbours on the surface, complement each other.

@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 
@@ -31,6 +32,8 @@ layout(scalar, binding = 4) readonly buffer EntryPoints { EntryPoint entry_point
 layout(scalar, binding = 5) buffer FormFactors { float form_factors[]; };
 layout(scalar, push_constant) uniform Push { FormFactorsPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/direct.glsl"
@@ -39,7 +42,7 @@ void main() {
     uint index = flat_invocation();
     if (index >= push.point_count) return;
     EntryPoint point = entry_points[index];
-    vec3 normal = surfaces[point.side >> 1].normal;
+    vec3 normal = surface_at(point.side >> 1).normal;
     if ((point.side & 1u) != 0u) normal = -normal;
     float found = light_factor(lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, normal,
                                push.area_m2);

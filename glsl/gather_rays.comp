@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -40,6 +41,8 @@ layout(scalar, binding = 11) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 12) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { GatherRaysPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/grid.glsl"
 #include "include/gather.glsl"
@@ -94,7 +97,7 @@ void main() {
     if (local_point >= push.point_count) return;
     uint index = push.first_point + local_point;
     CachePoint point = cache_points[index];
-    vec3 normal = surfaces[point.side >> 1].normal;
+    vec3 normal = surface_at(point.side >> 1).normal;
     if ((point.side & 1u) != 0u) normal = -normal;
     vec3 origin = offset_origin(point.position, normal);
     mat3 frame = frame_around(point.normal);
@@ -112,7 +115,7 @@ void main() {
             // The solid angle of one stratum.
             float footprint = SHARE * sqrt(PI / (float(RINGS * SECTORS) * local.z)) * hit.t;
             uint cluster = cluster_for(hit, direction, footprint);
-            uint material = surfaces[hit.triangle].material;
+            uint material = surface_at(hit.triangle).material;
             if (cluster != NO_CLUSTER) target = cluster | (material << push.cluster_bits);
             if (HAS_TEXTURES != 0u) ray_colours[first + ray] = pack_colour(image_at(material, hit.triangle, hit.barycentric));
         }

@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -26,6 +27,7 @@ layout(scalar, binding = 3) readonly buffer GlossEntries { GlossEntry gloss_entr
 layout(scalar, binding = 4) writeonly buffer GlossBeams { GlossBeam gloss_beams[]; };  // one a point sample, entry by entry
 layout(scalar, push_constant) uniform Push { GlossBeamsPush push; };
 
+#include "include/triangles.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/direct.glsl"

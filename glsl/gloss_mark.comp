@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/gloss_rays.glsl"
 
@@ -18,11 +19,13 @@ layout(scalar, binding = 3) writeonly buffer GlossOffsets { uint gloss_offsets[]
 layout(scalar, binding = 4) writeonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
 layout(scalar, push_constant) uniform Push { GlossMarkPush push; };
 
+#include "include/surfaces.glsl"
+
 void main() {
     uint index = flat_invocation();
     if (index >= push.pixel_count) return;
     uint side = pixels[index].side;
-    bool shines = side != NO_SIDE && any(greaterThan(materials[surfaces[side >> 1].material].specular, vec3(0.0)));
+    bool shines = side != NO_SIDE && any(greaterThan(materials[surface_at(side >> 1).material].specular, vec3(0.0)));
     gloss_offsets[index] = uint(shines);
     gloss_radiance[index] = GlossShine(vec3(0.0), vec3(0.0));
 }

@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -34,6 +35,8 @@ layout(scalar, binding = 9) writeonly buffer GlossRadiance { GlossShine gloss_ra
 layout(scalar, binding = 10) readonly buffer GlossColours { uint gloss_colours[]; };  // of rays, packed; only in scenes with images
 layout(scalar, push_constant) uniform Push { GlossPixelsPush push; };
 
+#include "include/surfaces.glsl"
+
 void main() {
     uint index = flat_invocation();
     uint count = gloss_offsets[push.pixel_count];
@@ -56,7 +59,7 @@ void main() {
         direct += highlights[i];
         sum += gloss_hits[i];
     }
-    vec3 specular = materials[surfaces[pixels[pixel].side >> 1].material].specular;
+    vec3 specular = materials[surface_at(pixels[pixel].side >> 1).material].specular;
     float share = 1.0 / float(max(samples, 1u));
     gloss_radiance[pixel] = GlossShine(share * specular * direct, share / (PI * float(LOBE_RAYS)) * specular * sum);
 }

@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -44,17 +45,19 @@ layout(scalar, binding = 15) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 16) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { GlossRaysPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/grid.glsl"
 #include "include/target.glsl"
 #include "include/primary.glsl"
 #include "include/textures.glsl"
 
-uint material_of(uint side) { return surfaces[side >> 1].material; }
+uint material_of(uint side) { return surface_at(side >> 1).material; }
 
 // Ray number `index`, from a point that the camera sees; `rays` of them share the pixel's lobe.
 GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
-    vec3 geometric = surfaces[point.side >> 1].normal;
+    vec3 geometric = surface_at(point.side >> 1).normal;
     if ((point.side & 1u) != 0u) geometric = -geometric;
     float exponent = materials[material_of(point.side)].exponent;
     vec3 mirror = reflect(normalize(point.position - push.view.position), point.normal);
@@ -68,7 +71,7 @@ GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
         // The lobe's solid angle, 2π/(n+1), divided among its rays; half as wide, because they do not divide it evenly.
         float footprint = 0.5 * hit.t * sqrt(2.0 * PI / ((exponent + 1.0) * float(rays)));
         uint cluster = cluster_for(hit, direction, footprint);
-        uint material = surfaces[hit.triangle].material;
+        uint material = surface_at(hit.triangle).material;
         if (cluster != NO_CLUSTER) ray.target = cluster | (material << push.cluster_bits);
         if (HAS_TEXTURES != 0u) gloss_colours[index] = pack_colour(image_at(material, hit.triangle, hit.barycentric));
         ray.weight = cosine * (exponent + 2.0) / (exponent + 1.0);

@@ -6,6 +6,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -37,6 +38,8 @@ layout(scalar, binding = 7) readonly buffer GlossPixels { uint gloss_pixels[]; }
 layout(scalar, binding = 8) buffer HighlightLayer { float highlight_layer[]; };
 layout(scalar, push_constant) uniform Push { HighlightsPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/direct.glsl"
@@ -68,9 +71,9 @@ void main() {
     if (index >= count * samples) return;
     LightSource light = lights[push.light];
     PixelSurface point = gloss_samples[index];
-    vec3 normal = surfaces[point.side >> 1].normal;
+    vec3 normal = surface_at(point.side >> 1).normal;
     if ((point.side & 1u) != 0u) normal = -normal;
-    float exponent = materials[surfaces[point.side >> 1].material].exponent;
+    float exponent = materials[surface_at(point.side >> 1).material].exponent;
     vec3 mirror = reflect(normalize(point.position - push.eye), point.normal);
     // Compared to the lobe's own solid angle.
     bool is_large = light.kind == LIGHT_AREA && seen_size(light, point.position) * (exponent + 1.0) > 2.0 * PI;

@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -49,6 +50,8 @@ layout(scalar, binding = 9) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 10) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { IrradianceProbePush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/brdf.glsl"
@@ -82,7 +85,7 @@ void main() {
         // A loop that turns once, which lavapipe skips where a branch would be taken by all.
         for (bool starts = path.depth == 0u; starts; starts = false) {
             CachePoint point = cache_points[index];
-            vec3 normal = surfaces[point.side >> 1].normal;
+            vec3 normal = surface_at(point.side >> 1).normal;
             if ((point.side & 1u) != 0u) normal = -normal;
             uint name = is_along_gather_ray ? index : path.sample_index;
             uint seed = is_along_gather_ray ? push.gather_seed : point_seed;

@@ -6,6 +6,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -48,6 +49,8 @@ layout(scalar, binding = 11) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 12) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { LightPathsPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/grid.glsl"
 #include "include/textures.glsl"
@@ -61,7 +64,7 @@ void main() {
     bool alive = true;
     while (count < STEPS) {
         vec3 u = sample_3d(state.path, hash(push.seed, state.depth));
-        Surface surface = surfaces[state.side >> 1];
+        Surface surface = surface_at(state.side >> 1);
         vec3 normal = (state.side & 1u) != 0u ? -surface.normal : surface.normal;
 
         // Lambert with a cosine-sampled direction: f·cosθ/pdf is the albedo.
@@ -101,7 +104,7 @@ void main() {
         Hit hit;
         if (!trace(Ray(offset_origin(state.position, normal), direction, 1e30), false, hit)) { alive = false; break; }
 
-        Surface found = surfaces[hit.triangle];
+        Surface found = surface_at(hit.triangle);
         bool back = dot(found.normal, direction) > 0.0;
         state.position = hit_position(hit);
         state.side = 2u * hit.triangle + uint(back);

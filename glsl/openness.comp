@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -29,6 +30,8 @@ layout(scalar, binding = 3) readonly buffer OpennessPoints { OpennessPoint openn
 layout(scalar, binding = 4) writeonly buffer OpenRays { uint open_rays[]; };
 layout(scalar, push_constant) uniform Push { OpennessPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/gather.glsl"
 
@@ -36,7 +39,7 @@ void main() {
     uint index = flat_invocation();
     if (index >= push.point_count) return;
     OpennessPoint point = openness_points[index];
-    vec3 normal = surfaces[point.side >> 1].normal;
+    vec3 normal = surface_at(point.side >> 1).normal;
     if ((point.side & 1u) != 0u) normal = -normal;
     vec3 origin = offset_origin(point.position, normal);
     mat3 frame = frame_around(normal);

@@ -6,6 +6,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -63,6 +64,8 @@ layout(scalar, binding = 11) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 12) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { PathTracePush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/brdf.glsl"

@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -48,6 +49,8 @@ layout(scalar, binding = 11) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 12) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { PhotonGatherPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/textures.glsl"
@@ -108,7 +111,7 @@ vec3 direct_light(Vertex vertex, Reflectance material, uint ray, uint seed) {
 }
 
 Vertex vertex_at(Hit hit, vec3 direction, bool smooth_normal) {
-    Surface surface = surfaces[hit.triangle];
+    Surface surface = surface_at(hit.triangle);
     vec3 normal = dot(surface.normal, direction) > 0.0 ? -surface.normal : surface.normal;
     vec3 shading = normal;
     if (smooth_normal) {

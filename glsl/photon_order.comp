@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -20,6 +21,8 @@ layout(scalar, binding = 2) readonly buffer SortedPairs { TilePair sorted_pairs[
 layout(scalar, binding = 3) writeonly buffer MapEntries { MapEntry map_entries[]; };
 layout(scalar, binding = 4) writeonly buffer FirstEntries { uint first_entries[]; };  // a bucket, and the end twice
 layout(scalar, push_constant) uniform Push { PhotonOrderPush push; };
+
+#include "include/surfaces.glsl"
 
 // How many sorted pairs lie in buckets before `bucket`. By halves: some drivers end a loop over all buckets early.
 uint pairs_before(uint bucket) {
@@ -40,6 +43,6 @@ void main() {
     TilePair pair = sorted_pairs[index];
     if (pair.tile == PHOTON_BUCKETS) return;
     Photon photon = photons[pair.record];
-    vec3 normal = surfaces[photon.side >> 1].normal;
+    vec3 normal = surface_at(photon.side >> 1).normal;
     map_entries[index] = MapEntry(photon.position, (photon.side & 1u) != 0u ? -normal : normal, photon.flux);
 }

@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -23,6 +24,7 @@ layout(scalar, binding = 2) readonly buffer Points { MapEntry points[]; };
 layout(scalar, binding = 3) writeonly buffer Reaches { uvec4 reaches[]; };
 layout(scalar, push_constant) uniform Push { PhotonReachPush push; };
 
+#include "include/triangles.glsl"
 #include "include/bvh.glsl"
 
 void main() {

@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -46,6 +47,8 @@ layout(scalar, binding = 8) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 9) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { PhotonTracePush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
 #include "include/emission.glsl"
@@ -74,7 +77,7 @@ void main() {
     while (alive && count < STEPS) {
         Hit hit;
         if (!trace(Ray(path.origin, path.direction, 1e30), false, hit)) { alive = false; break; }
-        Surface surface = surfaces[hit.triangle];
+        Surface surface = surface_at(hit.triangle);
         Reflectance material = materials[surface.material];
         bool back = dot(surface.normal, path.direction) > 0.0;
         vec3 normal = back ? -surface.normal : surface.normal;

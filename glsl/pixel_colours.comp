@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/colour.glsl"
 
@@ -21,6 +22,8 @@ layout(scalar, binding = 5) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 6) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { PixelColoursPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/textures.glsl"
 #include "include/pixel_colours.glsl"
 

@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/math.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -16,6 +17,8 @@ layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) writeonly buffer Pixels { PixelSurface pixels[]; };
 layout(scalar, push_constant) uniform Push { PrimaryPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/primary.glsl"
 

@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 
@@ -21,6 +22,8 @@ layout(scalar, binding = 3) readonly buffer Queries { RayQuery queries[]; };
 layout(scalar, binding = 4) writeonly buffer Answers { RayAnswer answers[]; };
 layout(scalar, push_constant) uniform Push { RaysPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 
 void main() {
@@ -33,6 +36,6 @@ void main() {
         answers[index] = RayAnswer(-1.0, NO_SIDE);
         return;
     }
-    bool back = dot(surfaces[hit.triangle].normal, query.direction) > 0.0;
+    bool back = dot(surface_at(hit.triangle).normal, query.direction) > 0.0;
     answers[index] = RayAnswer(hit.t, 2u * hit.triangle + uint(back));
 }

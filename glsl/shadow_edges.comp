@@ -6,6 +6,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -38,6 +39,8 @@ layout(scalar, binding = 9) readonly buffer EdgeNeeds { uint edge_needs[]; };
 layout(scalar, binding = 10) buffer LightLayer { float light_layer[]; };
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/primary.glsl"
 #include "include/lights.glsl"
@@ -50,7 +53,7 @@ shared vec4 sums[64];
 const float FLAT = 0.99999;
 
 // Unit geometric normal of a side.
-vec3 facing_normal(uint side) { return facet_of(surfaces[side >> 1], side); }
+vec3 facing_normal(uint side) { return facet_of(surface_at(side >> 1), side); }
 
 // Where the ray of an image point meets the plane that a pixel sees; the pixel's own position where it grazes that plane.
 vec3 on_plane(View view, PixelSurface pixel, vec3 normal, vec2 point) {
@@ -72,7 +75,7 @@ uint slot_for(PixelSurface found, uint pixel, uint first, uint room) {
         EdgeSlot slot = edge_slots[first + i];
         if (slot.side == NO_SIDE) break;
         float cost = dissimilarity(found, pixels[pixel_at(size, pixel, place_of(slot))]);
-        if (surfaces[found.side >> 1].material != surfaces[slot.side >> 1].material) cost += 1e6;
+        if (surface_at(found.side >> 1).material != surface_at(slot.side >> 1).material) cost += 1e6;
         best = cost < least ? i : best;
         least = min(cost, least);
     }

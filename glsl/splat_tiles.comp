@@ -7,6 +7,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/splat.glsl"
 #include "include/records.glsl"
@@ -34,6 +35,8 @@ layout(scalar, binding = 7) buffer Weights { SplatWeight weights[]; };
 layout(scalar, binding = 8) buffer Tally { SplatTally tally; };
 layout(scalar, binding = 9) writeonly buffer BarePixels { uint bare_pixels[]; };  // in any order: each stands for itself
 layout(scalar, push_constant) uniform Push { SplatTilesPush push; };
+
+#include "include/surfaces.glsl"
 
 const uint BATCH = 256u;
 shared CachePoint batch[BATCH];
@@ -80,7 +83,7 @@ void main() {
     bool wants_records = false;
     vec3 facet = vec3(0.0);
     if (pixel.side != NO_SIDE) {
-        Surface surface = surfaces[pixel.side >> 1];
+        Surface surface = surface_at(pixel.side >> 1);
         wants_records = side_is_active(surface.sides, (pixel.side & 1u) != 0u);
         facet = facet_of(surface, pixel.side);
     }

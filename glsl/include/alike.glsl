@@ -4,7 +4,7 @@
 // on a facet with another horizon.
 float dissimilarity(PixelSurface found, PixelSurface pixel) {
     vec3 apart = pixel.position - found.position;
-    float facing = dot(facet_of(surfaces[found.side >> 1], found.side), facet_of(surfaces[pixel.side >> 1], pixel.side));
+    float facing = dot(facet_of(surface_at(found.side >> 1), found.side), facet_of(surface_at(pixel.side >> 1), pixel.side));
     return 1.0 - dot(found.normal, pixel.normal) + abs(dot(apart, found.normal)) * inversesqrt(found.footprint)
          + 1e-3 * dot(apart, apart) / found.footprint + (facing < FACETS_ALIKE ? 1.0 : 0.0);
 }

@@ -1,5 +1,10 @@
 // Ray traversal of the compressed wide BVH, closest hit and any hit. [Ylitie], triangle test [Woop]
-// The including shader binds `Node nodes[]` and `Triangle triangles[]`.
+// The including shader binds `Node nodes[]`. Include behind triangles.glsl.
+
+Node node_at(uint index) {
+    if (FOLLOWS_ADDRESSES == 0u) return nodes[index];
+    return NodeList(nodes[0].frame.xy).items[index];
+}
 
 struct Ray {
     vec3 origin;
@@ -34,7 +39,7 @@ Shear shear_along(vec3 direction) {
 }
 
 bool intersect_triangle(uint index, vec3 origin, Shear shear, inout Hit hit) {
-    Triangle triangle = triangles[index];
+    Triangle triangle = triangle_at(index);
     precise vec3 a = rotate_axes(triangle.p0 - origin, shear.axis);
     precise vec3 b = rotate_axes(triangle.p1 - origin, shear.axis);
     precise vec3 c = rotate_axes(triangle.p2 - origin, shear.axis);
@@ -116,7 +121,7 @@ bool trace(Ray ray, const bool any_hit, out Hit hit) {
             stack[depth++] = group;
         }
         uint slot = (bit - 24u) ^ (octant_inverse4 & 0xffu);
-        Node node = nodes[group.x + bitCount(inner_mask & ~(0xffffffffu << slot))];
+        Node node = node_at(group.x + bitCount(inner_mask & ~(0xffffffffu << slot)));
         uint hits = intersect_children(node, ray.origin, inverse_direction, octant_inverse4, hit.t);
         for (uint leaf = hits & 0x00ffffffu; leaf != 0u; leaf &= leaf - 1u) {
             if (intersect_triangle(node.children.y + uint(findLSB(leaf)), ray.origin, shear, hit)) {
@@ -137,7 +142,7 @@ bool trace(Ray ray, const bool any_hit, out Hit hit) {
 // rounded in such units wherever it lies, as long as some triangle there reaches out to the scene's edge; and so the
 // distance is right at every scale.
 float clear_distance() {
-    Node root = nodes[0];
+    Node root = node_at(0);
     vec3 low = node_origin(root);
     vec3 size = max(abs(low), abs(low + 255.0 * node_cell(root)));
     return max(size.x, max(size.y, size.z)) * (1.0 / 262144.0);
@@ -150,7 +155,7 @@ vec3 offset_origin(vec3 p, vec3 normal) { return p + clear_distance() * normal; 
 // the edges, too: rounding puts a point on an edge now and then behind the surface that meets it there, and a path
 // that goes on from such a point escapes. Four clear distances suffice for walls that meet at 15° or more.
 vec3 hit_position(Hit hit) {
-    Triangle t = triangles[hit.triangle];
+    Triangle t = triangle_at(hit.triangle);
     vec3 edges = vec3(distance(t.p1, t.p2), distance(t.p2, t.p0), distance(t.p0, t.p1));
     vec3 least = 4.0 * clear_distance() * edges / length(cross(t.p1 - t.p0, t.p2 - t.p0));
     vec3 weights = max(hit.barycentric, min(least, 0.25));

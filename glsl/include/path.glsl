@@ -11,7 +11,7 @@ struct Vertex {
 };
 
 Vertex vertex_at(Hit hit, vec3 direction, bool is_first) {
-    Surface surface = surfaces[hit.triangle];
+    Surface surface = surface_at(hit.triangle);
     float side = dot(surface.normal, direction) > 0.0 ? -1.0 : 1.0;
     vec3 smooth_normal = hit.barycentric.x * surface.n0 + hit.barycentric.y * surface.n1 + hit.barycentric.z * surface.n2;
     vec3 shading = is_first ? normalize(smooth_normal) : surface.normal;

@@ -5,9 +5,9 @@
 vec4 colour_through(View view, vec2 point, uint triangle) {
     vec2 ndc = point / vec2(view.width, view.height) * 2.0 - 1.0;
     vec3 direction = view.forward + ndc.x * view.right - ndc.y * view.up;
-    Surface surface = surfaces[triangle];
+    Surface surface = surface_at(triangle);
     float facing = dot(surface.normal, direction);
-    float t = dot(surface.normal, triangles[triangle].p0 - view.position) / facing;
+    float t = dot(surface.normal, triangle_at(triangle).p0 - view.position) / facing;
     vec3 barycentric = barycentric_at(triangle, view.position + t * direction);
     return vec4(facing == 0.0 ? vec3(0.0) : image_at(surface.material, triangle, barycentric), facing);
 }

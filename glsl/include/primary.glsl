@@ -6,7 +6,7 @@ PixelSurface seen_through(View view, vec2 point) {
     vec3 direction = view.forward + ndc.x * view.right - ndc.y * view.up;
     Hit hit;
     if (!trace(Ray(view.position, direction, 1e30), false, hit)) return PixelSurface(vec3(0.0), NO_SIDE, vec3(0.0), 0.0);
-    Surface surface = surfaces[hit.triangle];
+    Surface surface = surface_at(hit.triangle);
     bool back = dot(surface.normal, direction) > 0.0;
     vec3 normal = normalize(hit.barycentric.x * surface.n0 + hit.barycentric.y * surface.n1 + hit.barycentric.z * surface.n2);
     // t is the depth along the view axis, because `direction` has unit length along it.
@@ -19,8 +19,8 @@ PixelSurface seen_on(View view, vec2 point, uint side) {
     vec2 ndc = point / vec2(view.width, view.height) * 2.0 - 1.0;
     vec3 direction = view.forward + ndc.x * view.right - ndc.y * view.up;
     uint triangle = side >> 1;
-    Triangle corners = triangles[triangle];
-    Surface surface = surfaces[triangle];
+    Triangle corners = triangle_at(triangle);
+    Surface surface = surface_at(triangle);
     vec3 across = cross(corners.p1 - corners.p0, corners.p2 - corners.p0);
     float t = dot(across, corners.p0 - view.position) / dot(across, direction);
     vec3 from_p0 = view.position - corners.p0 + t * direction;

@@ -34,7 +34,7 @@ vec3 image_at(uint material, uint triangle, vec3 barycentric) {
 
 // Weights of a triangle's corners at a point of its plane.
 vec3 barycentric_at(uint triangle, vec3 position) {
-    Triangle t = triangles[triangle];
+    Triangle t = triangle_at(triangle);
     vec3 normal = cross(t.p1 - t.p0, t.p2 - t.p0);
     vec3 from_p0 = position - t.p0;
     vec2 weights = vec2(dot(cross(from_p0, t.p2 - t.p0), normal), dot(cross(t.p1 - t.p0, from_p0), normal)) / dot(normal, normal);

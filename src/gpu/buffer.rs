@@ -17,6 +17,14 @@ const STAGING_BYTES: u64 = 16 << 20;
 /// The smallest buffer: a binding may not be empty. In bytes.
 const LEAST_BYTES: u64 = 16;
 
+/// What storage is used for.
+const STORAGE: vk::BufferUsageFlags = vk::BufferUsageFlags::from_raw(
+    vk::BufferUsageFlags::STORAGE_BUFFER.as_raw()
+        | vk::BufferUsageFlags::INDIRECT_BUFFER.as_raw()
+        | vk::BufferUsageFlags::TRANSFER_SRC.as_raw()
+        | vk::BufferUsageFlags::TRANSFER_DST.as_raw(),
+);
+
 /// A storage buffer in device memory. Its contents are undefined until written.
 pub struct Buffer {
     pub(super) allocated: Arc<Allocated>,
@@ -29,6 +37,8 @@ pub(super) struct Allocated {
     pub(super) name: String,
     bytes: u64,
     location: MemoryLocation,
+    /// What the address in it points to.
+    pointee: Option<Arc<Allocated>>,
     /// None only while it goes.
     allocation: Option<Allocation>,
 }
@@ -43,11 +53,7 @@ impl Buffer {
         if bytes > limit {
             return Err(out_of_memory(name, bytes, format!("the device binds at most {}", mebibytes(limit))));
         }
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
-            | vk::BufferUsageFlags::INDIRECT_BUFFER
-            | vk::BufferUsageFlags::TRANSFER_SRC
-            | vk::BufferUsageFlags::TRANSFER_DST;
-        let allocated = Allocated::new(context, name, bytes, usage, MemoryLocation::GpuOnly)?;
+        let allocated = Allocated::new(context, name, bytes, STORAGE, MemoryLocation::GpuOnly)?;
         Ok(Self { allocated: Arc::new(allocated) })
     }
 
@@ -59,6 +65,39 @@ impl Buffer {
         let buffer = Self::storage(context, name, size_of_val(data) as u64)?;
         buffer.write(data)?;
         Ok(buffer)
+    }
+
+    /// Makes a buffer of one item, whose first words are the address of `data`: that may be longer than what the device binds. Shaders only
+    /// read it, those that know of it ([`spirv::FOLLOWS_ADDRESSES`](super::spirv::FOLLOWS_ADDRESSES)).
+    ///
+    /// # Errors
+    /// As [`Buffer::from_slice`], whatever the device binds.
+    pub fn address_of<T: Pod>(context: &Arc<Context>, name: &str, data: &[T]) -> Result<Self> {
+        let usage = vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS
+            | vk::BufferUsageFlags::TRANSFER_SRC
+            | vk::BufferUsageFlags::TRANSFER_DST;
+        let bytes = size_of_val(data) as u64;
+        let list = Allocated::new(context, name, bytes, usage, MemoryLocation::GpuOnly)?;
+        let info = vk::BufferDeviceAddressInfo::default().buffer(list.handle);
+        let address = unsafe { context.device.get_buffer_device_address(&info) };
+        let pointee = Self { allocated: Arc::new(list) };
+        pointee.write(data)?;
+        let table = format!("address of {name}");
+        let mut buffer =
+            Allocated::new(context, &table, size_of::<T>() as u64, STORAGE, MemoryLocation::GpuOnly)?;
+        buffer.pointee = Some(pointee.allocated);
+        let buffer = Self { allocated: Arc::new(buffer) };
+        buffer.write(&[address])?;
+        Ok(buffer)
+    }
+
+    /// What the address in the buffer points to; the buffer itself if it holds none.
+    pub fn followed(&self) -> Self {
+        Self { allocated: self.allocated.pointee.as_ref().unwrap_or(&self.allocated).clone() }
+    }
+
+    pub(super) fn holds_address(&self) -> bool {
+        self.allocated.pointee.is_some()
     }
 
     /// Its size in bytes, as asked for.
@@ -155,8 +194,15 @@ impl Allocated {
         let size = bytes.max(LEAST_BYTES).next_multiple_of(4);
         let info = vk::BufferCreateInfo::default().size(size).usage(usage);
         let handle = unsafe { context.device.create_buffer(&info, None) }.vk("vkCreateBuffer")?;
-        let mut allocated =
-            Self { context: context.clone(), handle, name: name.into(), bytes, location, allocation: None };
+        let mut allocated = Self {
+            context: context.clone(),
+            handle,
+            name: name.into(),
+            bytes,
+            location,
+            pointee: None,
+            allocation: None,
+        };
         context.set_name(handle, name);
         let requirements = unsafe { context.device.get_buffer_memory_requirements(handle) };
         let allocation = context

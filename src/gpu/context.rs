@@ -88,7 +88,7 @@ impl Context {
             device: device.clone(),
             physical_device: handle,
             debug_settings: AllocatorDebugSettings::default(),
-            buffer_device_address: false,
+            buffer_device_address: true,
             allocation_sizes: AllocationSizes::new(BLOCK_BYTES[0], BLOCK_BYTES[0])
                 .with_max_device_memblock_size(BLOCK_BYTES[1]),
         })
@@ -227,8 +227,10 @@ fn create_device(
     let queues =
         [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
     let extensions = device::EXTENSIONS.map(std::ffi::CStr::as_ptr);
-    let mut vulkan12 =
-        vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true).host_query_reset(true);
+    let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default()
+        .scalar_block_layout(true)
+        .host_query_reset(true)
+        .buffer_device_address(true);
     let mut sync2 = vk::PhysicalDeviceSynchronization2Features::default().synchronization2(true);
     let info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)

@@ -156,6 +156,7 @@ fn refusal(
     unsafe { instance.raw.get_physical_device_features2(handle, &mut features) };
     let needs = [
         ("scalarBlockLayout", vulkan12.scalar_block_layout == vk::TRUE),
+        ("bufferDeviceAddress", vulkan12.buffer_device_address == vk::TRUE),
         ("hostQueryReset", vulkan12.host_query_reset == vk::TRUE),
         ("synchronization2", sync2.synchronization2 == vk::TRUE),
         ("a compute queue with timestamps", limits.timestamp_bits > 0),

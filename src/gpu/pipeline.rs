@@ -1,20 +1,25 @@
 //! A compute shader made ready, with everything about it that its SPIR-V says.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use ash::vk;
 
 use super::device::Limits;
 use super::shaders::Shader;
-use super::spirv::{self, Module};
-use super::{Context, VkResultExt};
+use super::spirv::{self, FOLLOWS_ADDRESSES, Module};
+use super::{Buffer, Context, VkResultExt};
 use crate::error::{Error, Result};
 
 /// A compute pipeline.
 pub struct Pipeline {
     pub(super) stem: &'static str,
     pub(super) module: Module,
-    pub(super) handles: Arc<Handles>,
+    context: Arc<Context>,
+    /// Without the one that follows from the bindings.
+    constants: Vec<(String, u32)>,
+    direct: Arc<Handles>,
+    /// For lists behind addresses; made when such are bound first.
+    following: OnceLock<Arc<Handles>>,
 }
 
 /// The Vulkan objects of a pipeline. Recordings hold on to them until they are done.
@@ -38,18 +43,28 @@ impl Pipeline {
             *size = constants.iter().find(|(given, _)| *given == name).map_or(*size, |(_, value)| *value);
         }
         check_limits(stem, &module, context.limits())?;
-        let (entries, values) = specialisation(stem, &module, constants);
+        let direct = Handles::new(context, stem, &module, constants, false)?;
+        let constants = constants.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
+        let following = OnceLock::new();
+        Ok(Self { stem, module, context: context.clone(), constants, direct, following })
+    }
 
-        let mut handles = Handles {
-            context: context.clone(),
-            pipeline: vk::Pipeline::null(),
-            layout: vk::PipelineLayout::null(),
-            set_layout: vk::DescriptorSetLayout::null(),
-        };
-        handles.create_layout(&module)?;
-        handles.create_pipeline(&words, &entries, &values)?;
-        context.set_name(handles.pipeline, stem);
-        Ok(Self { stem, module, handles: Arc::new(handles) })
+    /// The Vulkan objects for these bindings: for lists themselves, or for lists behind addresses. Panics if the shader knows none such.
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub(super) fn handles_for(&self, bindings: &[(&str, &Buffer)]) -> Result<&Arc<Handles>> {
+        if !bindings.iter().any(|(_, buffer)| buffer.holds_address()) {
+            return Ok(&self.direct);
+        }
+        if let Some(handles) = self.following.get() {
+            return Ok(handles);
+        }
+        let knows = self.module.constants.iter().any(|constant| constant.name == FOLLOWS_ADDRESSES);
+        assert!(knows, "`{}` does not follow addresses", self.stem);
+        let constants: Vec<_> = self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        let handles = Handles::new(&self.context, self.stem, &self.module, &constants, true)?;
+        Ok(self.following.get_or_init(|| handles))
     }
 
     /// Invocations of a workgroup along each axis.
@@ -79,6 +94,26 @@ impl Pipeline {
 }
 
 impl Handles {
+    fn new(
+        context: &Arc<Context>,
+        stem: &'static str,
+        module: &Module,
+        constants: &[(&str, u32)],
+        follows_addresses: bool,
+    ) -> Result<Arc<Self>> {
+        let (entries, values) = specialisation(stem, module, constants, follows_addresses);
+        let mut handles = Self {
+            context: context.clone(),
+            pipeline: vk::Pipeline::null(),
+            layout: vk::PipelineLayout::null(),
+            set_layout: vk::DescriptorSetLayout::null(),
+        };
+        handles.create_layout(module)?;
+        handles.create_pipeline(&Shader::named(stem).words(), &entries, &values)?;
+        context.set_name(handles.pipeline, stem);
+        Ok(Arc::new(handles))
+    }
+
     fn create_layout(&mut self, module: &Module) -> Result<()> {
         let device = &self.context.device;
         let stages = vk::ShaderStageFlags::COMPUTE;
@@ -147,11 +182,12 @@ impl Drop for Handles {
     }
 }
 
-/// The specialisation constants' places and values. Each must be given, and nothing else.
+/// The specialisation constants' places and values. Each must be given but for the one that follows from the bindings, and nothing else.
 fn specialisation(
     stem: &str,
     module: &Module,
     given: &[(&str, u32)],
+    follows_addresses: bool,
 ) -> (Vec<vk::SpecializationMapEntry>, Vec<u32>) {
     for (name, _) in given {
         let is_known = module.constants.iter().any(|constant| constant.name == *name);
@@ -160,7 +196,8 @@ fn specialisation(
     (0_u32..)
         .zip(&module.constants)
         .map(|(index, constant)| {
-            let value = given.iter().find(|(name, _)| *name == constant.name);
+            let own = (FOLLOWS_ADDRESSES, u32::from(follows_addresses));
+            let value = given.iter().copied().chain([own]).find(|(name, _)| *name == constant.name);
             let (_, value) = value
                 .unwrap_or_else(|| panic!("`{stem}` needs its specialisation constant `{}`", constant.name));
             let entry = vk::SpecializationMapEntry { constant_id: constant.id, offset: 4 * index, size: 4 };

@@ -157,15 +157,22 @@ impl Recorder {
         }
     }
 
-    /// Binds pipeline, push constants and buffers. Panics where they are not what the shader declares.
+    /// Binds pipeline, push constants and buffers; false if the pipeline could not be made. Panics where they are not what the shader declares.
     fn bind(
         &mut self,
         pipeline: &Pipeline,
         push: &[u8],
         bindings: &[(&str, &Buffer)],
         counts: Option<&Buffer>,
-    ) {
+    ) -> bool {
         check_bindings(self.pass_name, pipeline, push, bindings);
+        let handles = match pipeline.handles_for(bindings) {
+            Ok(handles) => handles,
+            Err(error) => {
+                self.failure.get_or_insert(error);
+                return false;
+            }
+        };
         self.use_buffers(|_| {
             let declared = pipeline.module.bindings.iter().zip(bindings);
             let mut uses: Vec<Use> = declared
@@ -174,7 +181,7 @@ impl Recorder {
             uses.extend(counts.map(|buffer| Use { place: Places::INDIRECT, ..transfer(buffer, false) }));
             uses
         });
-        self.in_use.push(pipeline.handles.clone());
+        self.in_use.push(handles.clone());
         let buffers = bindings.iter().map(|(_, buffer)| *buffer).chain(counts);
         self.in_use.extend(buffers.map(|buffer| buffer.allocated.clone() as Arc<dyn Any>));
 
@@ -196,8 +203,7 @@ impl Recorder {
                     .buffer_info(info)
             })
             .collect();
-        let (device, handles, point) =
-            (&self.context.device, &pipeline.handles, vk::PipelineBindPoint::COMPUTE);
+        let (device, point) = (&self.context.device, vk::PipelineBindPoint::COMPUTE);
         unsafe {
             device.cmd_bind_pipeline(self.commands, point, handles.pipeline);
             if !writes.is_empty() {
@@ -209,6 +215,7 @@ impl Recorder {
                 device.cmd_push_constants(self.commands, handles.layout, stages, 0, push);
             }
         }
+        true
     }
 }
 
@@ -236,9 +243,10 @@ impl PassScope<'_> {
             return self;
         }
         let [x, y, z] = pipeline.workgroups(threads, self.recorder.context.limits());
-        self.recorder.bind(pipeline, bytemuck::bytes_of(push), bindings, None);
-        unsafe { self.recorder.context.device.cmd_dispatch(self.recorder.commands, x, y, z) };
-        self.count_dispatch();
+        if self.recorder.bind(pipeline, bytemuck::bytes_of(push), bindings, None) {
+            unsafe { self.recorder.context.device.cmd_dispatch(self.recorder.commands, x, y, z) };
+            self.count_dispatch();
+        }
         self
     }
 
@@ -257,10 +265,13 @@ impl PassScope<'_> {
             "`{}`: no workgroup counts at byte {offset} of `{}`",
             pipeline.stem, counts.allocated.name
         );
-        self.recorder.bind(pipeline, bytemuck::bytes_of(push), bindings, Some(counts));
-        let handle = counts.allocated.handle;
-        unsafe { self.recorder.context.device.cmd_dispatch_indirect(self.recorder.commands, handle, offset) };
-        self.count_dispatch();
+        if self.recorder.bind(pipeline, bytemuck::bytes_of(push), bindings, Some(counts)) {
+            let handle = counts.allocated.handle;
+            unsafe {
+                self.recorder.context.device.cmd_dispatch_indirect(self.recorder.commands, handle, offset)
+            };
+            self.count_dispatch();
+        }
         self
     }
 

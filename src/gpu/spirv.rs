@@ -142,6 +142,10 @@ mod code {
 /// What specialisation constants are called that are a workgroup's size along x, y and z.
 pub const LOCAL_SIZE: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
+/// The specialisation constant of kernels that know lists behind addresses: whether such lists are bound. No host part gives it, for it
+/// follows from the bindings.
+pub const FOLLOWS_ADDRESSES: &str = "FOLLOWS_ADDRESSES";
+
 /// Reads a module.
 pub fn reflect(words: &[u32]) -> Module {
     Reader::parse(words).module()

@@ -5,10 +5,12 @@ use crate::gpu::{Buffer, Context};
 use crate::passes::TextureBuffers;
 use crate::scene::{Light, LightKind, Material, Triangle, bvh::Bvh};
 use crate::types::{self, EDITABLE, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource, MAY_SHINE};
+use bytemuck::Pod;
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
 
-/// Immutable geometry and the material table. Triangles and surfaces stand in BVH leaf order.
+/// Immutable geometry and the material table. Triangles and surfaces stand in BVH leaf order. Nodes, triangles and surfaces are behind
+/// addresses ([`Buffer::address_of`]) where the device does not bind one of these lists.
 pub struct SceneBuffers {
     /// `Node`s, the root first.
     pub nodes: Buffer,
@@ -39,14 +41,22 @@ impl SceneBuffers {
             .iter()
             .map(|t| types::Triangle { p0: t.positions[0], p1: t.positions[1], p2: t.positions[2] })
             .collect();
+        let longest = size_of_val(&*bvh.nodes).max(size_of_val(&*corners)).max(size_of_val(surfaces));
+        // Kernels bind all three, or look behind all three.
+        let is_bound = longest as u64 <= context.limits().storage_range_bytes;
         Ok(Self {
-            nodes: Buffer::from_slice(context, "nodes", &bvh.nodes)?,
-            triangles: Buffer::from_slice(context, "triangles", &corners)?,
-            surfaces: Buffer::from_slice(context, "surfaces", surfaces)?,
+            nodes: list(context, "nodes", &bvh.nodes, is_bound)?,
+            triangles: list(context, "triangles", &corners, is_bound)?,
+            surfaces: list(context, "surfaces", surfaces, is_bound)?,
             materials: Buffer::from_slice(context, "materials", &reflectances(materials))?,
             textures: TextureBuffers::new(context, coordinates, materials)?,
         })
     }
+}
+
+fn list<T: Pod>(context: &Arc<Context>, name: &str, items: &[T], is_bound: bool) -> Result<Buffer> {
+    let make = if is_bound { Buffer::from_slice } else { Buffer::address_of };
+    make(context, name, items)
 }
 
 /// A scene and its lights: what passes bind that follow paths.

@@ -37,7 +37,7 @@ impl Reachable {
         let pairs = scene.scene.triangles.iter().zip(sees);
         let mut surfaces: Vec<Surface> =
             pairs.map(|(triangle, active)| surfaces::surface(triangle, active)).collect();
-        let root: Vec<Node> = scene.buffers.nodes.read_range(0, 1)?;
+        let root: Vec<Node> = scene.buffers.nodes.followed().read_range(0, 1)?;
         let clear_distance = clear_distance(&root[0]);
         let rays = Rays::new(context)?;
         let solids = Solids::new(&scene.scene.triangles, &scene.scene.viewpoints());

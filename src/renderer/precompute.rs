@@ -377,7 +377,7 @@ fn reachable_surfaces(
     let clear_distance = clear_distance(&bvh.nodes[0]);
     let closed =
         sides::deactivate_unreachable(tracer, &buffers, scene, solids, clear_distance, &mut surfaces)?;
-    buffers.surfaces.write(&surfaces)?;
+    buffers.surfaces.followed().write(&surfaces)?;
     if surfaces.is_empty() {
         return Err(Error::Usage("the scene has no triangle".into()));
     }

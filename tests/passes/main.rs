@@ -8,6 +8,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod addresses;
 mod antialias;
 mod blend;
 mod cluster_views;

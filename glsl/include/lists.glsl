@@ -1,0 +1,10 @@
+// The scene's lists may be longer than what the device binds. Then what is bound is a list with one item, whose first words are the
+// address of the others; the host picks the kernel by what it binds. Include behind types.glsl.
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
+
+layout(constant_id = 15) const uint FOLLOWS_ADDRESSES = 0;
+
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer NodeList { Node items[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer TriangleList { Triangle items[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SurfaceList { Surface items[]; };

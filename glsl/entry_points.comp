@@ -28,7 +28,7 @@ struct EntryPointsPush {
 layout(scalar, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(scalar, binding = 1) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 2) readonly buffer EntryPatches { EntryPatch entry_patches[]; };
-layout(scalar, binding = 3) readonly buffer FirstPoints { uint first_points[]; };  // of each patch, and the total
+layout(scalar, binding = 3) readonly buffer FirstPoints { uint first_points[]; };  // of each patch
 layout(scalar, binding = 4) readonly buffer CellFirst { uint cell_first[]; };
 layout(scalar, binding = 5) readonly buffer CellClusters { uint cell_clusters[]; };
 layout(scalar, binding = 6) writeonly buffer EntryPoints { PathVertex entry_points[]; };

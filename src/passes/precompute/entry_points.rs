@@ -127,14 +127,22 @@ pub fn place(
         return Ok(Vec::new());
     }
     let pipeline = Pipeline::new(context, STEM, &[])?;
-    let patches = Buffer::from_slice(context, "entry patches", &strata.patches)?;
-    let first_points = Buffer::from_slice(context, "first points", &strata.first_points)?;
     let room = u64::from(point_count.min(LIMIT)) * size_of::<PathVertex>() as u64;
     let points = Buffer::storage(context, "entry points", room)?;
-    let patch_count = strata.patches.len() as u32;
+    // Where triangles are many, most hold none.
+    let ranges = strata.patches.iter().zip(strata.first_points.windows(2));
+    let (patches, mut first_points): (Vec<EntryPatch>, Vec<u32>) =
+        ranges.filter(|(_, ends)| ends[0] < ends[1]).map(|(patch, ends)| (*patch, ends[0])).unzip();
+    first_points.push(point_count);
     let mut placed: Vec<PathVertex> = Vec::with_capacity(point_count as usize);
     for first_point in (0..point_count).step_by(LIMIT as usize) {
         let count = LIMIT.min(point_count - first_point);
+        // Each holds one point at least, so that no device binds too little for those of a chunk.
+        let first_patch = first_points.partition_point(|&first| first <= first_point) - 1;
+        let end_patch = first_points.partition_point(|&first| first < first_point + count);
+        let patch_count = (end_patch - first_patch) as u32;
+        let own_patches = Buffer::from_slice(context, "entry patches", &patches[first_patch..end_patch])?;
+        let own_firsts = Buffer::from_slice(context, "first points", &first_points[first_patch..end_patch])?;
         let push =
             EntryPointsPush { grid: clusters.grid, first_point, point_count: count, patch_count, seed };
         context.run(|rec| {
@@ -145,8 +153,8 @@ pub fn place(
                 &[
                     ("Triangles", &scene.triangles),
                     ("Surfaces", &scene.surfaces),
-                    ("EntryPatches", &patches),
-                    ("FirstPoints", &first_points),
+                    ("EntryPatches", &own_patches),
+                    ("FirstPoints", &own_firsts),
                     ("CellFirst", &clusters.cell_first),
                     ("CellClusters", &clusters.cell_clusters),
                     ("EntryPoints", &points),

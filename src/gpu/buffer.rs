@@ -38,7 +38,7 @@ pub(super) struct Allocated {
     bytes: u64,
     location: MemoryLocation,
     /// What the address in it points to.
-    pointee: Option<Arc<Allocated>>,
+    pointee: Option<Arc<Self>>,
     /// None only while it goes.
     allocation: Option<Allocation>,
 }

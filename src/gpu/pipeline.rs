@@ -244,12 +244,12 @@ mod tests {
     #[should_panic(expected = "`scan` needs its specialisation constant `ITEMS`")]
     fn a_forgotten_constant_is_named() {
         let constant = spirv::Constant { id: 0, name: "ITEMS".into() };
-        specialisation("scan", &Module { constants: vec![constant], ..Module::default() }, &[]);
+        specialisation("scan", &Module { constants: vec![constant], ..Module::default() }, &[], false);
     }
 
     #[test]
     #[should_panic(expected = "`scan` has no specialisation constant `ITEM`")]
     fn an_unknown_constant_is_named() {
-        specialisation("scan", &Module::default(), &[("ITEM", 1)]);
+        specialisation("scan", &Module::default(), &[("ITEM", 1)], false);
     }
 }

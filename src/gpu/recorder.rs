@@ -266,10 +266,8 @@ impl PassScope<'_> {
             pipeline.stem, counts.allocated.name
         );
         if self.recorder.bind(pipeline, bytemuck::bytes_of(push), bindings, Some(counts)) {
-            let handle = counts.allocated.handle;
-            unsafe {
-                self.recorder.context.device.cmd_dispatch_indirect(self.recorder.commands, handle, offset)
-            };
+            let (device, handle) = (&self.recorder.context.device, counts.allocated.handle);
+            unsafe { device.cmd_dispatch_indirect(self.recorder.commands, handle, offset) };
             self.count_dispatch();
         }
         self

@@ -6,6 +6,7 @@ use super::rays::{RayQuery, Rays};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
 use crate::scene::hvds::Hvds;
+use glam::Vec3;
 
 /// Levels over the base that are looked at; coarser clusters are hardly read.
 pub const LEVELS: usize = 4;
@@ -15,8 +16,7 @@ const LEAST_IN_PART: f32 = 1.0;
 const CHUNK: usize = 1 << 20;
 
 /// Which clusters stand for none below them, because something stands between these, or between those of one of them; empty
-/// where there is none. `patches` of
-/// [`LEVELS`] levels and the base; `in_clusters`: entry points that each cluster holds, in expectation.
+/// where there is none. `patches` of [`LEVELS`] levels and the base; `in_clusters`: entry points that each cluster holds, in expectation.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -38,15 +38,18 @@ pub fn separated(
         for clusters in clusters.chunks(CHUNK / 8) {
             let mut queries = Vec::new();
             for &cluster in clusters {
-                for [from, to] in pairs(&children(cluster).collect::<Vec<_>>()) {
-                    queries.push(RayQuery { origin: over(from), direction: over(to) - over(from) });
-                }
+                let points: Vec<Vec3> = children(cluster).map(over).collect();
+                let segment = |[from, to]: [usize; 2]| RayQuery {
+                    origin: points[from],
+                    direction: points[to] - points[from],
+                };
+                queries.extend(pairs(points.len()).map(segment));
             }
             let answers = rays.trace(scene, &queries)?;
             let mut is_blocked = answers.iter().map(|answer| (0.0..1.0).contains(&answer.t));
             for &cluster in clusters {
                 let children: Vec<u32> = children(cluster).collect();
-                let is_parted = parts(&children, &mut is_blocked) > 1;
+                let is_parted = groups(children.len(), &mut is_blocked) > 1;
                 let inherits = children.iter().any(|&child| separated[child as usize]);
                 let is_known = children.iter().all(|&child| in_clusters[child as usize] >= LEAST_IN_PART);
                 separated[cluster as usize] = (is_parted || inherits) && is_known;
@@ -56,22 +59,36 @@ pub fn separated(
     Ok(if separated.contains(&true) { separated } else { Vec::new() })
 }
 
-/// All pairs.
-fn pairs(children: &[u32]) -> impl Iterator<Item = [u32; 2]> + '_ {
-    children.iter().enumerate().flat_map(move |(k, &to)| children[..k].iter().map(move |&from| [from, to]))
+/// All pairs of so many.
+fn pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
+    (0..count).flat_map(|to| (0..to).map(move |from| [from, to]))
 }
 
-/// How many groups the children fall into of which no one sees one of another, given which of the [`pairs`] do not.
-fn parts(children: &[u32], is_blocked: &mut impl Iterator<Item = bool>) -> usize {
-    let mut groups: Vec<u32> = children.to_vec();
-    for ([from, to], is_blocked) in pairs(children).zip(is_blocked) {
-        let group = |child| groups[children.iter().position(|&other| other == child).unwrap()];
-        let (a, b) = (group(from), group(to));
+/// How many groups so many fall into of which no one sees one of another, given which of the [`pairs`] do not.
+fn groups(count: usize, is_blocked: &mut impl Iterator<Item = bool>) -> usize {
+    let mut groups: Vec<usize> = (0..count).collect();
+    for ([from, to], is_blocked) in pairs(count).zip(is_blocked) {
+        let (joined, kept) = (groups[from], groups[to]);
         if !is_blocked {
-            groups.iter_mut().filter(|group| **group == a).for_each(|group| *group = b);
+            groups.iter_mut().filter(|group| **group == joined).for_each(|group| *group = kept);
         }
     }
     groups.sort_unstable();
     groups.dedup();
     groups.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_sees_one_of_a_group_is_in_it() {
+        // 0-1, 0-2, 1-2, 0-3, 1-3, 2-3: 3 sees 1 only, and 2 sees 0 only.
+        let mut seen = [true, false, true, true, false, true, true].into_iter();
+        assert_eq!(groups(4, &mut seen), 2);
+        assert_eq!(seen.next(), Some(true), "no answer of others is taken");
+        assert_eq!(groups(4, &mut [true, false, false, true, false, true].into_iter()), 1);
+        assert_eq!([0, 1].map(|count| groups(count, &mut std::iter::empty::<bool>())), [0, 1]);
+    }
 }

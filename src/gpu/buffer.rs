@@ -224,16 +224,18 @@ impl Allocated {
         unsafe { context.device.bind_buffer_memory(handle, allocation.memory(), allocation.offset()) }
             .vk("vkBindBufferMemory")?;
         allocated.allocation = Some(allocation);
-        allocated.count();
+        allocated.count(usage.contains(vk::BufferUsageFlags::STORAGE_BUFFER));
         Ok(allocated)
     }
 
-    fn count(&self) {
+    fn count(&self, is_bound: bool) {
         let mut memory = self.context.memory.lock().expect("no holder panics");
         if self.location == MemoryLocation::GpuOnly {
             memory.current_bytes += self.bytes;
             memory.peak_bytes = memory.peak_bytes.max(memory.current_bytes);
-            memory.largest_binding_bytes = memory.largest_binding_bytes.max(self.bytes);
+            if is_bound {
+                memory.largest_binding_bytes = memory.largest_binding_bytes.max(self.bytes);
+            }
         } else {
             memory.staging_bytes += self.bytes;
             memory.peak_staging_bytes = memory.peak_staging_bytes.max(memory.staging_bytes);

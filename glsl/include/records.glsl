@@ -4,6 +4,9 @@
 // (1 - cos)/2, a twentieth of its hemisphere.
 const float FACETS_ALIKE = 0.9;
 
+// What lies less than 6° over a record's plane is of its surface, whatever covers it.
+const float COVERED_SINE2 = 0.01;
+
 // How far from its own a point may lie, in height and normals, that a record speaks for.
 struct Tolerance {
     float above2;                // over the plane between both, of the distance, squared
@@ -20,17 +23,26 @@ const Tolerance STRETCHED = Tolerance(0.5, 0.25, 0.5, 2.7321);
 // Geometric normal of a side.
 vec3 facet_of(Surface surface, uint side) { return (side & 1u) != 0u ? -surface.normal : surface.normal; }
 
+// Height of a point, by d from a record, over the plane between both: by shading normals none on a sphere, by facets none on a facet whose shading
+// normals lean.
+float height_between(vec3 d, vec3 n, vec3 facet, CachePoint record) {
+    vec2 heights = 0.5 * vec2(dot(d, record.normal + n), dot(d, record.facet + facet));
+    return abs(heights.x) < abs(heights.y) ? heights.x : heights.y;
+}
+
 // Weight of a record at position x with shading normal n, on a facet with that geometric normal: positive inside its validity, 1
 // at its centre.
 // Points in front of or behind the record's plane lie on another surface and get none; nor do points behind the nearest
-// wall, from where the world looks different however near they are.
+// wall, from where the world looks different however near they are, and those nearer to what covers the record than to its plane,
+// as cloth is that hangs before a wall.
 float record_weight(vec3 x, vec3 n, vec3 facet, CachePoint record, Tolerance tolerance) {
     vec3 d = x - record.position;
     float distance2 = dot(d, d);
-    float height = 0.5 * dot(d, record.normal + n);  // none on a sphere
+    float height = height_between(d, n, facet, record);
     float reach = 0.01 * record.radius;
     float height2 = height > 0.0 ? tolerance.above2 : tolerance.below2;
     if (height * height > height2 * (distance2 + reach * reach) || dot(d, record.wall) > 1.0) return 0.0;
+    if (height * dot(record.wall, record.normal) > 0.5 && height * height > COVERED_SINE2 * distance2) return 0.0;
     if (dot(facet, record.facet) < tolerance.facets) return 0.0;
     float position_error = sqrt(distance2) / record.radius;
     float normal_error = sqrt(max(0.0, 1.0 - dot(n, record.normal))) * tolerance.inverse_normal_error;

@@ -6,6 +6,9 @@ use glam::Vec3;
 /// Cosine of the angle up to which facets share records.
 pub const FACETS_ALIKE: f32 = 0.9;
 
+/// What lies less than 6° over a record's plane is of its surface, whatever covers it.
+const COVERED_SINE2: f32 = 0.01;
+
 /// How far from its own a point may lie, in height and normals, that a record speaks for.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance {
@@ -24,17 +27,36 @@ impl Tolerance {
     pub const STRETCHED: Self = Self { above2: 0.5, below2: 0.25, facets: 0.5, inverse_normal_error: 2.7321 };
 }
 
+/// Height of a point, by `d` from a record, over the plane between both: by shading normals none on a sphere, by facets none on a facet
+/// whose shading normals lean.
+fn height_between(d: Vec3, n: Vec3, facet: Vec3, record: &CachePoint) -> f32 {
+    let heights = [(record.normal, n), (record.facet, facet)].map(|(a, b)| 0.5 * d.dot(a + b));
+    if heights[0].abs() < heights[1].abs() { heights[0] } else { heights[1] }
+}
+
 /// Weight of a record at a point `x` with shading normal `n`, on a facet with that geometric normal: positive inside its validity,
 /// 1 at its centre.
 pub fn record_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint) -> f32 {
     record_weight_within(x, n, facet, record, Tolerance::VALID)
 }
 
+/// The same for a pixel, within a tolerance: a record says nothing about what is nearer to what covers it than to its plane, as cloth is that hangs
+/// before a wall. Placement does not ask that: it would fill every corner with records.
+pub fn splat_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
+    let d = x - record.position;
+    let height = height_between(d, n, facet, record);
+    let is_half_way = height * record.wall.dot(record.normal) > 0.5;
+    if is_half_way && height * height > COVERED_SINE2 * d.length_squared() {
+        return 0.0;
+    }
+    record_weight_within(x, n, facet, record, within)
+}
+
 /// The same with another tolerance.
 pub fn record_weight_within(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
     let d = x - record.position;
     let distance2 = d.dot(d);
-    let height = 0.5 * d.dot(record.normal + n);
+    let height = height_between(d, n, facet, record);
     let reach = 0.01 * record.radius;
     let height2 = if height > 0.0 { within.above2 } else { within.below2 };
     if height * height > height2 * (distance2 + reach * reach) || d.dot(record.wall) > 1.0 {
@@ -46,4 +68,47 @@ pub fn record_weight_within(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, 
     let position_error = distance2.sqrt() / record.radius;
     let normal_error = (1.0 - n.dot(record.normal)).max(0.0).sqrt() * within.inverse_normal_error;
     1.0 - position_error.max(normal_error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(normal: Vec3) -> CachePoint {
+        CachePoint { position: Vec3::ZERO, radius: 1.0, normal, side: 0, wall: Vec3::ZERO, facet: Vec3::Y }
+    }
+
+    #[test]
+    fn a_facet_has_no_height_over_itself_however_its_normals_lean() {
+        // Two places near one vertex of a coarse mesh: both normals lean the same way, by 10°.
+        let leaning = Vec3::new(0.17, 0.98, 0.0).normalize();
+        let there = Vec3::new(-0.3, 0.0, 0.0);
+        assert!((record_weight(there, leaning, Vec3::Y, &record(leaning)) - 0.7).abs() < 1e-6);
+        // The table under the rim of a plate is no part of it.
+        assert_eq!(record_weight(there - 0.03 * Vec3::Y, Vec3::Y, Vec3::Y, &record(Vec3::Y)), 0.0);
+    }
+
+    #[test]
+    fn a_sphere_has_no_height_over_itself_however_its_facets_lie() {
+        let [sine, cosine] = [0.1f32.sin(), 0.1f32.cos()];
+        let (x, n) = (Vec3::new(sine, cosine - 1.0, 0.0), Vec3::new(sine, cosine, 0.0));
+        let facet = Vec3::new(-0.3, 1.0, 0.0).normalize();
+        let height = 0.5 * x.dot(Vec3::Y + facet) / x.length();
+        assert!(height < -0.1, "facets alone would have it beneath");
+        assert!(record_weight(x, n, facet, &record(Vec3::Y)) > 0.0);
+    }
+
+    #[test]
+    fn cloth_before_a_wall_is_not_shown_as_the_wall_is() {
+        let covered = CachePoint { wall: Vec3::Y / 0.1, ..record(Vec3::Y) };
+        let weight = |height: f32| {
+            splat_weight(Vec3::new(0.4, height, 0.0), Vec3::Y, Vec3::Y, &covered, Tolerance::VALID)
+        };
+        // A fold over more than half of the way to what covers the wall, and one over less.
+        assert_eq!(weight(0.06), 0.0);
+        assert!(weight(0.03) > 0.5);
+        // Placement lets the record speak for both.
+        let fold = Vec3::new(0.4, 0.06, 0.0);
+        assert!(record_weight(fold, Vec3::Y, Vec3::Y, &covered) > 0.5);
+    }
 }

@@ -1,6 +1,6 @@
 //! Twin of the splat weights: asks every record about every pixel.
 
-use crate::cpu::records::{Tolerance, record_weight_within};
+use crate::cpu::records::{Tolerance, splat_weight};
 use crate::types::{CachePoint, PixelSurface};
 use glam::Vec3;
 
@@ -11,7 +11,7 @@ pub fn splat(
     records: &[CachePoint],
     within: Tolerance,
 ) -> Vec<(u32, f32)> {
-    let weight = |record| record_weight_within(pixel.position, pixel.normal, facet, record, within);
+    let weight = |record| splat_weight(pixel.position, pixel.normal, facet, record, within);
     let weights = (0..).zip(records).map(|(index, record)| (index, weight(record)));
     weights.filter(|&(_, weight)| weight > 0.0).collect()
 }

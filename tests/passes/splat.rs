@@ -4,7 +4,7 @@ use crate::common::assert_silent;
 use crate::world::{Random, SUM, World, assert_near};
 use glam::{Mat3, Vec3};
 use lightpaths::cpu;
-use lightpaths::cpu::records::{Tolerance, record_weight, record_weight_within};
+use lightpaths::cpu::records::{Tolerance, record_weight, splat_weight};
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::primary::Primary;
@@ -105,9 +105,8 @@ fn check_pixel(
         assert!(covering.iter().all(|&(_, weight)| weight < HAIR), "{covering:?} cover {}", pixel.position);
     }
     assert!(shares.is_sorted_by(|a, b| a.record < b.record), "records ascend");
-    let weight_of = |record: u32| {
-        record_weight_within(pixel.position, pixel.normal, facet, &points[record as usize], within)
-    };
+    let weight_of =
+        |record: u32| splat_weight(pixel.position, pixel.normal, facet, &points[record as usize], within);
     if let [only] = shares
         && weight_of(only.record) <= 0.0
         && twin.iter().all(|&(_, weight)| weight < HAIR)

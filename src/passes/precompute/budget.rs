@@ -76,7 +76,7 @@ impl Demand {
 /// The length that scales all radii, such that the expected number of records meets the budget; the longest at which that may be
 /// off; and the one to take where no length will do. Where curvature asks for
 /// many records whatever the length, the expectation is too high for them: flat pieces are granted a quarter of the budget at
-/// first, and an eighth in any case; half of it where what is curved is covered coarsely.
+/// first, and an eighth in any case; six tenths of it where what is curved is covered sparsely.
 pub(super) fn spread(demands: &[Demand], scene_size: f32, budget: u32) -> [f64; 3] {
     let curved = |unit: f64| demands.iter().map(|demand| demand.records(unit)).sum::<f64>();
     let flat = |unit: f64| demands.iter().map(|demand| demand.flat_records(unit)).sum::<f64>();
@@ -91,7 +91,7 @@ pub(super) fn spread(demands: &[Demand], scene_size: f32, budget: u32) -> [f64; 
     };
     let records = BUDGET_SHARE * f64::from(budget);
     let unit = length(&curved, records).min(length(&flat, records / 4.0));
-    [unit, length(&flat, records / 8.0), length(&flat, records / 2.0)]
+    [unit, length(&flat, records / 8.0), length(&flat, 0.6 * records)]
 }
 
 #[cfg(test)]
@@ -117,10 +117,10 @@ mod tests {
     #[test]
     fn curvature_that_eats_the_budget_leaves_flat_surface_its_part() {
         let demands = [demand(10.0, 1e9, 3.0), demand(1.0, 1e-4, 3.0)];
-        let [unit, largest, coarse] = spread(&demands, 5.0, 10_000);
+        let [unit, largest, sparse] = spread(&demands, 5.0, 10_000);
         let flat = |unit: f64| demands[0].records(unit) / 9_000.0;
         assert!((flat(unit) - 0.25).abs() < 0.03 && (flat(largest) - 0.125).abs() < 0.02);
-        assert!((flat(coarse) - 0.5).abs() < 0.05, "{}", flat(coarse));
+        assert!((flat(sparse) - 0.6).abs() < 0.05, "{}", flat(sparse));
     }
 
     #[test]

@@ -6,13 +6,12 @@
 //! no record serves them. Radii are clamped in world space, because the camera moves, and by the neighbourhood's
 //! clearance, so that no record reaches over what its own rays missed. [Krivanek 2006]
 
-use super::budget::{COVERED, Demand, RADIUS_RANGE, spread};
+use super::budget::{Demand, RADIUS_RANGE, spread};
 use super::clearance::{Clearance, Surveyor};
 pub use super::coverage::Placed;
-use super::coverage::{Neighbourhood, Records};
+use super::coverage::{Cover, Neighbourhood, Records};
 use super::piece_points::{plane_sequence, point_in_polygon, surveyed};
 use super::{Progress, shares};
-use crate::cpu::records::Tolerance;
 use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::gpu::Context;
@@ -27,8 +26,8 @@ use std::sync::Arc;
 const CANDIDATES_PER_RECORD: f64 = 24.0;
 /// Expected records, in budgets, from which on no length will do.
 const HOPELESS: f64 = 1.5;
-/// Where the budget does not suffice, all surface gets records that stretch to it before some gets those that it asks for.
-const STRETCHED_FIRST: [Tolerance; 2] = [Tolerance::STRETCHED, Tolerance::VALID];
+/// Where the budget does not suffice, all surface gets a record that stretches to it before some gets those that it asks for.
+const SPARSE_FIRST: [Cover; 2] = [Cover::SPARSE, Cover::DENSE];
 /// Candidates of the first batch, and batches at least.
 const LEAST_BATCH: usize = 4096;
 const BATCHES: usize = 24;
@@ -116,14 +115,14 @@ pub fn place(
     let Survey { surveyor, samples, clearances } = survey;
     let neighbourhood = &Neighbourhood::new(&geometry.hvds.grid, samples, clearances);
     let demands = &Demand::of_pieces(geometry, &survey.clearances_of(geometry, geometry.hvds));
-    let [mut unit, largest, coarse] = spread(demands, geometry.scene_size, budget);
+    let [mut unit, largest, sparse] = spread(demands, geometry.scene_size, budget);
     let mut is_last =
         demands.iter().map(|demand| demand.records(largest)).sum::<f64>() > HOPELESS * f64::from(budget);
     let first = unit;
     let mut known = HashMap::new();
     loop {
         if is_last {
-            unit = coarse;
+            unit = sparse;
         }
         let mut records = Records::new(&geometry.hvds.grid, RADIUS_RANGE[1] * unit);
         let attempt =
@@ -230,9 +229,9 @@ impl Attempt<'_> {
         progress: &mut dyn Progress,
     ) -> Result<Placement> {
         let (mut looked_at, mut has_room) = (0, true);
-        for &within in &STRETCHED_FIRST[usize::from(!self.is_last)..] {
+        for &cover in &SPARSE_FIRST[usize::from(!self.is_last)..] {
             if has_room {
-                let (candidates, is_done) = self.fill(records, known, within, progress)?;
+                let (candidates, is_done) = self.fill(records, known, cover, progress)?;
                 (looked_at, has_room) = (looked_at + candidates, is_done);
             }
         }
@@ -243,11 +242,11 @@ impl Attempt<'_> {
             let mut probes = self.probes();
             looked_at += probes.len() as u64;
             let seed = hash(self.seed ^ 0x5eed ^ round);
-            let bare = self.uncovered(records, &mut probes, seed, 0.0, Tolerance::VALID);
+            let bare = self.uncovered(records, &mut probes, seed, Cover::ANY);
             if bare.len() as f64 <= UNCOVERED_SHARE * probes.len() as f64 {
                 break;
             }
-            has_room = self.accept(records, known, bare, Tolerance::VALID)?;
+            has_room = self.accept(records, known, bare, Cover::DENSE)?;
         }
         Ok(Placement {
             points: std::mem::take(&mut records.points),
@@ -257,12 +256,12 @@ impl Attempt<'_> {
         })
     }
 
-    /// Accepts candidates until nothing is uncovered within that tolerance. Their number; false once the budget is spent.
+    /// Accepts candidates until all are covered so. Their number; false once the budget is spent.
     fn fill(
         &self,
         records: &mut Records,
         known: &mut Known,
-        within: Tolerance,
+        cover: Cover,
         progress: &mut dyn Progress,
     ) -> Result<(u64, bool)> {
         let mut candidates = self.candidates();
@@ -273,8 +272,8 @@ impl Attempt<'_> {
             // Small batches first, while few records stand that could cover any.
             let batch = (first + LEAST_BATCH).min(candidates.len().div_ceil(BATCHES)).max(LEAST_BATCH);
             let end = candidates.len().min(first + batch);
-            let open = self.uncovered(records, &mut candidates[first..end], self.seed, COVERED, within);
-            has_room = self.accept(records, known, open, within)?;
+            let open = self.uncovered(records, &mut candidates[first..end], self.seed, cover);
+            has_room = self.accept(records, known, open, cover)?;
             progress.advance(end as u64);
             first = end;
         }
@@ -311,14 +310,13 @@ impl Attempt<'_> {
         (0..).zip(probes).map(|(rank, (piece, index))| Candidate { rank, piece, index }).collect()
     }
 
-    /// Candidates where no record has more than this weight within a tolerance, in the order of their ranks. Leaves the list in another order.
+    /// Candidates that no record covers, in the order of their ranks. Leaves the list in another order.
     fn uncovered(
         &self,
         records: &Records,
         candidates: &mut [Candidate],
         seed: u32,
-        weight: f32,
-        within: Tolerance,
+        cover: Cover,
     ) -> Vec<CachePoint> {
         // Neighbours on the surface one after another: they ask for the same records.
         candidates.sort_unstable_by_key(|candidate| (candidate.piece, candidate.index));
@@ -330,8 +328,7 @@ impl Attempt<'_> {
             });
             let is_open = |(candidate, point): &(&Candidate, CachePoint)| {
                 let piece = &self.geometry.hvds.pieces[candidate.piece as usize];
-                !records.cover(point, weight, within)
-                    && (piece.open == 1.0 || !self.geometry.is_buried(point))
+                !records.cover(point, cover) && (piece.open == 1.0 || !self.geometry.is_buried(point))
             };
             drawn.filter(is_open).collect()
         });
@@ -339,18 +336,18 @@ impl Attempt<'_> {
         open.into_iter().map(|drawn| drawn.1).collect()
     }
 
-    /// Accepts, in order, candidates that nothing covers yet within a tolerance. False once the budget is spent.
+    /// Accepts, in order, candidates that nothing covers yet. False once the budget is spent.
     fn accept(
         &self,
         records: &mut Records,
         known: &mut Known,
         candidates: Vec<CachePoint>,
-        within: Tolerance,
+        cover: Cover,
     ) -> Result<bool> {
         let mut rest = candidates.into_iter();
         loop {
             // A few at a time: what they cover need not be measured any more.
-            let open = |candidate: &CachePoint| !records.cover(candidate, COVERED, within);
+            let open = |candidate: &CachePoint| !records.cover(candidate, cover);
             let next: Vec<CachePoint> = rest.by_ref().filter(open).take(MEASURED).collect();
             if next.is_empty() {
                 return Ok(true);
@@ -361,7 +358,7 @@ impl Attempt<'_> {
             known.extend(new.iter().map(place_of).zip(clearances));
             for mut candidate in next {
                 let clearance = known[&place_of(&candidate)];
-                if clearance.distance < 0.0 || records.cover(&candidate, COVERED, within) {
+                if clearance.distance < 0.0 || records.cover(&candidate, cover) {
                     continue;
                 }
                 if records.points.len() as u32 >= self.budget {

@@ -1,5 +1,6 @@
 //! What is known of the surface while cache points are placed: the clearances around a candidate, the records that cover it.
 
+use super::budget::COVERED;
 use super::reaches::Reaches;
 use crate::cpu::records::{Tolerance, record_weight_within};
 use crate::types::{CachePoint, Grid};
@@ -12,6 +13,23 @@ pub struct Placed {
     pub point: CachePoint,
     /// Distance to the nearest surface that it or its neighbourhood sees, metres; the radius comes of it.
     pub clearance: f32,
+}
+
+/// When a record counts as covering a place.
+#[derive(Clone, Copy)]
+pub(super) struct Cover {
+    within: Tolerance,
+    /// Its weight there is more than this.
+    above: f32,
+}
+
+impl Cover {
+    /// Some record is valid there.
+    pub(super) const ANY: Self = Self { within: Tolerance::VALID, above: 0.0 };
+    /// Records overlap enough to blend.
+    pub(super) const DENSE: Self = Self { within: Tolerance::VALID, above: COVERED };
+    /// Some record stretches there.
+    pub(super) const SPARSE: Self = Self { within: Tolerance::STRETCHED, above: 0.0 };
 }
 
 /// Clearances measured all over the surface: no record may claim more than its surroundings, growing with distance.
@@ -94,11 +112,11 @@ impl Records {
         self.points.push(placed);
     }
 
-    /// Whether some record has more than this weight, at least 0, at the point.
-    pub(super) fn cover(&self, point: &CachePoint, weight: f32, within: Tolerance) -> bool {
+    /// Whether some record covers the point.
+    pub(super) fn cover(&self, point: &CachePoint, Cover { within, above }: Cover) -> bool {
         self.map.any(point.position, |record| {
             let record = &self.points[record as usize].point;
-            record_weight_within(point.position, point.normal, point.facet, record, within) > weight
+            record_weight_within(point.position, point.normal, point.facet, record, within) > above
         })
     }
 }

@@ -4,8 +4,8 @@
 // (1 - cos)/2, a twentieth of its hemisphere.
 const float FACETS_ALIKE = 0.9;
 
-// What lies less than 6° over a record's plane is of its surface, whatever covers it.
-const float COVERED_SINE2 = 0.01;
+// What lies less than 1° over or under a record's plane is of its surface, however narrow the place is that the record stands in.
+const float FLAT_SINE2 = 0.0003;
 
 // How far from its own a point may lie, in height and normals, that a record speaks for.
 struct Tolerance {
@@ -33,8 +33,8 @@ float height_between(vec3 d, vec3 n, vec3 facet, CachePoint record) {
 // Weight of a record at position x with shading normal n, on a facet with that geometric normal: positive inside its validity, 1
 // at its centre.
 // Points in front of or behind the record's plane lie on another surface and get none; nor do points behind the nearest
-// wall, from where the world looks different however near they are, and those nearer to what covers the record than to its plane,
-// as cloth is that hangs before a wall.
+// wall, from where the world looks different however near they are, and those further off its plane than half of the way to that
+// wall: cloth that hangs before the record's surface, the spine of a book beside the crevice that the record is in.
 float record_weight(vec3 x, vec3 n, vec3 facet, CachePoint record, Tolerance tolerance) {
     vec3 d = x - record.position;
     float distance2 = dot(d, d);
@@ -42,7 +42,8 @@ float record_weight(vec3 x, vec3 n, vec3 facet, CachePoint record, Tolerance tol
     float reach = 0.01 * record.radius;
     float height2 = height > 0.0 ? tolerance.above2 : tolerance.below2;
     if (height * height > height2 * (distance2 + reach * reach) || dot(d, record.wall) > 1.0) return 0.0;
-    if (height * dot(record.wall, record.normal) > 0.5 && height * height > COVERED_SINE2 * distance2) return 0.0;
+    bool is_beyond = height * height * dot(record.wall, record.wall) > 0.25;
+    if (is_beyond && height * height > FLAT_SINE2 * distance2) return 0.0;
     if (dot(facet, record.facet) < tolerance.facets) return 0.0;
     float position_error = sqrt(distance2) / record.radius;
     float normal_error = sqrt(max(0.0, 1.0 - dot(n, record.normal))) * tolerance.inverse_normal_error;

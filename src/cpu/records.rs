@@ -6,8 +6,8 @@ use glam::Vec3;
 /// Cosine of the angle up to which facets share records.
 pub const FACETS_ALIKE: f32 = 0.9;
 
-/// What lies less than 6° over a record's plane is of its surface, whatever covers it.
-const COVERED_SINE2: f32 = 0.01;
+/// What lies less than 1° over or under a record's plane is of its surface, however narrow the place is that the record stands in.
+const FLAT_SINE2: f32 = 0.0003;
 
 /// How far from its own a point may lie, in height and normals, that a record speaks for.
 #[derive(Clone, Copy, Debug)]
@@ -40,13 +40,14 @@ pub fn record_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint) -> f32 
     record_weight_within(x, n, facet, record, Tolerance::VALID)
 }
 
-/// The same for a pixel, within a tolerance: a record says nothing about what is nearer to what covers it than to its plane, as cloth is that hangs
-/// before a wall. Placement does not ask that: it would fill every corner with records.
+/// The same for a pixel, within a tolerance: a record says nothing about what is further off its plane than half of the way to the nearest wall, as cloth
+/// is that hangs before its surface, and the spine of a book beside the crevice that the record is in. Placement does not ask that: it would fill
+/// every crevice with records.
 pub fn splat_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
     let d = x - record.position;
     let height = height_between(d, n, facet, record);
-    let is_half_way = height * record.wall.dot(record.normal) > 0.5;
-    if is_half_way && height * height > COVERED_SINE2 * d.length_squared() {
+    let is_beyond = height * height * record.wall.length_squared() > 0.25;
+    if is_beyond && height * height > FLAT_SINE2 * d.length_squared() {
         return 0.0;
     }
     record_weight_within(x, n, facet, record, within)
@@ -99,16 +100,22 @@ mod tests {
     }
 
     #[test]
-    fn cloth_before_a_wall_is_not_shown_as_the_wall_is() {
-        let covered = CachePoint { wall: Vec3::Y / 0.1, ..record(Vec3::Y) };
-        let weight = |height: f32| {
-            splat_weight(Vec3::new(0.4, height, 0.0), Vec3::Y, Vec3::Y, &covered, Tolerance::VALID)
+    fn a_record_in_a_narrow_place_says_nothing_of_what_is_outside() {
+        let weight = |record: &CachePoint, height: f32| {
+            splat_weight(Vec3::new(0.4, height, 0.0), Vec3::Y, Vec3::Y, record, Tolerance::VALID)
         };
-        // A fold over more than half of the way to what covers the wall, and one over less.
-        assert_eq!(weight(0.06), 0.0);
-        assert!(weight(0.03) > 0.5);
-        // Placement lets the record speak for both.
-        let fold = Vec3::new(0.4, 0.06, 0.0);
-        assert!(record_weight(fold, Vec3::Y, Vec3::Y, &covered) > 0.5);
+        // Under cloth 10 cm away, and between two books: over more than half of the way, and over less.
+        for wall in [Vec3::Y / 0.1, Vec3::NEG_X / 0.1] {
+            let narrow = CachePoint { wall, ..record(Vec3::Y) };
+            assert_eq!(weight(&narrow, 0.06), 0.0);
+            assert!(weight(&narrow, 0.04) > 0.5);
+            // Placement lets the record speak for both.
+            let outside = Vec3::new(0.4, 0.06, 0.0);
+            assert!(record_weight(outside, Vec3::Y, Vec3::Y, &narrow) > 0.5);
+        }
+        // Where the wall is a millimetre away, what is flat is still one surface.
+        let narrow = CachePoint { wall: Vec3::NEG_X / 0.001, ..record(Vec3::Y) };
+        assert!(weight(&narrow, 0.005) > 0.5);
+        assert_eq!(weight(&narrow, 0.01), 0.0);
     }
 }

@@ -36,25 +36,7 @@ fn height_between(d: Vec3, n: Vec3, facet: Vec3, record: &CachePoint) -> f32 {
 
 /// Weight of a record at a point `x` with shading normal `n`, on a facet with that geometric normal: positive inside its validity,
 /// 1 at its centre.
-pub fn record_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint) -> f32 {
-    record_weight_within(x, n, facet, record, Tolerance::VALID)
-}
-
-/// The same for a pixel, within a tolerance: a record says nothing about what is further off its plane than half of the way to the nearest wall, as cloth
-/// is that hangs before its surface, and the spine of a book beside the crevice that the record is in. Placement does not ask that: it would fill
-/// every crevice with records.
-pub fn splat_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
-    let d = x - record.position;
-    let height = height_between(d, n, facet, record);
-    let is_beyond = height * height * record.wall.length_squared() > 0.25;
-    if is_beyond && height * height > FLAT_SINE2 * d.length_squared() {
-        return 0.0;
-    }
-    record_weight_within(x, n, facet, record, within)
-}
-
-/// The same with another tolerance.
-pub fn record_weight_within(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
+pub fn record_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
     let d = x - record.position;
     let distance2 = d.dot(d);
     let height = height_between(d, n, facet, record);
@@ -71,6 +53,19 @@ pub fn record_weight_within(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, 
     1.0 - position_error.max(normal_error)
 }
 
+/// The same for a pixel, as `record_weight` of the shader has it: a record says nothing about what is further off its plane than half of the
+/// way to the nearest wall, as cloth is that hangs before its surface, and the spine of a book beside the crevice that the record is in.
+/// Placement does not ask that: it would fill every crevice with records.
+pub fn splat_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
+    let d = x - record.position;
+    let height = height_between(d, n, facet, record);
+    let is_beyond = height * height * record.wall.length_squared() > 0.25;
+    if is_beyond && height * height > FLAT_SINE2 * d.length_squared() {
+        return 0.0;
+    }
+    record_weight(x, n, facet, record, within)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -84,9 +79,14 @@ mod tests {
         // Two places near one vertex of a coarse mesh: both normals lean the same way, by 10°.
         let leaning = Vec3::new(0.17, 0.98, 0.0).normalize();
         let there = Vec3::new(-0.3, 0.0, 0.0);
-        assert!((record_weight(there, leaning, Vec3::Y, &record(leaning)) - 0.7).abs() < 1e-6);
+        assert!(
+            (record_weight(there, leaning, Vec3::Y, &record(leaning), Tolerance::VALID) - 0.7).abs() < 1e-6
+        );
         // The table under the rim of a plate is no part of it.
-        assert_eq!(record_weight(there - 0.03 * Vec3::Y, Vec3::Y, Vec3::Y, &record(Vec3::Y)), 0.0);
+        assert_eq!(
+            record_weight(there - 0.03 * Vec3::Y, Vec3::Y, Vec3::Y, &record(Vec3::Y), Tolerance::VALID),
+            0.0
+        );
     }
 
     #[test]
@@ -96,7 +96,7 @@ mod tests {
         let facet = Vec3::new(-0.3, 1.0, 0.0).normalize();
         let height = 0.5 * x.dot(Vec3::Y + facet) / x.length();
         assert!(height < -0.1, "facets alone would have it beneath");
-        assert!(record_weight(x, n, facet, &record(Vec3::Y)) > 0.0);
+        assert!(record_weight(x, n, facet, &record(Vec3::Y), Tolerance::VALID) > 0.0);
     }
 
     #[test]
@@ -111,7 +111,7 @@ mod tests {
             assert!(weight(&narrow, 0.04) > 0.5);
             // Placement lets the record speak for both.
             let outside = Vec3::new(0.4, 0.06, 0.0);
-            assert!(record_weight(outside, Vec3::Y, Vec3::Y, &narrow) > 0.5);
+            assert!(record_weight(outside, Vec3::Y, Vec3::Y, &narrow, Tolerance::VALID) > 0.5);
         }
         // Where the wall is a millimetre away, what is flat is still one surface.
         let narrow = CachePoint { wall: Vec3::NEG_X / 0.001, ..record(Vec3::Y) };

@@ -2,7 +2,7 @@
 
 use super::budget::COVERED;
 use super::reaches::Reaches;
-use crate::cpu::records::{Tolerance, record_weight_within};
+use crate::cpu::records::{Tolerance, record_weight};
 use crate::types::{CachePoint, Grid};
 use glam::{UVec3, Vec3};
 
@@ -116,7 +116,7 @@ impl Records {
     pub(super) fn cover(&self, point: &CachePoint, Cover { within, above }: Cover) -> bool {
         self.map.any(point.position, |record| {
             let record = &self.points[record as usize].point;
-            record_weight_within(point.position, point.normal, point.facet, record, within) > above
+            record_weight(point.position, point.normal, point.facet, record, within) > above
         })
     }
 }

@@ -42,7 +42,7 @@ struct Chair {
 impl Chair {
     fn new(detail: Detail) -> Self {
         let (edge, inside) = (edge_cuts(detail, 2.0), detail.cuts(5.0, 1));
-        let seat = cushion(dvec3(HALF[0] + 0.012, 0.022, HALF[1] + 0.012), 0.0215, 0.012, edge, inside);
+        let seat = cushion(dvec3(HALF[0] + 0.012, 0.022, HALF[1] + 0.012), 0.019, 0.012, edge, inside);
         let leg = turned_leg(detail, 0.021, SEAT - 0.03);
         Self { leg, seat: seat.smooth(), frame: frame(detail) }
     }

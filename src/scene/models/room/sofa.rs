@@ -65,7 +65,7 @@ fn pillows(site: &mut Site, place: &DAffine3) {
     let (edge, inside) = (detail.cuts(2.0, 1), detail.cuts(10.0, 2));
     let half = 0.21;
     // Flat, then blown up: thick in the middle, thin at the seam, which is drawn in between the corners.
-    let pillow = rounded(dvec3(half, 0.02, half), 0.0195, edge, inside)
+    let pillow = rounded(dvec3(half, 0.02, half), 0.015, edge, inside)
         .bend(|p| {
             let [u, v] = [p.x / half, p.z / half];
             let full = ((1.0 - u * u).max(0.0) * (1.0 - v * v).max(0.0)).powf(0.4);

@@ -11,6 +11,8 @@ use crate::error::{Error, Result};
 
 mod args;
 mod compare;
+#[cfg(feature = "window")]
+mod demo;
 mod film;
 mod heatmap;
 mod info;

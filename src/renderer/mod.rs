@@ -7,6 +7,7 @@ mod closed_places;
 mod counts;
 mod edits;
 mod film;
+mod inspect;
 mod lights;
 mod needs;
 mod outputs;

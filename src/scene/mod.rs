@@ -23,6 +23,7 @@ mod models;
 mod mtl;
 mod obj;
 pub mod quality;
+mod save;
 mod settings;
 pub mod shapes;
 pub mod solids;

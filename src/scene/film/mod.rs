@@ -5,6 +5,7 @@ pub mod builtin;
 mod curve;
 mod read;
 mod tracks;
+mod write;
 
 use super::{Camera, LightKind, LoadOptions, Scene};
 use crate::{Error, Result};

@@ -1,0 +1,1 @@
+//! Handles of lights: drawn over the picture, taken hold of, dragged.

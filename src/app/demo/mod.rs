@@ -1,0 +1,4 @@
+//! `lightpaths demo`: the window.
+
+mod handles;
+mod navigate;

@@ -1,0 +1,1 @@
+//! What the renderer knows about a place: for eyes.

@@ -1,0 +1,1 @@
+//! Films from what was done in the window.

@@ -1,0 +1,1 @@
+//! Scenes back into files.

@@ -91,6 +91,12 @@ impl Buffer {
         Ok(buffer)
     }
 
+    /// The same storage, for one more owner.
+    #[must_use]
+    pub fn share(&self) -> Self {
+        Self { allocated: self.allocated.clone() }
+    }
+
     /// What the address in the buffer points to; the buffer itself if it holds none.
     pub fn followed(&self) -> Self {
         Self { allocated: self.allocated.pointee.as_ref().unwrap_or(&self.allocated).clone() }

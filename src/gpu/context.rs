@@ -8,7 +8,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 
 use super::VkResultExt;
-use super::device::{self, CPU, DeviceSummary, Limits};
+use super::device::{self, CPU, DeviceSummary, Limits, Shows};
 use super::instance::Instance;
 use super::recorder::Recorder;
 use super::spirv::LOCAL_SIZE;
@@ -67,7 +67,9 @@ pub struct Context {
     submissions: Mutex<Vec<Submission>>,
     redundant_barriers: Mutex<Vec<String>>,
     summary: DeviceSummary,
-    instance: Instance,
+    #[cfg(feature = "window")]
+    physical_device: vk::PhysicalDevice,
+    instance: Arc<Instance>,
 }
 
 impl Context {
@@ -76,13 +78,38 @@ impl Context {
     /// # Errors
     /// [`Error::NoDevice`] says what was found, why it was refused, and what to install.
     pub fn new(options: &ContextOptions) -> Result<Arc<Self>> {
-        let instance = Instance::new(options.validation)?;
-        let mut candidates = device::candidates(&instance)?;
+        Self::open(Arc::new(Instance::new(options.validation, &[])?), options, None)
+    }
+
+    /// As [`Self::new`], a device that can show pictures in that window, and the surface to show them on. The window must live as long
+    /// as the surface.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    #[cfg(feature = "window")]
+    pub fn for_window(
+        options: &ContextOptions,
+        window: &dyn super::window::WindowHandles,
+    ) -> Result<(Arc<Self>, super::window::Surface)> {
+        use super::window::{RawSurface, Surface};
+        let instance = Arc::new(Instance::new(options.validation, RawSurface::extensions(window)?)?);
+        let surface = RawSurface::new(instance.clone(), window)?;
+        let context = Self::open(instance, options, Some(&|device, family| surface.takes(device, family)))?;
+        let surface = Surface::new(surface, &context);
+        Ok((context, surface))
+    }
+
+    fn open(
+        instance: Arc<Instance>,
+        options: &ContextOptions,
+        shows: Option<Shows<'_>>,
+    ) -> Result<Arc<Self>> {
+        let mut candidates = device::candidates(&instance, shows)?;
         let summaries: Vec<_> = candidates.iter().map(|candidate| &candidate.summary).collect();
         let chosen = device::choose(&summaries, options.device.as_deref())?;
         let device::Candidate { handle, summary, queue_family } = candidates.swap_remove(chosen);
 
-        let device = create_device(&instance.raw, handle, queue_family)?;
+        let device = create_device(&instance.raw, handle, queue_family, shows.is_some())?;
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.raw.clone(),
             device: device.clone(),
@@ -107,6 +134,8 @@ impl Context {
             submissions: Mutex::default(),
             redundant_barriers: Mutex::default(),
             summary,
+            #[cfg(feature = "window")]
+            physical_device: handle,
             device,
             instance,
         }))
@@ -117,8 +146,8 @@ impl Context {
     /// # Errors
     /// [`Error::NoDevice`] where not even the loader or a driver is there.
     pub fn devices() -> Result<Vec<DeviceSummary>> {
-        let instance = Instance::new(false)?;
-        Ok(device::candidates(&instance)?.into_iter().map(|candidate| candidate.summary).collect())
+        let instance = Instance::new(false, &[])?;
+        Ok(device::candidates(&instance, None)?.into_iter().map(|candidate| candidate.summary).collect())
     }
 
     /// The driver's name for the device.
@@ -186,6 +215,27 @@ impl Context {
         self.submissions.lock().expect("no holder panics").push(submission);
     }
 
+    #[cfg(feature = "window")]
+    pub(super) fn instance(&self) -> &ash::Instance {
+        &self.instance.raw
+    }
+
+    #[cfg(feature = "window")]
+    pub(super) fn vulkan_instance(&self) -> &Arc<Instance> {
+        &self.instance
+    }
+
+    #[cfg(feature = "window")]
+    pub(super) fn physical_device(&self) -> vk::PhysicalDevice {
+        self.physical_device
+    }
+
+    /// Waits until the device has nothing to do.
+    #[cfg(feature = "window")]
+    pub(super) fn wait_idle(&self) -> Result<()> {
+        self.with_queue(|_| unsafe { self.device.device_wait_idle() }).vk("vkDeviceWaitIdle")
+    }
+
     /// Calls `submit` with the queue, which takes one caller at a time.
     pub(super) fn with_queue<T>(&self, submit: impl FnOnce(vk::Queue) -> T) -> T {
         submit(*self.queue.lock().expect("no holder panics"))
@@ -223,19 +273,25 @@ fn create_device(
     instance: &ash::Instance,
     handle: vk::PhysicalDevice,
     queue_family: u32,
+    for_window: bool,
 ) -> Result<ash::Device> {
     let queues =
         [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
-    let extensions = device::EXTENSIONS.map(std::ffi::CStr::as_ptr);
+    let more: &[_] = if for_window { &device::WINDOW_EXTENSIONS } else { &[] };
+    let extensions: Vec<_> = device::EXTENSIONS.iter().chain(more).map(|name| name.as_ptr()).collect();
+    let mut rendering = vk::PhysicalDeviceDynamicRenderingFeatures::default().dynamic_rendering(true);
     let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default()
         .scalar_block_layout(true)
         .host_query_reset(true)
         .buffer_device_address(true);
     let mut sync2 = vk::PhysicalDeviceSynchronization2Features::default().synchronization2(true);
-    let info = vk::DeviceCreateInfo::default()
+    let mut info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
         .enabled_extension_names(&extensions)
         .push_next(&mut vulkan12)
         .push_next(&mut sync2);
+    if for_window {
+        info = info.push_next(&mut rendering);
+    }
     unsafe { instance.create_device(handle, &info, None) }.vk("vkCreateDevice")
 }

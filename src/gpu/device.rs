@@ -67,16 +67,23 @@ const KINDS: [(vk::PhysicalDeviceType, &str); 4] = [
 pub(super) const CPU: &str = "CPU";
 
 /// Every device of the machine, usable or not.
-pub(super) fn candidates(instance: &Instance) -> Result<Vec<Candidate>> {
+///
+/// `shows`: whether queues of a family of a device can show pictures in the window, if there is one.
+pub(super) fn candidates(instance: &Instance, shows: Option<Shows<'_>>) -> Result<Vec<Candidate>> {
     let handles = match unsafe { instance.raw.enumerate_physical_devices() } {
         // What the loader answers when drivers are installed and none finds a device.
         Err(vk::Result::ERROR_INITIALIZATION_FAILED) => Vec::new(),
         other => other.vk("vkEnumeratePhysicalDevices")?,
     };
-    handles.into_iter().enumerate().map(|(index, handle)| examine(instance, index, handle)).collect()
+    handles.into_iter().enumerate().map(|(index, handle)| examine(instance, index, handle, shows)).collect()
 }
 
-fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Result<Candidate> {
+fn examine(
+    instance: &Instance,
+    index: usize,
+    handle: vk::PhysicalDevice,
+    shows: Option<Shows<'_>>,
+) -> Result<Candidate> {
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut push = vk::PhysicalDevicePushDescriptorPropertiesKHR::default();
     let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
@@ -88,8 +95,22 @@ fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Res
     let properties = properties.properties;
     let memory = unsafe { instance.raw.get_physical_device_memory_properties(handle) };
     let families = unsafe { instance.raw.get_physical_device_queue_family_properties(handle) };
-    let family =
-        (0_u32..).zip(&families).find(|(_, family)| family.queue_flags.contains(vk::QueueFlags::COMPUTE));
+    let computes = |(_, family): &(u32, &vk::QueueFamilyProperties)| {
+        family.queue_flags.contains(vk::QueueFlags::COMPUTE)
+    };
+    let mut family = (0_u32..).zip(&families).find(computes);
+    let mut shows_window = true;
+    if let Some(shows) = shows {
+        let mut drawing = None;
+        for (index, properties) in (0_u32..).zip(&families).filter(computes) {
+            let draws = properties.queue_flags.contains(vk::QueueFlags::GRAPHICS);
+            if drawing.is_none() && draws && shows(handle, index)? {
+                drawing = Some((index, properties));
+            }
+        }
+        shows_window = drawing.is_some();
+        family = drawing.or(family);
+    }
 
     let heaps = memory.memory_heaps_as_slice().iter();
     let local = heaps.filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));
@@ -120,10 +141,17 @@ fn examine(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Res
             .map_or("other", |(_, name)| name),
         driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
         limits,
-        refusal: refusal(instance, handle, properties.api_version, &limits)?,
+        refusal: refusal(instance, handle, properties.api_version, &limits, shows.map(|_| shows_window))?,
     };
     Ok(Candidate { handle, summary, queue_family: family.map_or(0, |(index, _)| index) })
 }
+
+/// Whether queues of that family of that device can show pictures in the window.
+pub(super) type Shows<'a> = &'a dyn Fn(vk::PhysicalDevice, u32) -> Result<bool>;
+
+/// Device extensions that a window needs besides.
+pub(super) const WINDOW_EXTENSIONS: [&std::ffi::CStr; 2] =
+    [ash::khr::swapchain::NAME, ash::khr::dynamic_rendering::NAME];
 
 /// Device extensions that everything here rests on.
 pub(super) const EXTENSIONS: [&std::ffi::CStr; 2] =
@@ -135,6 +163,7 @@ fn refusal(
     handle: vk::PhysicalDevice,
     api_version: u32,
     limits: &Limits,
+    shows_window: Option<bool>,
 ) -> Result<Option<String>> {
     if api_version < vk::API_VERSION_1_2 {
         let (major, minor) = (vk::api_version_major(api_version), vk::api_version_minor(api_version));
@@ -144,8 +173,10 @@ fn refusal(
     }
     let extensions = unsafe { instance.raw.enumerate_device_extension_properties(handle) }
         .vk("vkEnumerateDeviceExtensionProperties")?;
+    let for_window: &[_] = if shows_window.is_some() { &WINDOW_EXTENSIONS } else { &[] };
     let mut missing: Vec<String> = EXTENSIONS
         .iter()
+        .chain(for_window)
         .filter(|name| !extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(**name)))
         .map(|name| name.to_string_lossy().into_owned())
         .collect();
@@ -160,6 +191,7 @@ fn refusal(
         ("hostQueryReset", vulkan12.host_query_reset == vk::TRUE),
         ("synchronization2", sync2.synchronization2 == vk::TRUE),
         ("a compute queue with timestamps", limits.timestamp_bits > 0),
+        ("a queue that can show pictures in this window", shows_window != Some(false)),
     ];
     missing.extend(needs.iter().filter(|(_, has)| !has).map(|(name, _)| (*name).to_owned()));
     Ok((!missing.is_empty()).then(|| format!("it lacks {}: update the driver", missing.join(", "))))

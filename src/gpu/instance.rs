@@ -1,6 +1,6 @@
 //! The Vulkan instance: loader, validation layer, debug messages.
 
-use std::ffi::{CStr, c_void};
+use std::ffi::{CStr, c_char, c_void};
 use std::sync::Mutex;
 
 use ash::vk;
@@ -19,12 +19,13 @@ pub(super) struct Instance {
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     /// Boxed: the messenger holds its address.
     messages: Box<Messages>,
-    _entry: ash::Entry,
+    entry: ash::Entry,
 }
 
 impl Instance {
-    /// Loads Vulkan. With `validation`, the validation layer with its synchronisation checks must be installed.
-    pub(super) fn new(validation: bool) -> Result<Self> {
+    /// Loads Vulkan with what a window needs, if there is one. With `validation`, the validation layer with its synchronisation checks
+    /// must be installed.
+    pub(super) fn new(validation: bool, window_extensions: &[*const c_char]) -> Result<Self> {
         // SAFETY: the loader is the system's Vulkan loader, whose initialisers may run.
         let entry = unsafe { ash::Entry::load() }.map_err(|error| {
             Error::NoDevice(format!("the Vulkan loader is missing ({error}): install the package libvulkan1"))
@@ -38,12 +39,13 @@ impl Instance {
             .vk("vkEnumerateInstanceExtensionProperties")?;
         let has_debug_utils = validation
             || extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ash::ext::debug_utils::NAME));
-        let raw = create(&entry, validation, has_debug_utils)?;
+        refuse_missing(&extensions, window_extensions)?;
+        let raw = create(&entry, validation, has_debug_utils, window_extensions)?;
 
         let messages = Box::<Messages>::default();
-        let mut instance = Self { raw, has_debug_utils, messenger: None, messages, _entry: entry };
+        let mut instance = Self { raw, has_debug_utils, messenger: None, messages, entry };
         if validation {
-            let debug_utils = ash::ext::debug_utils::Instance::new(&instance._entry, &instance.raw);
+            let debug_utils = ash::ext::debug_utils::Instance::new(&instance.entry, &instance.raw);
             let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
                 .message_severity(
                     vk::DebugUtilsMessageSeverityFlagsEXT::WARNING
@@ -60,6 +62,12 @@ impl Instance {
             instance.messenger = Some((debug_utils, messenger));
         }
         Ok(instance)
+    }
+
+    /// The loader's functions.
+    #[cfg(feature = "window")]
+    pub(super) fn entry(&self) -> &ash::Entry {
+        &self.entry
     }
 
     /// The validation messages since the last call.
@@ -87,17 +95,37 @@ fn has_layer(entry: &ash::Entry) -> Result<bool> {
     Ok(layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER)))
 }
 
-fn create(entry: &ash::Entry, validation: bool, has_debug_utils: bool) -> Result<ash::Instance> {
+fn refuse_missing(offered: &[vk::ExtensionProperties], wanted: &[*const c_char]) -> Result<()> {
+    for &wanted in wanted {
+        // SAFETY: names of extensions are constants that end in NUL.
+        let wanted = unsafe { CStr::from_ptr(wanted) };
+        if !offered.iter().any(|offered| offered.extension_name_as_c_str() == Ok(wanted)) {
+            let name = wanted.to_string_lossy();
+            return Err(Error::NoDevice(format!(
+                "the Vulkan loader cannot draw to a window ({name} is missing): update your GPU's driver"
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn create(
+    entry: &ash::Entry,
+    validation: bool,
+    has_debug_utils: bool,
+    window_extensions: &[*const c_char],
+) -> Result<ash::Instance> {
     let application =
         vk::ApplicationInfo::default().application_name(c"lightpaths").api_version(vk::API_VERSION_1_2);
     let layers: &[_] = if validation { &[VALIDATION_LAYER.as_ptr()] } else { &[] };
-    let extensions: &[_] = if has_debug_utils { &[ash::ext::debug_utils::NAME.as_ptr()] } else { &[] };
+    let mut extensions = window_extensions.to_vec();
+    extensions.extend(has_debug_utils.then_some(ash::ext::debug_utils::NAME.as_ptr()));
     let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
     let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
     let mut info = vk::InstanceCreateInfo::default()
         .application_info(&application)
         .enabled_layer_names(layers)
-        .enabled_extension_names(extensions);
+        .enabled_extension_names(&extensions);
     if validation {
         info = info.push_next(&mut features);
     }

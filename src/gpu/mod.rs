@@ -19,6 +19,8 @@ pub mod shaders;
 pub mod spirv;
 mod submission;
 mod timing;
+#[cfg(feature = "window")]
+pub mod window;
 
 pub use barrier::Barrier;
 pub use buffer::Buffer;

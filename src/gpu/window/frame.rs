@@ -1,0 +1,224 @@
+//! One frame of the window on its way: recorded, submitted, awaited before the next.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::super::barrier::SUBMISSION;
+use super::super::{Context, VkResultExt};
+use super::picture::Picture;
+use super::swapchain::{COLOUR, Swapchain, SwapchainImage};
+use crate::error::Result;
+
+/// How long the system may take to lend an image, nanoseconds: a hidden window may not be given one.
+const PATIENCE_NS: u64 = 500_000_000;
+
+/// Commands, and what says when they are done.
+pub(super) struct Frame {
+    context: Arc<Context>,
+    rendering: ash::khr::dynamic_rendering::Device,
+    pub(super) pool: vk::CommandPool,
+    commands: vk::CommandBuffer,
+    fence: vk::Fence,
+    /// Signalled when the image that was lent may be drawn to.
+    is_lent: vk::Semaphore,
+}
+
+/// What became of a request to the presentation engine.
+pub(super) enum Answer<T> {
+    /// It was granted; `false`: the swapchain no longer fits the window.
+    Granted(T, bool),
+    /// The swapchain must be made anew first.
+    OutOfDate,
+    /// The surface must be made anew first.
+    SurfaceLost,
+    /// Not now.
+    Busy,
+}
+
+impl Frame {
+    pub(super) fn new(context: &Arc<Context>) -> Result<Self> {
+        let device = &context.device;
+        let info = vk::CommandPoolCreateInfo::default()
+            .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
+            .queue_family_index(context.queue_family);
+        let pool = unsafe { device.create_command_pool(&info, None) }.vk("vkCreateCommandPool")?;
+        let mut frame = Self {
+            rendering: ash::khr::dynamic_rendering::Device::new(context.instance(), device),
+            context: context.clone(),
+            pool,
+            commands: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            is_lent: vk::Semaphore::null(),
+        };
+        let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
+        frame.commands = unsafe { device.allocate_command_buffers(&info) }.vk("vkAllocateCommandBuffers")?[0];
+        let signalled = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
+        frame.fence = unsafe { device.create_fence(&signalled, None) }.vk("vkCreateFence")?;
+        frame.is_lent = unsafe { device.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) }
+            .vk("vkCreateSemaphore")?;
+        Ok(frame)
+    }
+
+    /// Waits until the device is done with the frame before.
+    pub(super) fn wait(&self) -> Result<()> {
+        unsafe { self.context.device.wait_for_fences(&[self.fence], true, u64::MAX) }.vk("vkWaitForFences")
+    }
+
+    /// Asks for an image to draw to. The frame before must be done.
+    pub(super) fn acquire(&self, swapchain: &Swapchain) -> Result<Answer<u32>> {
+        let lent = unsafe {
+            swapchain.loader.acquire_next_image(
+                swapchain.handle,
+                PATIENCE_NS,
+                self.is_lent,
+                vk::Fence::null(),
+            )
+        };
+        match lent {
+            Ok((index, is_suboptimal)) => Ok(Answer::Granted(index, !is_suboptimal)),
+            Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => Ok(Answer::Busy),
+            Err(result) => refused(result, "vkAcquireNextImageKHR"),
+        }
+    }
+
+    /// Brings the pictures up to date, draws, and hands the image to the system.
+    pub(super) fn draw<'a>(
+        &self,
+        swapchain: &Swapchain,
+        index: u32,
+        pictures: impl Iterator<Item = &'a mut Picture>,
+        background: [f32; 4],
+        panels: impl FnOnce(vk::CommandBuffer) -> Result<()>,
+    ) -> Result<Answer<()>> {
+        let (device, image) = (&self.context.device, &swapchain.images[index as usize]);
+        let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        unsafe { device.begin_command_buffer(self.commands, &info) }.vk("vkBeginCommandBuffer")?;
+        self.memory_barrier();
+        for picture in pictures {
+            self.upload(picture);
+        }
+        self.move_image(image.image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
+        self.begin_rendering(image, swapchain.extent, background);
+        panels(self.commands)?;
+        unsafe { self.rendering.cmd_end_rendering(self.commands) };
+        let (drawn, shown) = (vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL, vk::ImageLayout::PRESENT_SRC_KHR);
+        self.move_image(image.image, drawn, shown);
+        unsafe { device.end_command_buffer(self.commands) }.vk("vkEndCommandBuffer")?;
+        self.submit(image)?;
+        self.present(swapchain, index)
+    }
+
+    fn submit(&self, image: &SwapchainImage) -> Result<()> {
+        let at = |semaphore| {
+            vk::SemaphoreSubmitInfo::default()
+                .semaphore(semaphore)
+                .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+        };
+        let (wait, signal) = ([at(self.is_lent)], [at(image.is_drawn)]);
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
+        let submit = [vk::SubmitInfo2::default()
+            .wait_semaphore_infos(&wait)
+            .command_buffer_infos(&commands)
+            .signal_semaphore_infos(&signal)];
+        unsafe { self.context.device.reset_fences(&[self.fence]) }.vk("vkResetFences")?;
+        let context = &self.context;
+        context
+            .with_queue(|queue| unsafe { context.sync2.queue_submit2(queue, &submit, self.fence) })
+            .vk("vkQueueSubmit2")
+    }
+
+    fn present(&self, swapchain: &Swapchain, index: u32) -> Result<Answer<()>> {
+        let wait = [swapchain.images[index as usize].is_drawn];
+        let (swapchains, indices) = ([swapchain.handle], [index]);
+        let info = vk::PresentInfoKHR::default()
+            .wait_semaphores(&wait)
+            .swapchains(&swapchains)
+            .image_indices(&indices);
+        let shown = self.context.with_queue(|queue| unsafe { swapchain.loader.queue_present(queue, &info) });
+        match shown {
+            Ok(is_suboptimal) => Ok(Answer::Granted((), !is_suboptimal)),
+            Err(result) => refused(result, "vkQueuePresentKHR"),
+        }
+    }
+
+    /// Copies what a picture is to show, if it does not show that yet.
+    fn upload(&self, picture: &mut Picture) {
+        let Some(pixels) = picture.next.take() else { return };
+        let region = [vk::BufferImageCopy::default()
+            .image_subresource(vk::ImageSubresourceLayers {
+                aspect_mask: vk::ImageAspectFlags::COLOR,
+                mip_level: 0,
+                base_array_layer: 0,
+                layer_count: 1,
+            })
+            .image_extent(vk::Extent3D { width: picture.size[0], height: picture.size[1], depth: 1 })];
+        let written = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        // All of it is written: what it showed before may go.
+        self.move_image(picture.image, vk::ImageLayout::UNDEFINED, written);
+        let (from, to) = (pixels.allocated.handle, picture.image);
+        unsafe {
+            self.context.device.cmd_copy_buffer_to_image(self.commands, from, to, written, &region);
+        }
+        self.move_image(picture.image, written, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+        picture.shown = Some(pixels);
+    }
+
+    fn begin_rendering(&self, image: &SwapchainImage, extent: vk::Extent2D, background: [f32; 4]) {
+        let attachment = [vk::RenderingAttachmentInfo::default()
+            .image_view(image.view)
+            .image_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
+            .load_op(vk::AttachmentLoadOp::CLEAR)
+            .store_op(vk::AttachmentStoreOp::STORE)
+            .clear_value(vk::ClearValue { color: vk::ClearColorValue { float32: background } })];
+        let info = vk::RenderingInfo::default()
+            .render_area(extent.into())
+            .layer_count(1)
+            .color_attachments(&attachment);
+        unsafe { self.rendering.cmd_begin_rendering(self.commands, &info) };
+    }
+
+    /// What other submissions wrote is visible to this one.
+    fn memory_barrier(&self) {
+        let memory = [SUBMISSION.memory_barrier()];
+        let info = vk::DependencyInfo::default().memory_barriers(&memory);
+        unsafe { self.context.sync2.cmd_pipeline_barrier2(self.commands, &info) };
+    }
+
+    /// From one use to the next: whatever came before is done, and seen by whatever comes after.
+    fn move_image(&self, image: vk::Image, from: vk::ImageLayout, to: vk::ImageLayout) {
+        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+        let barrier = [vk::ImageMemoryBarrier2::default()
+            .src_stage_mask(all)
+            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
+            .dst_stage_mask(all)
+            .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
+            .old_layout(from)
+            .new_layout(to)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(image)
+            .subresource_range(COLOUR)];
+        let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
+        unsafe { self.context.sync2.cmd_pipeline_barrier2(self.commands, &info) };
+    }
+}
+
+impl Drop for Frame {
+    fn drop(&mut self) {
+        let _ = self.context.wait_idle();
+        unsafe {
+            self.context.device.destroy_semaphore(self.is_lent, None);
+            self.context.device.destroy_fence(self.fence, None);
+            self.context.device.destroy_command_pool(self.pool, None);
+        }
+    }
+}
+
+fn refused<T>(result: vk::Result, call: &'static str) -> Result<Answer<T>> {
+    match result {
+        vk::Result::ERROR_OUT_OF_DATE_KHR => Ok(Answer::OutOfDate),
+        vk::Result::ERROR_SURFACE_LOST_KHR => Ok(Answer::SurfaceLost),
+        result => Err(result).vk(call),
+    }
+}

@@ -1,0 +1,16 @@
+//! Pictures in a window of the system: a surface, its swapchain, and the panels over it.
+//!
+//! A [`WindowPainter`] owns what is shown. Pictures are copied from the buffers that compute passes wrote into images that the panels' triangles
+//! sample, so that one draw shows both and a picture's bytes reach the screen unchanged where the swapchain encodes sRGB.
+//! One frame is under way at a time: the picture that is shown is the one that was asked for last.
+
+mod frame;
+mod painter;
+mod picture;
+mod surface;
+mod swapchain;
+
+pub use painter::{Painting, Shown, WindowPainter};
+pub use picture::PictureId;
+pub(super) use surface::RawSurface;
+pub use surface::{Surface, WindowHandles};

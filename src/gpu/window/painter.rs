@@ -1,0 +1,324 @@
+//! Draws panels and pictures to a window.
+
+use std::sync::Arc;
+
+use ash::vk;
+use egui::epaint::{ClippedPrimitive, textures::TexturesDelta};
+use egui_ash_renderer::allocator::DefaultAllocator;
+use egui_ash_renderer::vulkan::{create_vulkan_descriptor_set, create_vulkan_descriptor_set_layout};
+use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer, RendererError};
+
+use super::super::{Buffer, Context, VkResultExt};
+use super::frame::{Answer, Frame};
+use super::picture::{Picture, PictureId};
+use super::surface::{RawSurface, Surface, WindowHandles};
+use super::swapchain::{self, Swapchain};
+use crate::error::{Error, Result};
+
+/// Most pictures at a time.
+const MOST_PICTURES: u32 = 16;
+
+/// Panels as triangles.
+pub struct Painting {
+    /// What to draw, the backmost first.
+    pub primitives: Vec<ClippedPrimitive>,
+    /// How the panels' own textures have changed.
+    pub textures: TexturesDelta,
+    /// Pixels of the window that a unit of the primitives' coordinates takes.
+    pub pixels_per_point: f32,
+    /// What is seen where nothing is drawn, linear Rec.709.
+    pub background: [f32; 3],
+}
+
+/// Whether a frame reached the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shown {
+    /// It did.
+    Yes,
+    /// The window has no area, is hidden, or changes its size: ask again later.
+    NotNow,
+}
+
+/// All that a window shows.
+pub struct WindowPainter {
+    context: Arc<Context>,
+    /// None only while the painter goes.
+    panels: Option<Renderer<DefaultAllocator>>,
+    pictures: Vec<Option<Hung>>,
+    /// Textures of panels that went out of use with the frame under way.
+    unused: Vec<egui::TextureId>,
+    set_layout: vk::DescriptorSetLayout,
+    set_pool: vk::DescriptorPool,
+    sampler: vk::Sampler,
+    frame: Frame,
+    swapchain: Option<Swapchain>,
+    is_out_of_date: bool,
+    format: vk::SurfaceFormatKHR,
+    size: [u32; 2],
+    vsync: bool,
+    /// Last: everything above needs it. None only between two surfaces.
+    surface: Option<Surface>,
+}
+
+/// A picture, and how panels find it.
+struct Hung {
+    picture: Picture,
+    texture: egui::TextureId,
+    set: vk::DescriptorSet,
+}
+
+impl WindowPainter {
+    /// Makes ready to draw to a surface of that size in pixels. With `vsync`, frames wait for the screen.
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub fn new(surface: Surface, size: [u32; 2], vsync: bool) -> Result<Self> {
+        let context = surface.context.clone();
+        let format = swapchain::format(&surface)?;
+        let panels = Renderer::with_default_allocator(
+            context.instance(),
+            context.physical_device(),
+            context.device.clone(),
+            mode(format.format),
+            Options { srgb_framebuffer: swapchain::encodes_srgb(format.format), ..Options::default() },
+        )
+        .map_err(panel_error)?;
+        let set_layout = create_vulkan_descriptor_set_layout(&context.device).map_err(panel_error)?;
+        let sizes = [vk::DescriptorPoolSize {
+            ty: vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+            descriptor_count: MOST_PICTURES,
+        }];
+        let info = vk::DescriptorPoolCreateInfo::default()
+            .flags(vk::DescriptorPoolCreateFlags::FREE_DESCRIPTOR_SET)
+            .max_sets(MOST_PICTURES)
+            .pool_sizes(&sizes);
+        let set_pool =
+            unsafe { context.device.create_descriptor_pool(&info, None) }.vk("vkCreateDescriptorPool")?;
+        // Pixels are shown as they are.
+        let info = vk::SamplerCreateInfo::default()
+            .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_EDGE)
+            .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE);
+        let sampler = unsafe { context.device.create_sampler(&info, None) }.vk("vkCreateSampler")?;
+        Ok(Self {
+            frame: Frame::new(&context)?,
+            context,
+            panels: Some(panels),
+            pictures: Vec::new(),
+            unused: Vec::new(),
+            set_layout,
+            set_pool,
+            sampler,
+            swapchain: None,
+            is_out_of_date: true,
+            format,
+            size,
+            vsync,
+            surface: Some(surface),
+        })
+    }
+
+    /// The window has another size, pixels.
+    pub fn resize(&mut self, size: [u32; 2]) {
+        self.is_out_of_date |= self.size != size;
+        self.size = size;
+    }
+
+    /// Whether frames wait for the screen.
+    pub fn set_vsync(&mut self, vsync: bool) {
+        self.is_out_of_date |= self.vsync != vsync;
+        self.vsync = vsync;
+    }
+
+    /// Adds a picture of that size in pixels. It shows nothing that is defined before [`Self::show`].
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn add_picture(&mut self, size: [u32; 2]) -> Result<PictureId> {
+        let picture = Picture::new(&self.context, size)?;
+        let (device, layout, pool) = (&self.context.device, self.set_layout, self.set_pool);
+        let set = create_vulkan_descriptor_set(device, layout, pool, picture.view, self.sampler)
+            .map_err(panel_error)?;
+        let texture = self.panels().add_user_texture(set);
+        let hung = Some(Hung { picture, texture, set });
+        let free = self.pictures.iter().position(Option::is_none);
+        let place = free.unwrap_or(self.pictures.len());
+        match free {
+            Some(place) => self.pictures[place] = hung,
+            None => self.pictures.push(hung),
+        }
+        Ok(PictureId(place))
+    }
+
+    /// Takes a picture away.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn remove_picture(&mut self, id: PictureId) -> Result<()> {
+        let Some(hung) = self.pictures[id.0].take() else { return Ok(()) };
+        self.frame.wait()?;
+        self.panels().remove_user_texture(hung.texture);
+        unsafe { self.context.device.free_descriptor_sets(self.set_pool, &[hung.set]) }
+            .vk("vkFreeDescriptorSets")
+    }
+
+    /// What panels draw a picture by.
+    pub fn texture(&self, id: PictureId) -> egui::TextureId {
+        self.hung(id).texture
+    }
+
+    /// Its size, pixels.
+    pub fn picture_size(&self, id: PictureId) -> [u32; 2] {
+        self.hung(id).picture.size
+    }
+
+    /// Lets a picture show, from the next frame on, the sRGB codes R, G, B, A in a buffer, row by row from the top. Panics if
+    /// these are not as many as its pixels.
+    pub fn show(&mut self, id: PictureId, pixels: &Buffer) {
+        let picture = &mut self.pictures[id.0].as_mut().expect("it was not taken away").picture;
+        let [width, height] = picture.size.map(u64::from);
+        assert_eq!(pixels.bytes(), 4 * width * height, "bytes of a picture of {width}x{height} pixels");
+        picture.next = Some(pixels.share());
+    }
+
+    /// Draws a frame and hands it to the system.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn paint(&mut self, mut painting: Painting, window: &dyn WindowHandles) -> Result<Shown> {
+        self.frame.wait()?;
+        self.update_textures(&mut painting.textures)?;
+        let shown = self.try_paint(&painting, window)?;
+        self.unused.extend(painting.textures.free.drain());
+        Ok(shown)
+    }
+
+    fn try_paint(&mut self, painting: &Painting, window: &dyn WindowHandles) -> Result<Shown> {
+        // A swapchain may go out of date while it is being made.
+        for _ in 0..3 {
+            if self.is_out_of_date && !self.renew_swapchain(window)? {
+                return Ok(Shown::NotNow);
+            }
+            let Some(swapchain) = &self.swapchain else { return Ok(Shown::NotNow) };
+            let index = match self.frame.acquire(swapchain)? {
+                Answer::Granted(index, fits) => {
+                    self.is_out_of_date |= !fits;
+                    index
+                }
+                Answer::Busy => return Ok(Shown::NotNow),
+                Answer::OutOfDate => {
+                    self.is_out_of_date = true;
+                    continue;
+                }
+                Answer::SurfaceLost => {
+                    self.renew_surface(window)?;
+                    continue;
+                }
+            };
+            let extent = swapchain.extent;
+            let pictures = self.pictures.iter_mut().flatten().map(|hung| &mut hung.picture);
+            let panels = self.panels.as_mut().expect("taken only in drop");
+            let [r, g, b] = painting.background;
+            let answer = self.frame.draw(swapchain, index, pictures, [r, g, b, 1.0], |commands| {
+                panels
+                    .cmd_draw(commands, extent, painting.pixels_per_point, &painting.primitives)
+                    .map_err(panel_error)
+            })?;
+            match answer {
+                Answer::Granted((), fits) => self.is_out_of_date |= !fits,
+                Answer::OutOfDate | Answer::Busy => self.is_out_of_date = true,
+                Answer::SurfaceLost => self.renew_surface(window)?,
+            }
+            return Ok(Shown::Yes);
+        }
+        Ok(Shown::NotNow)
+    }
+
+    /// False where the window has no area.
+    fn renew_swapchain(&mut self, window: &dyn WindowHandles) -> Result<bool> {
+        self.frame.wait()?;
+        let old = self.swapchain.take();
+        let surface = self.surface.as_ref().expect("none only between two surfaces");
+        match Swapchain::new(surface, self.format, self.size, self.vsync, old) {
+            Ok(swapchain) => self.swapchain = swapchain,
+            Err(Error::Vulkan { result: vk::Result::ERROR_SURFACE_LOST_KHR, .. }) => {
+                self.renew_surface(window)?;
+                return Ok(false);
+            }
+            Err(error) => return Err(error),
+        }
+        self.is_out_of_date = self.swapchain.is_none();
+        Ok(self.swapchain.is_some())
+    }
+
+    /// The system took the surface away: the window gets another.
+    fn renew_surface(&mut self, window: &dyn WindowHandles) -> Result<()> {
+        self.context.wait_idle()?;
+        self.swapchain = None;
+        // A window has one surface at a time.
+        self.surface = None;
+        let surface =
+            Surface::new(RawSurface::new(self.context.vulkan_instance().clone(), window)?, &self.context);
+        let format = swapchain::format(&surface)?;
+        self.surface = Some(surface);
+        if format != self.format {
+            self.panels().set_render_mode(mode(format.format)).map_err(panel_error)?;
+            self.format = format;
+        }
+        self.is_out_of_date = true;
+        Ok(())
+    }
+
+    /// The frame before must be done.
+    fn update_textures(&mut self, changes: &mut TexturesDelta) -> Result<()> {
+        let panels = self.panels.as_mut().expect("taken only in drop");
+        for texture in self.unused.drain(..) {
+            panels.free_texture(texture).map_err(panel_error)?;
+        }
+        let pool = self.frame.pool;
+        self.context.with_queue(|queue| {
+            for (id, changes) in changes.set.drain() {
+                for change in changes {
+                    panels.set_texture(queue, pool, id, &change).map_err(panel_error)?;
+                }
+            }
+            Ok(())
+        })
+    }
+
+    fn panels(&mut self) -> &mut Renderer<DefaultAllocator> {
+        self.panels.as_mut().expect("taken only in drop")
+    }
+
+    fn hung(&self, id: PictureId) -> &Hung {
+        self.pictures[id.0].as_ref().expect("it was not taken away")
+    }
+}
+
+impl Drop for WindowPainter {
+    fn drop(&mut self) {
+        let _ = self.context.wait_idle();
+        drop(self.panels.take());
+        self.pictures.clear();
+        self.swapchain = None;
+        unsafe {
+            self.context.device.destroy_sampler(self.sampler, None);
+            self.context.device.destroy_descriptor_pool(self.set_pool, None);
+            self.context.device.destroy_descriptor_set_layout(self.set_layout, None);
+        }
+    }
+}
+
+fn mode(format: vk::Format) -> RenderMode {
+    RenderMode::DynamicRendering(DynamicRendering {
+        color_attachment_format: format,
+        depth_attachment_format: None,
+        stencil_attachment_format: None,
+    })
+}
+
+fn panel_error(error: RendererError) -> Error {
+    match error {
+        RendererError::Vulkan(result) => Error::Vulkan { call: "drawing of panels", result, pass: None },
+        other => Error::Usage(format!("the panels cannot be drawn: {other}")),
+    }
+}

@@ -50,6 +50,12 @@ impl SceneArgs {
         Scene::load(spec, &self.options())
     }
 
+    /// The size that was asked for.
+    #[cfg(feature = "window")]
+    pub(super) fn size(&self) -> Option<[u32; 2]> {
+        self.size
+    }
+
     /// What they change about a scene.
     pub(super) fn options(&self) -> LoadOptions {
         let Self { preset, size, camera, set } = self.clone();
@@ -69,11 +75,16 @@ impl SceneArgs {
 impl DeviceArgs {
     /// Opens the device.
     pub(super) fn open(&self) -> Result<Arc<Context>> {
-        Context::new(&ContextOptions {
+        Context::new(&self.context_options())
+    }
+
+    /// How they want the device opened.
+    pub(super) fn context_options(&self) -> ContextOptions {
+        ContextOptions {
             device: self.device.clone(),
             validation: self.validation,
             hazard_check: self.validation || ContextOptions::default().hazard_check,
-        })
+        }
     }
 
     /// Passes on what the validation layers had to say, which is nothing unless the program has a fault.

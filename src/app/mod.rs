@@ -42,6 +42,8 @@ enum Command {
     Compare(compare::Compare),
     Film(film::Film),
     Info(info::Info),
+    #[cfg(feature = "window")]
+    Demo(demo::Demo),
 }
 
 /// Runs the command that `args` (the program's name first) ask for and returns the process exit code: 0 done,
@@ -59,6 +61,8 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Compare(command) => command.run(),
             Command::Film(command) => command.run(),
             Command::Info(command) => command.run(),
+            #[cfg(feature = "window")]
+            Command::Demo(command) => command.run(),
         },
         Err(refusal) => match refusal.kind() {
             ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => print(&refusal.render().to_string()),

@@ -162,6 +162,12 @@ impl Renderer {
         self.exposure_stops = stops;
     }
 
+    /// Shows these shares of direct and indirect light, 0..=1, from the next frame on; [1, 1] is the picture. Layers do not depend on it.
+    pub fn set_shares(&mut self, shares: [f32; 2]) {
+        self.changes.tint |= self.shares != shares;
+        self.shares = shares;
+    }
+
     /// Makes the next frame do that work although nothing has changed.
     pub fn force(&mut self, work: Work) {
         match work {

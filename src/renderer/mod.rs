@@ -12,6 +12,7 @@ mod lights;
 mod needs;
 mod outputs;
 mod precompute;
+mod preview;
 mod report;
 mod resolution;
 mod scope;
@@ -23,6 +24,7 @@ mod views;
 pub use crate::passes::precompute::{Progress, Silent};
 pub use changes::Work;
 pub use outputs::StageBuffers;
+pub use preview::Preview;
 pub use report::{Columns, FrameReport, Layer, Statistics};
 pub use twins::{Exact, Stage};
 
@@ -91,6 +93,8 @@ pub struct Renderer {
     compose: Compose,
     tonemap: Tonemap,
     exposure_stops: f32,
+    /// Of direct and indirect light in the picture.
+    shares: [f32; 2],
     cluster_tables: ClusterTables,
     /// None where no material may shine: then rays ask for clusters no more.
     clusters: Option<ClusterBuffers>,
@@ -169,6 +173,7 @@ impl Renderer {
             compose: Compose::new(context, &made.buffers, size, shines)?,
             tonemap: Tonemap::new(context, pixels)?,
             exposure_stops: 0.0,
+            shares: [1.0, 1.0],
             cluster_tables: made.cluster_tables,
             clusters: made.clusters,
             closed: made.closed,
@@ -294,7 +299,7 @@ impl Renderer {
             shine.record_pixels(rec, &self.buffers, pixels, &self.pyramid, deposits, &self.lights);
         }
         if stages.compose {
-            self.compose.record(rec, &self.buffers, self.irradiances(), [1.0, 1.0]);
+            self.compose.record(rec, &self.buffers, self.irradiances(), self.shares);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if stages.display {

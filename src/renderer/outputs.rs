@@ -27,6 +27,11 @@ impl Renderer {
         self.tonemap.display.read()
     }
 
+    /// The same, where passes and windows find it.
+    pub fn display_buffer(&self) -> &Buffer {
+        &self.tonemap.display
+    }
+
     /// A layer of the last frame, row by row from the top, linear Rec.709.
     ///
     /// # Errors
@@ -40,11 +45,12 @@ impl Renderer {
             };
             compose(shares)?;
             let layer = self.compose.radiance.read()?;
-            compose([1.0, 1.0])?;
+            compose(self.shares)?;
             Ok(layer)
         };
         match layer {
-            Layer::Beauty => self.compose.radiance.read(),
+            Layer::Beauty if self.shares == [1.0, 1.0] => self.compose.radiance.read(),
+            Layer::Beauty => share([1.0, 1.0]),
             Layer::Direct => share([1.0, 0.0]),
             Layer::Indirect => share([0.0, 1.0]),
             Layer::Albedo => self.pixel_colours.albedos(&pixels()?, &self.surfaces, &self.scene.materials),

@@ -1,4 +1,61 @@
 //! `lightpaths demo`: the window.
 
+mod desk;
+mod document;
 mod handles;
 mod navigate;
+mod panels;
+mod session;
+mod shortcuts;
+mod stage;
+mod viewport;
+mod window;
+
+use clap::Args;
+use winit::event_loop::EventLoop;
+
+use super::args::{DeviceArgs, SceneArgs};
+use crate::error::{Error, Result};
+use crate::scene::LoadOptions;
+use session::Source;
+use window::{App, Woken};
+
+/// Open the window: move lights, edit materials, walk, and see the light follow
+///
+/// Direct light is there at once; all light when the light paths are traced. F1 lists keys.
+#[derive(Debug, Args)]
+pub(super) struct Demo {
+    /// A .toml scene file, an .obj model, or a built-in scene
+    #[arg(default_value = "box")]
+    scene: String,
+    /// Fills the screen
+    #[arg(long)]
+    fullscreen: bool,
+    /// Presents frames as soon as they are done
+    #[arg(long)]
+    no_vsync: bool,
+    #[command(flatten)]
+    scene_args: SceneArgs,
+    #[command(flatten)]
+    device_args: DeviceArgs,
+}
+
+impl Demo {
+    pub(super) fn run(self) -> Result<()> {
+        let scene = self.scene_args.load(&self.scene)?;
+        let events = EventLoop::<Woken>::with_user_event().build().map_err(|error| no_display(&error))?;
+        // The window says how large pictures are.
+        let options = LoadOptions { size: None, ..self.scene_args.options() };
+        let source = Source { spec: self.scene.clone(), options };
+        let mut app = App::new(self, source, scene, events.create_proxy());
+        let ended = events.run_app(&mut app);
+        app.into_result()?;
+        ended.map_err(|error| Error::NoDevice(format!("the window stopped: {error}")))
+    }
+}
+
+fn no_display(error: &winit::error::EventLoopError) -> Error {
+    Error::NoDevice(format!(
+        "no window can be opened ({error}); `lightpaths render` and `lightpaths film` need no display",
+    ))
+}

@@ -44,7 +44,7 @@ pub struct WindowPainter {
     context: Arc<Context>,
     /// None only while the painter goes.
     panels: Option<Renderer<DefaultAllocator>>,
-    pictures: Vec<Option<Hung>>,
+    pictures: Vec<Hung>,
     /// Textures of panels that went out of use with the frame under way.
     unused: Vec<egui::TextureId>,
     set_layout: vk::DescriptorSetLayout,
@@ -89,7 +89,6 @@ impl WindowPainter {
             descriptor_count: MOST_PICTURES,
         }];
         let info = vk::DescriptorPoolCreateInfo::default()
-            .flags(vk::DescriptorPoolCreateFlags::FREE_DESCRIPTOR_SET)
             .max_sets(MOST_PICTURES)
             .pool_sizes(&sizes);
         let set_pool =
@@ -139,42 +138,50 @@ impl WindowPainter {
         let set = create_vulkan_descriptor_set(device, layout, pool, picture.view, self.sampler)
             .map_err(panel_error)?;
         let texture = self.panels().add_user_texture(set);
-        let hung = Some(Hung { picture, texture, set });
-        let free = self.pictures.iter().position(Option::is_none);
-        let place = free.unwrap_or(self.pictures.len());
-        match free {
-            Some(place) => self.pictures[place] = hung,
-            None => self.pictures.push(hung),
-        }
-        Ok(PictureId(place))
+        self.pictures.push(Hung { picture, texture, set });
+        Ok(PictureId(self.pictures.len() - 1))
     }
 
-    /// Takes a picture away.
+    /// Gives a picture another size; panels find it where it was. It shows nothing that is defined before [`Self::show`].
     ///
     /// # Errors
-    /// The device failed.
-    pub fn remove_picture(&mut self, id: PictureId) -> Result<()> {
-        let Some(hung) = self.pictures[id.0].take() else { return Ok(()) };
+    /// The device lacks memory or failed.
+    pub fn resize_picture(&mut self, id: PictureId, size: [u32; 2]) -> Result<()> {
+        if self.picture_size(id) == size {
+            return Ok(());
+        }
+        let picture = Picture::new(&self.context, size)?;
         self.frame.wait()?;
-        self.panels().remove_user_texture(hung.texture);
-        unsafe { self.context.device.free_descriptor_sets(self.set_pool, &[hung.set]) }
-            .vk("vkFreeDescriptorSets")
+        let hung = &mut self.pictures[id.0];
+        let image = [vk::DescriptorImageInfo {
+            sampler: self.sampler,
+            image_view: picture.view,
+            image_layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
+        }];
+        let write = [vk::WriteDescriptorSet::default()
+            .dst_set(hung.set)
+            .dst_binding(0)
+            .descriptor_type(vk::DescriptorType::COMBINED_IMAGE_SAMPLER)
+            .image_info(&image)];
+        unsafe { self.context.device.update_descriptor_sets(&write, &[]) };
+        hung.picture = picture;
+        Ok(())
     }
 
     /// What panels draw a picture by.
     pub fn texture(&self, id: PictureId) -> egui::TextureId {
-        self.hung(id).texture
+        self.pictures[id.0].texture
     }
 
     /// Its size, pixels.
     pub fn picture_size(&self, id: PictureId) -> [u32; 2] {
-        self.hung(id).picture.size
+        self.pictures[id.0].picture.size
     }
 
     /// Lets a picture show, from the next frame on, the sRGB codes R, G, B, A in a buffer, row by row from the top. Panics if
     /// these are not as many as its pixels.
     pub fn show(&mut self, id: PictureId, pixels: &Buffer) {
-        let picture = &mut self.pictures[id.0].as_mut().expect("it was not taken away").picture;
+        let picture = &mut self.pictures[id.0].picture;
         let [width, height] = picture.size.map(u64::from);
         assert_eq!(pixels.bytes(), 4 * width * height, "bytes of a picture of {width}x{height} pixels");
         picture.next = Some(pixels.share());
@@ -215,7 +222,7 @@ impl WindowPainter {
                 }
             };
             let extent = swapchain.extent;
-            let pictures = self.pictures.iter_mut().flatten().map(|hung| &mut hung.picture);
+            let pictures = self.pictures.iter_mut().map(|hung| &mut hung.picture);
             let panels = self.panels.as_mut().expect("taken only in drop");
             let [r, g, b] = painting.background;
             let answer = self.frame.draw(swapchain, index, pictures, [r, g, b, 1.0], |commands| {
@@ -287,10 +294,6 @@ impl WindowPainter {
 
     fn panels(&mut self) -> &mut Renderer<DefaultAllocator> {
         self.panels.as_mut().expect("taken only in drop")
-    }
-
-    fn hung(&self, id: PictureId) -> &Hung {
-        self.pictures[id.0].as_ref().expect("it was not taken away")
     }
 }
 

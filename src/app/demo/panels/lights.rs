@@ -1,0 +1,186 @@
+//! Lights: which there are, and what the chosen one is.
+
+use egui::{Color32, DragValue, Ui};
+use glam::Vec3;
+
+use super::row;
+use crate::app::demo::desk::{Chosen, Desk};
+use crate::app::demo::document::LightEntry;
+use crate::app::demo::session::Session;
+use crate::scene::{Light, LightKind};
+
+/// Half-angles of spots, degrees.
+const ANGLES: std::ops::RangeInclusive<f32> = 0.01..=90.0;
+
+/// The list, and below it the chosen light.
+pub(super) fn lights(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
+    let mut removed = None;
+    for entry in &mut session.document.lights {
+        ui.horizontal(|ui| {
+            ui.checkbox(&mut entry.is_on, "").on_hover_text("On or off (O)");
+            let is_chosen = desk.chosen == Chosen::Light(entry.id);
+            let name = format!("{} ({})", entry.light.name, entry.light.kind.word());
+            if ui.selectable_label(is_chosen, name).clicked() {
+                desk.chosen = Chosen::Light(entry.id);
+            }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                if ui.small_button("✖").on_hover_text("Remove (Del)").clicked() {
+                    removed = Some(entry.id);
+                }
+            });
+        });
+    }
+    if let Some(id) = removed {
+        session.document.lights.retain(|entry| entry.id != id);
+    }
+    ui.horizontal(|ui| {
+        ui.label("Add");
+        for kind in ["point", "spot", "area", "sun"] {
+            if ui.small_button(kind).clicked() {
+                let light = fresh(session, kind);
+                let place = session.document.add(light);
+                desk.chosen = Chosen::Light(session.document.lights[place].id);
+            }
+        }
+    });
+    if let Chosen::Light(id) = desk.chosen
+        && let Some(entry) = session.document.lights.iter_mut().find(|entry| entry.id == id)
+    {
+        ui.separator();
+        chosen(ui, entry, session.scene.origin.as_vec3());
+    }
+}
+
+/// A new light: in the middle of the view, as bright as the scene's first.
+pub(in crate::app::demo) fn fresh(session: &Session, kind: &str) -> Light {
+    let camera = &session.camera;
+    let [_, _, forward] = camera.frame();
+    let (low, high) = session.scene.bounds();
+    let size = (high - low).length();
+    let position =
+        (camera.position + 0.5 * (camera.target - camera.position)).clamp(low, high) + 0.02 * size * Vec3::Y;
+    let luminous = session.document.lights.first().map(|entry| entry.light.kind);
+    let intensity = match luminous {
+        Some(LightKind::Point { intensity, .. } | LightKind::Spot { intensity, .. }) => intensity,
+        // About what lights a room of that size.
+        _ => Vec3::splat(0.1 * size * size),
+    };
+    let side = 0.1 * size;
+    let kind = match kind {
+        "spot" => LightKind::Spot {
+            position,
+            direction: forward,
+            intensity,
+            angle: 30_f32.to_radians(),
+            penumbra: 0.3,
+        },
+        "area" => LightKind::Area {
+            corner: position - Vec3::new(0.5 * side, 0.0, 0.5 * side),
+            edge_u: Vec3::X * side,
+            edge_v: Vec3::Z * side,
+            // As bright as the point light, seen face on; edge_u × edge_v looks down.
+            radiance: intensity / (side * side),
+            samples: 10,
+        },
+        "sun" => LightKind::Directional {
+            direction: Vec3::new(-0.4, -0.8, -0.45).normalize(),
+            irradiance: intensity / (0.25 * size * size),
+        },
+        _ => LightKind::Point { position, intensity },
+    };
+    Light { name: kind.word().to_owned(), kind }
+}
+
+fn chosen(ui: &mut Ui, entry: &mut LightEntry, origin: Vec3) {
+    row(ui, "Name", |ui| ui.text_edit_singleline(&mut entry.light.name));
+    let kind = &mut entry.light.kind;
+    emission(ui, kind);
+    match kind {
+        LightKind::Point { position, .. } => place(ui, "Position", position, origin),
+        LightKind::Spot { position, direction, angle, penumbra, .. } => {
+            place(ui, "Position", position, origin);
+            aim(ui, direction);
+            let mut degrees = angle.to_degrees();
+            let changed = row(ui, "Half-angle", |ui| {
+                ui.add(egui::Slider::new(&mut degrees, ANGLES).suffix("°")).changed()
+            });
+            if changed {
+                *angle = degrees.to_radians();
+            }
+            row(ui, "Penumbra", |ui| ui.add(egui::Slider::new(penumbra, 0.0..=1.0)));
+        }
+        LightKind::Area { corner, edge_u, edge_v, samples, .. } => {
+            place(ui, "Corner", corner, origin);
+            let before = (*edge_u, *edge_v);
+            place(ui, "Edge u", edge_u, Vec3::ZERO);
+            place(ui, "Edge v", edge_v, Vec3::ZERO);
+            if edge_u.cross(*edge_v).length() <= 1e-5 * edge_u.length() * edge_v.length() {
+                // Parallel edges make no light.
+                (*edge_u, *edge_v) = before;
+            }
+            row(ui, "Samples", |ui| ui.add(DragValue::new(samples).range(1..=4096)));
+        }
+        LightKind::Directional { direction, .. } => aim(ui, direction),
+    }
+}
+
+/// Its colour, brightest channel 1, and that channel's strength.
+fn emission(ui: &mut Ui, kind: &mut LightKind) {
+    let before = kind.emission();
+    let strength = before.max_element();
+    let mut colour = if strength > 0.0 { (before / strength).to_array() } else { [1.0; 3] };
+    let mut wanted = strength;
+    let unit = match kind {
+        LightKind::Point { .. } | LightKind::Spot { .. } => "W/sr",
+        LightKind::Area { .. } => "W/m²/sr",
+        LightKind::Directional { .. } => "W/m²",
+    };
+    let changed = row(ui, "Light", |ui| {
+        let recoloured = ui.color_edit_button_rgb(&mut colour).changed();
+        let speed = (0.01 * strength).max(1e-3);
+        let value = DragValue::new(&mut wanted).speed(speed).range(0.0..=1e9).suffix(format!(" {unit}"));
+        ui.add(value).changed() || recoloured
+    });
+    if changed {
+        let colour = Vec3::from(colour);
+        *kind = kind.with_emission(colour / colour.max_element().max(1e-6) * wanted);
+    }
+}
+
+/// A point or an edge; points in the coordinates of the scene's file.
+fn place(ui: &mut Ui, name: &str, point: &mut Vec3, origin: Vec3) {
+    row(ui, name, |ui| {
+        for (axis, colour) in AXES.into_iter().enumerate() {
+            let mut value = point[axis] + origin[axis];
+            ui.visuals_mut().override_text_color = Some(colour);
+            if ui.add(DragValue::new(&mut value).speed(0.01).max_decimals(3)).changed() {
+                point[axis] = value - origin[axis];
+            }
+        }
+        ui.visuals_mut().override_text_color = None;
+    });
+}
+
+/// A unit direction, as angles.
+fn aim(ui: &mut Ui, direction: &mut Vec3) {
+    let mut height = direction.y.clamp(-1.0, 1.0).asin().to_degrees();
+    let mut heading = direction.x.atan2(direction.z).to_degrees();
+    let changed = row(ui, "Direction", |ui| {
+        let heading = ui.add(DragValue::new(&mut heading).speed(1.0).suffix("° heading")).changed();
+        let height =
+            ui.add(DragValue::new(&mut height).speed(1.0).range(-90.0..=90.0).suffix("° height")).changed();
+        heading || height
+    });
+    if changed {
+        let (sin, cos) = height.to_radians().sin_cos();
+        let heading = heading.to_radians();
+        *direction = Vec3::new(cos * heading.sin(), sin, cos * heading.cos()).normalize();
+    }
+}
+
+/// Of the axes x, y and z.
+pub(in crate::app::demo) const AXES: [Color32; 3] = [
+    Color32::from_rgb(0xe8, 0x7d, 0x3e),
+    Color32::from_rgb(0xf0, 0xe4, 0x42),
+    Color32::from_rgb(0x56, 0xb4, 0xe9),
+];

@@ -1,0 +1,56 @@
+//! The chosen material.
+
+use egui::{DragValue, Ui};
+use glam::Vec3;
+
+use super::row;
+use crate::app::demo::desk::{Chosen, Desk};
+use crate::app::demo::session::Session;
+
+/// Which one, and what it reflects.
+pub(super) fn materials(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
+    let mut chosen = match desk.chosen {
+        Chosen::Material(index) if index < session.scene.materials.len() => Some(index),
+        _ => None,
+    };
+    let name = chosen.map_or("none: click a surface", |index| &session.scene.materials[index].name);
+    egui::ComboBox::from_id_salt("material").selected_text(name).width(200.0).show_ui(ui, |ui| {
+        for (index, material) in session.scene.materials.iter().enumerate() {
+            ui.selectable_value(&mut chosen, Some(index), &material.name);
+        }
+    });
+    let Some(index) = chosen else { return };
+    desk.chosen = Chosen::Material(index);
+    let (material, finish) = (&session.scene.materials[index], &mut session.document.materials[index]);
+    albedo(ui, "Diffuse", &mut finish.diffuse);
+    if material.texture.is_some() {
+        ui.small("Multiplied with the material's image.");
+    }
+    if material.may_shine() {
+        albedo(ui, "Specular", &mut finish.specular);
+        row(ui, "Exponent", |ui| {
+            ui.add(egui::Slider::new(&mut finish.exponent, 1.0..=1000.0).logarithmic(true))
+        });
+    } else {
+        ui.small("Matt. To let it shine, declare `editable = true` in the scene file.");
+    }
+    // What is more than what it receives would be scaled down by the renderer: shown as it will be.
+    let most = (finish.diffuse + finish.specular).max_element();
+    if most > 1.0 {
+        finish.diffuse /= most * (1.0 + f32::EPSILON);
+        finish.specular /= most * (1.0 + f32::EPSILON);
+    }
+}
+
+/// A colour as linear numbers, with a button that picks one.
+fn albedo(ui: &mut Ui, name: &str, albedo: &mut Vec3) {
+    row(ui, name, |ui| {
+        let mut colour = albedo.to_array();
+        if ui.color_edit_button_rgb(&mut colour).changed() {
+            *albedo = colour.into();
+        }
+        for channel in 0..3 {
+            ui.add(DragValue::new(&mut albedo[channel]).speed(0.005).range(0.0..=1.0).max_decimals(3));
+        }
+    });
+}

@@ -1,0 +1,99 @@
+//! Panels beside the picture.
+
+mod help;
+mod lights;
+mod materials;
+mod scene;
+mod timing;
+mod views;
+
+use egui::{Align, Color32, CollapsingHeader, Layout, RichText, Ui};
+
+use super::desk::Desk;
+use super::session::Session;
+
+pub(super) use help::help;
+
+/// Width of the panels when the window opens, points.
+pub(super) const WIDTH: f32 = 310.0;
+
+/// Colours that differ in lightness as well, for eyes that tell few hues apart. [Okabe & Ito 2008]
+pub(super) const PALETTE: [Color32; 7] = [
+    Color32::from_rgb(0x56, 0xb4, 0xe9),
+    Color32::from_rgb(0xe6, 0x9f, 0x00),
+    Color32::from_rgb(0x00, 0x9e, 0x73),
+    Color32::from_rgb(0xf0, 0xe4, 0x42),
+    Color32::from_rgb(0x00, 0x72, 0xb2),
+    Color32::from_rgb(0xd5, 0x5e, 0x00),
+    Color32::from_rgb(0xcc, 0x79, 0xa7),
+];
+
+/// All of them, one below the other.
+pub(super) fn panels(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
+    ui.add_space(4.0);
+    ui.horizontal(|ui| {
+        ui.heading(&session.scene.name);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if ui.button("?").on_hover_text("Keys and pointer (F1)").clicked() {
+                desk.shows_help = !desk.shows_help;
+            }
+            let [past, future] = session.history.depths();
+            let redo = egui::Button::new("⟳");
+            if ui.add_enabled(future > 0, redo).on_hover_text("Do again (Ctrl+Shift+Z)").clicked() {
+                session.history.redo(&mut session.document);
+            }
+            let undo = egui::Button::new("⟲");
+            if ui.add_enabled(past > 0, undo).on_hover_text("Take back (Ctrl+Z)").clicked() {
+                session.history.undo(&mut session.document);
+            }
+        });
+    });
+    progress(ui, session);
+    ui.separator();
+    egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        let section = |ui: &mut Ui, name: &str, is_open: bool, add: &mut dyn FnMut(&mut Ui)| {
+            CollapsingHeader::new(RichText::new(name).strong()).default_open(is_open).show(ui, |ui| add(ui));
+        };
+        section(ui, "Lights", true, &mut |ui| lights::lights(ui, session, desk));
+        section(ui, "Material", true, &mut |ui| materials::materials(ui, session, desk));
+        section(ui, "View", true, &mut |ui| views::views(ui, session, desk));
+        section(ui, "Time", true, &mut |ui| timing::timing(ui, session));
+        section(ui, "Scene and film", false, &mut |ui| scene::scene(ui, session, desk));
+        said(ui, session);
+    });
+}
+
+/// How far the precomputation is.
+fn progress(ui: &mut Ui, session: &Session) {
+    let Some((progress, seconds)) = session.progress() else { return };
+    let share = progress.done as f32 / progress.total.max(1) as f32;
+    let text = format!("{} · {seconds:.0} s", progress.stage);
+    ui.add(egui::ProgressBar::new(share).text(text).animate(false));
+    ui.small("Direct light only until the light paths are traced.");
+}
+
+/// What there is to say.
+fn said(ui: &mut Ui, session: &mut Session) {
+    if session.said.is_empty() {
+        return;
+    }
+    ui.separator();
+    ui.horizontal(|ui| {
+        ui.strong("Notes");
+        if ui.small_button("Clear").clicked() {
+            session.said.clear();
+        }
+    });
+    for line in session.said.iter().rev().take(8) {
+        ui.label(RichText::new(line).small());
+    }
+}
+
+/// A row with a name before something.
+pub(super) fn row<T>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> T) -> T {
+    ui.horizontal(|ui| {
+        ui.add_sized([76.0, 18.0], egui::Label::new(name).halign(Align::Min));
+        add(ui)
+    })
+    .inner
+}

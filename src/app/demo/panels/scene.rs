@@ -1,0 +1,37 @@
+//! Files: the scene, pictures of it, films.
+
+use egui::{TextEdit, Ui};
+
+use super::row;
+use crate::app::demo::desk::{Desk, Request};
+use crate::app::demo::session::Session;
+
+pub(super) fn scene(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
+    let cameras = &session.scene.cameras;
+    if cameras.len() > 1 {
+        row(ui, "Camera", |ui| {
+            for camera in cameras {
+                if ui.button(&camera.name).clicked() {
+                    session.camera = crate::scene::Camera { size: session.camera.size, ..camera.clone() };
+                }
+            }
+        });
+    }
+    row(ui, "File", |ui| ui.add(TextEdit::singleline(&mut desk.save_to).desired_width(180.0)));
+    ui.horizontal_wrapped(|ui| {
+        let recording = if desk.is_recording { "End recording" } else { "Record film" };
+        let playing = if desk.is_playing { "Stop film" } else { "Play film" };
+        for (name, request, hint) in [
+            ("Save scene", Request::Save, "With its edited lights, materials and camera (Ctrl+S)"),
+            ("Save picture", Request::Screenshot, "As PNG and EXR beside the scene (Ctrl+P)"),
+            (recording, Request::Record, "Every edit until it ends, as a film file (Ctrl+R)"),
+            (playing, Request::Play, "The film that was recorded last, or the scene's own (Space)"),
+        ] {
+            if ui.button(name).on_hover_text(hint).clicked() {
+                desk.requests.push(request);
+            }
+        }
+    });
+    let scene = &session.scene;
+    ui.small(format!("{} triangles, {} materials", scene.triangles.len(), scene.materials.len()));
+}

@@ -1,0 +1,88 @@
+//! The paper's columns, live. [Yue, Table 2]
+
+use egui::{Color32, Pos2, Rect, Sense, Ui, Vec2, pos2, vec2};
+
+use super::PALETTE;
+use crate::app::demo::session::{Cost, FRAMES, Session};
+use crate::renderer::Columns;
+
+/// Of the chart, points.
+const HEIGHT: f32 = 84.0;
+
+/// Name and value of each column.
+fn columns(columns: &Columns) -> [(&'static str, f64); 5] {
+    let Columns { Tdi, Tlpe, Thvds, Tfg, Tsplat } = *columns;
+    [("Tdi", Tdi), ("Tlpe", Tlpe), ("Thvds", Thvds), ("Tfg", Tfg), ("Tsplat", Tsplat)]
+}
+
+/// The last frame in numbers, the last frames as bars, and what the last one left out.
+pub(super) fn timing(ui: &mut Ui, session: &Session) {
+    let Some(last) = session.costs.back() else {
+        ui.small("No frame yet.");
+        return;
+    };
+    chart(ui, session);
+    egui::Grid::new("columns").num_columns(2).spacing([12.0, 2.0]).show(ui, |ui| {
+        for ((name, ms), colour) in columns(&last.columns).into_iter().zip(PALETTE) {
+            ui.colored_label(colour, format!("■ {name}"));
+            ui.monospace(format!("{ms:9.3} ms"));
+            ui.end_row();
+        }
+        let sum: f64 = columns(&last.columns).iter().map(|column| column.1).sum();
+        ui.strong("Ttot");
+        ui.monospace(format!("{sum:9.3} ms"));
+        ui.end_row();
+        ui.label("frame");
+        ui.monospace(format!("{:9.3} ms ({:.1} /s)", last.frame_ms, 1e3 / last.frame_ms.max(1e-3)));
+        ui.end_row();
+    });
+    if let Some(report) = &session.last {
+        let idle: Vec<&str> = columns(&report.columns)
+            .into_iter()
+            .filter_map(|(name, ms)| (ms == 0.0).then_some(name))
+            .collect();
+        let skipped = if idle.is_empty() { "nothing".to_owned() } else { idle.join(", ") };
+        ui.small(format!("Left out as a whole: {skipped}"));
+        let [factors, layers] = report.lights_unchanged.map(|share| 100.0 * share);
+        ui.small(format!(
+            "Lights whose paths stood: {factors:.0} %, whose pixels stood: {layers:.0} %; records gathered: {}",
+            report.gathered
+        ));
+        ui.collapsing("Passes", |ui| {
+            egui::Grid::new("passes").num_columns(2).spacing([12.0, 1.0]).show(ui, |ui| {
+                for pass in &report.passes {
+                    ui.label(pass.name);
+                    ui.monospace(format!("{:9.3} ms", pass.ms));
+                    ui.end_row();
+                }
+            });
+        });
+    }
+}
+
+/// A bar a frame, the newest at the right.
+fn chart(ui: &mut Ui, session: &Session) {
+    let (area, _) = ui.allocate_exact_size(vec2(ui.available_width().max(60.0), HEIGHT), Sense::hover());
+    let painter = ui.painter_at(area);
+    painter.rect_filled(area, 2.0, ui.visuals().extreme_bg_color);
+    let total = |cost: &Cost| columns(&cost.columns).iter().map(|column| column.1).sum::<f64>();
+    let most = session.costs.iter().map(total).fold(0.1, f64::max);
+    let width = area.width() / FRAMES as f32;
+    let unused = FRAMES - session.costs.len();
+    for (index, cost) in session.costs.iter().enumerate() {
+        let left = area.left() + (unused + index) as f32 * width;
+        let mut bottom = area.bottom();
+        for ((_, ms), colour) in columns(&cost.columns).into_iter().zip(PALETTE) {
+            let height = (ms / most) as f32 * (area.height() - 12.0);
+            bar(&painter, pos2(left, bottom - height), vec2(width.max(1.0), height), colour);
+            bottom -= height;
+        }
+    }
+    let text = ui.visuals().text_color();
+    let font = egui::FontId::proportional(10.0);
+    painter.text(area.left_top() + vec2(3.0, 1.0), egui::Align2::LEFT_TOP, format!("{most:.1} ms"), font, text);
+}
+
+fn bar(painter: &egui::Painter, corner: Pos2, size: Vec2, colour: Color32) {
+    painter.rect_filled(Rect::from_min_size(corner, size), 0.0, colour);
+}

@@ -1,0 +1,51 @@
+//! What the picture shows.
+
+use egui::{Slider, Ui};
+
+use super::row;
+use crate::app::demo::desk::{Desk, Request, View};
+use crate::app::demo::session::Session;
+
+/// Stops.
+const EXPOSURE: std::ops::RangeInclusive<f32> = -10.0..=10.0;
+
+pub(super) fn views(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
+    ui.horizontal_wrapped(|ui| {
+        let level = if let View::Cells(level) = desk.view { level } else { 0 };
+        for (view, name) in [
+            (View::Beauty, "Picture"),
+            (View::Direct, "Direct"),
+            (View::Indirect, "Indirect"),
+            (View::CachePoints, "Cache points"),
+            (View::Cells(level), "Cells"),
+            (View::Inspect, "Rays and paths"),
+        ] {
+            ui.selectable_value(&mut desk.view, view, name);
+        }
+    });
+    if let View::Cells(level) = &mut desk.view {
+        let levels = session.renderer().map_or(1, crate::renderer::Renderer::hvds_level_count);
+        row(ui, "Level", |ui| ui.add(Slider::new(level, 0..=levels.saturating_sub(1))));
+    }
+    if desk.view == View::Inspect && desk.place.is_none() {
+        ui.small("Click a surface: gather rays of the nearest cache point, light path of the nearest entry point.");
+    }
+    let stops = &mut session.exposure_stops;
+    row(ui, "Exposure", |ui| ui.add(Slider::new(stops, EXPOSURE).step_by(0.25).suffix(" stops")));
+    row(ui, "Resolution", |ui| {
+        for (scale, name) in [(1.0, "full"), (0.5, "half"), (0.25, "quarter")] {
+            ui.selectable_value(&mut desk.scale, scale, name);
+        }
+    });
+    let mut vsync = desk.vsync;
+    if ui.checkbox(&mut vsync, "Wait for the screen").changed() {
+        desk.requests.push(Request::Vsync);
+    }
+    let mut compares = desk.split.is_some();
+    if ui.checkbox(&mut compares, "Compare with Monte Carlo (M)").changed() {
+        desk.split = compares.then_some(0.5);
+    }
+    if let Some(wipe) = &mut desk.split {
+        row(ui, "Wipe", |ui| ui.add(Slider::new(wipe, 0.0..=1.0).show_value(false)));
+    }
+}

@@ -1,0 +1,151 @@
+//! Keys: the table that input, the help and `docs/window.md` share.
+
+use egui::{Key, KeyboardShortcut, Modifiers};
+
+/// What a key does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Action {
+    Help,
+    Panels,
+    Undo,
+    Redo,
+    Save,
+    Screenshot,
+    Record,
+    Play,
+    Beauty,
+    Direct,
+    Indirect,
+    CachePoints,
+    Cells,
+    Inspect,
+    Split,
+    FrameAll,
+    ResetCamera,
+    AddLight,
+    RemoveLight,
+    SwitchLight,
+    Brighter,
+    Darker,
+    Larger,
+    Smaller,
+    Vsync,
+    Fullscreen,
+    Memory,
+    Quit,
+}
+
+/// A key, what it does, and what is said of it.
+pub(super) struct Binding {
+    pub(super) keys: KeyboardShortcut,
+    pub(super) action: Action,
+    pub(super) text: &'static str,
+}
+
+const fn key(logical_key: Key, action: Action, text: &'static str) -> Binding {
+    Binding { keys: KeyboardShortcut::new(Modifiers::NONE, logical_key), action, text }
+}
+
+const fn command(logical_key: Key, action: Action, text: &'static str) -> Binding {
+    Binding { keys: KeyboardShortcut::new(Modifiers::COMMAND, logical_key), action, text }
+}
+
+/// All of them. Longer combinations stand before those that they contain.
+pub(super) const BINDINGS: [Binding; 31] = [
+    key(Key::F1, Action::Help, "Show or hide this list"),
+    key(Key::H, Action::Help, "Show or hide this list"),
+    key(Key::P, Action::Panels, "Show or hide the panels"),
+    Binding {
+        keys: KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z),
+        action: Action::Redo,
+        text: "Do again what was taken back",
+    },
+    command(Key::Z, Action::Undo, "Take the last edit back"),
+    command(Key::Y, Action::Redo, "Do again what was taken back"),
+    command(Key::S, Action::Save, "Save the scene"),
+    command(Key::P, Action::Screenshot, "Save the picture"),
+    command(Key::R, Action::Record, "Begin or end to record a film"),
+    key(Key::Space, Action::Play, "Play or stop the film"),
+    key(Key::Num1, Action::Beauty, "The picture"),
+    key(Key::Num2, Action::Direct, "Direct light only"),
+    key(Key::Num3, Action::Indirect, "Indirect light only"),
+    key(Key::Num4, Action::CachePoints, "Cache points and their radii"),
+    key(Key::Num5, Action::Cells, "Cells of the hierarchy; again: the next level"),
+    key(Key::Num6, Action::Inspect, "Gather rays and light path of what is clicked"),
+    key(Key::M, Action::Split, "Ours beside Monte Carlo"),
+    key(Key::F, Action::FrameAll, "Look at all of the scene"),
+    key(Key::Home, Action::ResetCamera, "Back to the scene's camera"),
+    key(Key::R, Action::ResetCamera, "Back to the scene's camera"),
+    key(Key::L, Action::AddLight, "Add a light above what the pointer is on"),
+    key(Key::Delete, Action::RemoveLight, "Remove the chosen light"),
+    key(Key::X, Action::RemoveLight, "Remove the chosen light"),
+    key(Key::O, Action::SwitchLight, "Switch the chosen light off or on"),
+    key(Key::Period, Action::Brighter, "Expose half a stop more"),
+    key(Key::Comma, Action::Darker, "Expose half a stop less"),
+    command(Key::Plus, Action::Larger, "Larger text"),
+    command(Key::Minus, Action::Smaller, "Smaller text"),
+    key(Key::V, Action::Vsync, "Wait for the screen, or do not"),
+    key(Key::F11, Action::Fullscreen, "Fill the screen, or do not"),
+    command(Key::Q, Action::Quit, "Close the window"),
+];
+
+/// Also bound, and not worth a line: says on stderr how much device memory is in use.
+const MEMORY: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F10);
+
+/// What the pointer does.
+pub(super) const POINTER: [(&str, &str); 8] = [
+    ("Drag", "Turn about the point under the pointer"),
+    ("Shift and drag, or middle button", "Move sideways"),
+    ("Ctrl and drag, or right button", "Look around"),
+    ("Wheel, or two fingers", "Move closer or away"),
+    ("W A S D, Q E", "Fly; faster with Shift"),
+    ("Drag a handle", "Move, turn or resize the chosen light; in steps with Ctrl"),
+    ("Click a light", "Choose it"),
+    ("Click a surface", "Choose its material"),
+];
+
+/// Takes the actions whose keys were pressed out of the input.
+pub(super) fn pressed(input: &mut egui::InputState) -> Vec<Action> {
+    let mut actions: Vec<Action> = Vec::new();
+    for Binding { keys, action, .. } in &BINDINGS {
+        for _ in 0..input.count_and_consume_key(keys.modifiers, keys.logical_key) {
+            actions.push(*action);
+        }
+    }
+    if input.consume_shortcut(&MEMORY) {
+        actions.push(Action::Memory);
+    }
+    actions
+}
+
+/// The keys as text.
+pub(super) fn name(keys: &KeyboardShortcut) -> String {
+    keys.format(&egui::ModifierNames::NAMES, false)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_key_does_two_things() {
+        for (index, a) in BINDINGS.iter().enumerate() {
+            for b in &BINDINGS[index + 1..] {
+                assert_ne!(a.keys, b.keys, "{} and {}", a.text, b.text);
+            }
+        }
+    }
+
+    #[test]
+    fn the_documents_list_every_key() {
+        let page = include_str!("../../../docs/window.md");
+        for Binding { keys, text, .. } in &BINDINGS {
+            let row = format!("| {} | {text} |", name(keys));
+            assert!(page.contains(&row), "docs/window.md lacks: {row}");
+        }
+        for (what, text) in POINTER {
+            let row = format!("| {what} | {text} |");
+            assert!(page.contains(&row), "docs/window.md lacks: {row}");
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! What makes pictures of the scene: first direct light alone, then, when a thread has traced the light paths, all light.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::Instant;
+
+use super::document::{Document, Finish};
+use super::session::Wanted;
+use crate::error::{Error, Result};
+use crate::gpu::Context;
+use crate::renderer::{FrameReport, Preview, Progress, Renderer};
+use crate::scene::{Light, Material, Scene};
+
+/// Called, from any thread, when there is something new to show.
+pub(super) type Wake = Arc<dyn Fn() + Send + Sync>;
+
+/// How far the precomputation is.
+#[derive(Clone, Default)]
+pub(super) struct Progressed {
+    pub(super) stage: String,
+    pub(super) done: u64,
+    pub(super) total: u64,
+}
+
+/// Light paths are being traced.
+pub(super) struct Preparing {
+    /// None once it was asked for its result.
+    worker: Option<JoinHandle<Result<Renderer>>>,
+    shared: Arc<Shared>,
+    pub(super) preview: Preview,
+    pub(super) since: Instant,
+}
+
+/// What window and worker have in common.
+struct Shared {
+    progress: Mutex<Progressed>,
+    is_cancelled: AtomicBool,
+}
+
+/// The renderer, and which of its lights is which.
+pub(super) struct Ready {
+    pub(super) renderer: Renderer,
+    /// Of each of its lights, in its order.
+    ids: Vec<u64>,
+    /// The last frame left something undone that the next camera would wait for.
+    is_behind: bool,
+}
+
+/// The worker's end.
+struct Told {
+    shared: Arc<Shared>,
+    wake: Wake,
+}
+
+/// What a worker that is not needed any more ends with.
+struct Cancelled;
+
+impl Told {
+    fn tell(&self, change: impl FnOnce(&mut Progressed)) {
+        if self.shared.is_cancelled.load(Ordering::Relaxed) {
+            // Everything on the way up gives back what it holds; nobody waits for a result.
+            std::panic::resume_unwind(Box::new(Cancelled));
+        }
+        change(&mut self.shared.progress.lock().expect("no holder panics"));
+        (self.wake)();
+    }
+}
+
+impl Progress for Told {
+    fn stage(&mut self, name: &str, total: u64) {
+        self.tell(|progress| *progress = Progressed { stage: name.to_owned(), done: 0, total });
+    }
+
+    fn advance(&mut self, done: u64) {
+        self.tell(|progress| progress.done = done);
+    }
+
+    fn finish(&mut self) {
+        self.tell(|progress| progress.done = progress.total);
+    }
+}
+
+impl Preparing {
+    /// Makes direct light ready to be seen, and sets out to trace the light paths.
+    pub(super) fn new(context: &Arc<Context>, scene: &Scene, wake: &Wake) -> Result<Self> {
+        let preview = Preview::new(context, scene.clone())?;
+        let shared =
+            Arc::new(Shared { progress: Mutex::default(), is_cancelled: AtomicBool::new(false) });
+        let mut told = Told { shared: shared.clone(), wake: wake.clone() };
+        let (context, scene) = (context.clone(), scene.clone());
+        let work = move || {
+            let made = Renderer::new(&context, scene, &mut told);
+            (told.wake)();
+            made
+        };
+        let worker = std::thread::Builder::new().name("precomputation".into()).spawn(work);
+        let worker =
+            worker.map_err(|error| Error::Usage(format!("no thread for the precomputation: {error}")))?;
+        Ok(Self { worker: Some(worker), shared, preview, since: Instant::now() })
+    }
+
+    pub(super) fn progress(&self) -> Progressed {
+        self.shared.progress.lock().expect("no holder panics").clone()
+    }
+
+    /// The renderer, once it is ready. `light_count`: lights that the scene was loaded with.
+    pub(super) fn finished(&mut self, light_count: usize) -> Result<Option<Ready>> {
+        if self.worker.as_ref().is_none_or(|worker| !worker.is_finished()) {
+            return Ok(None);
+        }
+        let Some(worker) = self.worker.take() else { return Ok(None) };
+        let made = worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        Ok(Some(Ready { renderer: made?, ids: (0..light_count as u64).collect(), is_behind: true }))
+    }
+
+    /// A picture of direct light.
+    pub(super) fn frame(&mut self, wanted: &Wanted, materials: &[Material]) -> Result<()> {
+        let lights: Vec<(Light, bool)> =
+            wanted.document.lights.iter().map(|entry| (entry.light.clone(), entry.is_on)).collect();
+        let mut materials = materials.to_vec();
+        wanted.document.finish(&mut materials);
+        self.preview.frame(&wanted.camera, &lights, &materials, wanted.exposure_stops)
+    }
+}
+
+impl Drop for Preparing {
+    /// The worker uses the device, which must not go before it.
+    fn drop(&mut self) {
+        self.shared.is_cancelled.store(true, Ordering::Relaxed);
+        if let Some(worker) = self.worker.take() {
+            // It ends because it was told to, or with a failure that concerns nobody any more.
+            let _ = worker.join();
+        }
+    }
+}
+
+impl Ready {
+    /// A picture of what is wanted. What cannot be had is taken out of `document`, and said.
+    pub(super) fn frame(
+        &mut self,
+        wanted: &Wanted,
+        document: &mut Document,
+    ) -> Result<(FrameReport, Vec<String>)> {
+        let renderer = &mut self.renderer;
+        if renderer.size() != wanted.camera.size {
+            renderer.resize(wanted.camera.size)?;
+        }
+        renderer.set_camera(&wanted.camera);
+        renderer.set_exposure(wanted.exposure_stops);
+        renderer.set_shares(wanted.shares);
+        self.bring_lights_into_line(&wanted.document)?;
+        let refused = self.bring_materials_into_line(document)?;
+        self.is_behind = true;
+        Ok((self.renderer.frame()?, refused))
+    }
+
+    /// Does what the last frame left undone, for the camera to find it when it moves.
+    pub(super) fn rest(&mut self) -> Result<()> {
+        if std::mem::take(&mut self.is_behind) {
+            self.renderer.frame()?;
+        }
+        Ok(())
+    }
+
+    /// Whether [`Self::rest`] has something to do.
+    pub(super) fn is_behind(&self) -> bool {
+        self.is_behind
+    }
+
+    fn bring_lights_into_line(&mut self, document: &Document) -> Result<()> {
+        let (renderer, ids) = (&mut self.renderer, &mut self.ids);
+        for index in (0..ids.len()).rev() {
+            if !document.lights.iter().any(|entry| entry.id == ids[index]) {
+                renderer.remove_light(index)?;
+                ids.remove(index);
+            }
+        }
+        for entry in &document.lights {
+            let index = match ids.iter().position(|id| *id == entry.id) {
+                Some(index) => {
+                    renderer.set_light(index, entry.light.kind)?;
+                    index
+                }
+                None => {
+                    renderer.add_light(entry.light.clone())?;
+                    ids.push(entry.id);
+                    ids.len() - 1
+                }
+            };
+            if renderer.light_is_on(index) != entry.is_on {
+                renderer.switch_light(index, entry.is_on)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn bring_materials_into_line(&mut self, document: &mut Document) -> Result<Vec<String>> {
+        let mut refused = Vec::new();
+        for (index, finish) in document.materials.iter_mut().enumerate() {
+            let Finish { diffuse, specular, exponent } = *finish;
+            match self.renderer.set_material(index, diffuse, specular, exponent) {
+                Ok(()) => (),
+                Err(Error::Usage(why)) => {
+                    refused.push(why);
+                    *finish = Finish::of(&self.renderer.scene().materials[index]);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(refused)
+    }
+}

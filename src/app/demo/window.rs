@@ -1,0 +1,302 @@
+//! The window and its events.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use egui::ViewportId;
+use winit::application::ApplicationHandler;
+use winit::dpi::{LogicalSize, PhysicalSize};
+use winit::event::{StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
+use winit::window::{Fullscreen, Window, WindowId};
+
+use super::Demo;
+use super::desk::{Desk, Request};
+use super::panels::{self, WIDTH};
+use super::session::{Session, Source};
+use super::shortcuts;
+use super::stage::Wake;
+use super::viewport::Viewport;
+use crate::app::note;
+use crate::error::{Error, Result};
+use crate::gpu::Context;
+use crate::gpu::window::{Painting, PictureId, Shown, WindowPainter};
+use crate::scene::Scene;
+
+/// How often the scene's files are looked at, and how long nothing must happen before work is done ahead.
+const GLANCE: Duration = Duration::from_millis(1000);
+const REST: Duration = Duration::from_millis(400);
+
+/// The worker has something to show.
+#[derive(Debug)]
+pub(super) struct Woken;
+
+/// The application, before and after it has a window.
+pub(super) struct App {
+    args: Demo,
+    start: Option<(Source, Scene)>,
+    proxy: EventLoopProxy<Woken>,
+    open: Option<Open>,
+    failure: Option<Error>,
+}
+
+/// A window with all that it shows. Fields go in this order: what draws to the window goes before it.
+struct Open {
+    session: Session,
+    painter: WindowPainter,
+    picture: PictureId,
+    /// The picture that the painter has.
+    shown: u64,
+    viewport: Viewport,
+    desk: Desk,
+    panels: egui_winit::State,
+    /// When the panels want to be drawn again although nothing happens.
+    again: Option<Instant>,
+    last_event: Instant,
+    last_glance: Instant,
+    is_hidden: bool,
+    was_ready: bool,
+    context: Arc<Context>,
+    window: Arc<Window>,
+}
+
+impl App {
+    pub(super) fn new(args: Demo, source: Source, scene: Scene, proxy: EventLoopProxy<Woken>) -> Self {
+        Self { args, start: Some((source, scene)), proxy, open: None, failure: None }
+    }
+
+    /// How it ended.
+    pub(super) fn into_result(mut self) -> Result<()> {
+        if let Some(open) = self.open.take() {
+            let (context, device_args) = (open.context.clone(), &self.args.device_args);
+            open.say_memory();
+            drop(open);
+            device_args.report_validation(&context);
+        }
+        self.failure.map_or(Ok(()), Err)
+    }
+
+    /// Does something with the open window; what fails ends the program.
+    fn with_open(&mut self, events: &ActiveEventLoop, work: impl FnOnce(&mut Open, &Demo) -> Result<bool>) {
+        let Some(open) = &mut self.open else { return };
+        let done = work(open, &self.args);
+        self.args.device_args.report_validation(&open.context);
+        match done {
+            Ok(true) => (),
+            Ok(false) => events.exit(),
+            Err(error) => {
+                self.failure = Some(error);
+                events.exit();
+            }
+        }
+    }
+}
+
+impl ApplicationHandler<Woken> for App {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        let Some((source, scene)) = self.start.take() else { return };
+        match Open::new(events, &self.args, source, scene, &self.proxy) {
+            Ok(open) => self.open = Some(open),
+            Err(error) => {
+                self.failure = Some(error);
+                events.exit();
+            }
+        }
+    }
+
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        if let (StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &self.open)
+            && open.again.is_some_and(|again| again <= Instant::now())
+        {
+            open.window.request_redraw();
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, _: Woken) {
+        if let Some(open) = &self.open {
+            open.window.request_redraw();
+        }
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        self.with_open(events, |open, _| open.on_event(&event));
+    }
+
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        self.with_open(events, |open, _| {
+            let wait = open.idle()?;
+            events.set_control_flow(ControlFlow::WaitUntil(wait));
+            Ok(true)
+        });
+    }
+}
+
+impl Open {
+    fn new(
+        events: &ActiveEventLoop,
+        args: &Demo,
+        source: Source,
+        scene: Scene,
+        proxy: &EventLoopProxy<Woken>,
+    ) -> Result<Self> {
+        let size = args.scene_args.size().unwrap_or(scene.cameras[0].size).map(f64::from);
+        let attributes = Window::default_attributes()
+            .with_title(format!("{} – lightpaths", scene.name))
+            .with_fullscreen(args.fullscreen.then_some(Fullscreen::Borderless(None)))
+            .with_min_inner_size(LogicalSize::new(64.0, 64.0))
+            .with_inner_size(LogicalSize::new(size[0] + f64::from(WIDTH), size[1]));
+        let window = events
+            .create_window(attributes)
+            .map_err(|error| Error::NoDevice(format!("no window can be opened: {error}")))?;
+        let window = Arc::new(window);
+        let (context, surface) = Context::for_window(&args.device_args.context_options(), &window)?;
+        let PhysicalSize { width, height } = window.inner_size();
+        let mut painter = WindowPainter::new(surface, [width, height], !args.no_vsync)?;
+        let picture = painter.add_picture([1, 1])?;
+        let proxy = proxy.clone();
+        let wake: Wake = Arc::new(move || {
+            // Where the window is gone, nobody wants to know.
+            let _ = proxy.send_event(Woken);
+        });
+        let mut desk = Desk::new(&scene.name);
+        desk.vsync = !args.no_vsync;
+        let session = Session::new(&context, source, scene, wake)?;
+        let egui = egui::Context::default();
+        egui.set_visuals(egui::Visuals::dark());
+        let panels = egui_winit::State::new(egui, ViewportId::ROOT, &window, None, window.theme(), None);
+        let now = Instant::now();
+        Ok(Self {
+            session,
+            painter,
+            picture,
+            shown: 0,
+            viewport: Viewport::new(),
+            desk,
+            panels,
+            again: None,
+            last_event: now,
+            last_glance: now,
+            is_hidden: false,
+            was_ready: false,
+            context,
+            window,
+        })
+    }
+
+    /// False where the window is to close.
+    fn on_event(&mut self, event: &WindowEvent) -> Result<bool> {
+        let response = self.panels.on_window_event(&self.window, event);
+        if response.repaint {
+            self.last_event = Instant::now();
+            self.window.request_redraw();
+        }
+        match event {
+            WindowEvent::CloseRequested | WindowEvent::Destroyed => return Ok(false),
+            WindowEvent::Resized(PhysicalSize { width, height }) => self.painter.resize([*width, *height]),
+            WindowEvent::Occluded(is_hidden) => self.is_hidden = *is_hidden,
+            WindowEvent::RedrawRequested if !self.is_hidden => return self.draw(),
+            _ => (),
+        }
+        Ok(true)
+    }
+
+    /// What is done between events; returns when to look again.
+    fn idle(&mut self) -> Result<Instant> {
+        let now = Instant::now();
+        if now >= self.last_glance + GLANCE {
+            self.last_glance = now;
+            if self.session.files_changed() {
+                self.session.reload()?;
+                self.was_ready = false;
+                self.window.request_redraw();
+            }
+        }
+        let mut next = self.last_glance + GLANCE;
+        if self.session.is_behind() {
+            if now >= self.last_event + REST {
+                self.session.rest()?;
+            } else {
+                next = next.min(self.last_event + REST);
+            }
+        }
+        Ok(self.again.map_or(next, |again| next.min(again)))
+    }
+
+    /// One frame: panels first, for what they change is to be seen in it.
+    fn draw(&mut self) -> Result<bool> {
+        let input = self.panels.take_egui_input(&self.window);
+        let egui = self.panels.egui_ctx().clone();
+        let texture = self.painter.texture(self.picture);
+        let output = egui.run_ui(input, |ui| {
+            let actions = ui.input_mut(shortcuts::pressed);
+            let types = ui.ctx().egui_wants_keyboard_input();
+            if !types {
+                actions.into_iter().for_each(|action| self.viewport.act(action, &mut self.session, &mut self.desk));
+            }
+            if self.desk.shows_panels {
+                egui::Panel::right("panels")
+                    .default_size(WIDTH)
+                    .show(ui, |ui| panels::panels(ui, &mut self.session, &mut self.desk));
+            }
+            self.viewport.show(ui, &mut self.session, &mut self.desk, texture);
+            panels::help(ui.ctx(), &mut self.desk.shows_help);
+        });
+        let is_editing = egui.input(|input| input.pointer.any_down()) || egui.egui_wants_keyboard_input();
+        if !is_editing {
+            self.session.history.settle(&self.session.document);
+        }
+        self.session.shares = self.desk.view.shares();
+        self.session.update()?;
+        if self.shown != self.session.version {
+            self.shown = self.session.version;
+            let (pixels, size) = self.session.picture();
+            self.painter.resize_picture(self.picture, size)?;
+            self.painter.show(self.picture, pixels);
+        }
+        let delay = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
+        self.again = delay.and_then(|delay| Instant::now().checked_add(delay));
+        let painting = Painting {
+            primitives: egui.tessellate(output.shapes, output.pixels_per_point),
+            textures: output.textures_delta,
+            pixels_per_point: output.pixels_per_point,
+            background: [0.01; 3],
+        };
+        self.panels.handle_platform_output(&self.window, output.platform_output);
+        self.window.pre_present_notify();
+        let shown = self.painter.paint(painting, &self.window)?;
+        if shown == Shown::Yes && !self.was_ready && self.session.renderer().is_some() {
+            self.was_ready = true;
+            note("lightpaths: ready\n");
+        }
+        let requests = std::mem::take(&mut self.desk.requests);
+        for request in requests {
+            if !self.fulfil(request)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// False where the window is to close.
+    fn fulfil(&mut self, request: Request) -> Result<bool> {
+        match request {
+            Request::Quit => return Ok(false),
+            Request::Vsync => {
+                self.desk.vsync = !self.desk.vsync;
+                self.painter.set_vsync(self.desk.vsync);
+            }
+            Request::Fullscreen => {
+                let fills = self.window.fullscreen().is_some();
+                self.window.set_fullscreen((!fills).then_some(Fullscreen::Borderless(None)));
+            }
+            Request::Memory => self.say_memory(),
+            Request::Save | Request::Screenshot | Request::Record | Request::Play => (),
+        }
+        self.window.request_redraw();
+        Ok(true)
+    }
+
+    fn say_memory(&self) {
+        note(&format!("lightpaths: device memory {} bytes\n", self.context.memory().current_bytes));
+    }
+}

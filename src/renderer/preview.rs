@@ -1,0 +1,136 @@
+//! A picture by direct light alone: what there is to see while light paths are traced.
+
+use super::lights::Lights;
+use crate::error::Result;
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
+use crate::gpu::{Buffer, Context};
+use crate::passes::frame::{
+    antialias::Antialias,
+    compose::{Compose, Irradiances},
+    direct::Direct,
+    pixel_colours::PixelColours,
+    primary::Primary,
+    tonemap::Tonemap,
+};
+use crate::passes::{SceneBuffers, reflectances};
+use crate::scene::{Camera, Light, Material, Scene, bvh::Bvh, surfaces};
+use crate::types::View;
+use glam::Vec3;
+use std::sync::Arc;
+
+/// A scene that is ready to be seen by direct light.
+pub struct Preview {
+    context: Arc<Context>,
+    buffers: SceneBuffers,
+    image: Image,
+}
+
+/// What depends on the size of the picture.
+struct Image {
+    size: [u32; 2],
+    primary: Primary,
+    antialias: Antialias,
+    direct: Direct,
+    pixel_colours: PixelColours,
+    compose: Compose,
+    tonemap: Tonemap,
+    /// Zero at every pixel.
+    indirect: Buffer,
+}
+
+impl Preview {
+    /// Builds the acceleration structure and makes room for a picture of the first camera's size.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn new(context: &Arc<Context>, mut scene: Scene) -> Result<Self> {
+        let bvh = Bvh::build(&scene.triangles)?;
+        scene.reorder(&bvh.order);
+        let surfaces: Vec<_> =
+            scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
+        let (triangles, coordinates) = (&scene.triangles, &scene.texture_coordinates);
+        let buffers =
+            SceneBuffers::new(context, &bvh, triangles, &surfaces, coordinates, &scene.materials)?;
+        let image = Image::new(context, &buffers, scene.cameras[0].size)?;
+        Ok(Self { context: context.clone(), buffers, image })
+    }
+
+    /// Makes the picture that a camera sees by these lights, those that are on, of a scene with these materials. Its size is the camera's.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn frame(
+        &mut self,
+        camera: &Camera,
+        lights: &[(Light, bool)],
+        materials: &[Material],
+        exposure_stops: f32,
+    ) -> Result<()> {
+        if camera.size != self.image.size {
+            self.image = Image::new(&self.context, &self.buffers, camera.size)?;
+        }
+        self.buffers.materials.write(&reflectances(materials))?;
+        let (image, view) = (&self.image, View::from(camera));
+        let on: Vec<Light> = lights.iter().filter(|(_, is_on)| *is_on).map(|(light, _)| light.clone()).collect();
+        let lights = Lights::new(&self.context, &on, [0, image.direct.point_count(), 0], None)?;
+        self.context.run(|rec| {
+            let pixels = &image.primary.pixels;
+            image.primary.record(rec, &self.buffers, &view);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            image.antialias.record(rec, &self.buffers, &view, pixels);
+            rec.barrier(COMPUTE_TO_INDIRECT);
+            if self.buffers.textures.are_used {
+                image.pixel_colours.record(rec, &self.buffers, &view, pixels, Some(&image.antialias));
+            }
+            let mut pass = rec.pass(Direct::STEM);
+            for (light, layer) in lights.without_layer() {
+                image.direct.record(&mut pass, &self.buffers, light, pixels, layer);
+            }
+            pass.barrier(COMPUTE_TO_COMPUTE);
+            drop(pass);
+            image.direct.record_sum(rec, &image.antialias, &lights.layers());
+            rec.fill_zero(&image.indirect);
+            rec.barrier(crate::gpu::barrier::TRANSFER_TO_COMPUTE);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            image.compose.record(rec, &self.buffers, image.irradiances(lights.tint), [1.0, 0.0]);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            image.tonemap.record(rec, &image.compose.radiance, exposure_stops);
+        })?;
+        Ok(())
+    }
+
+    /// The last frame for eyes: sRGB codes R, G, B, 255, row by row from the top.
+    pub fn display(&self) -> &Buffer {
+        &self.image.tonemap.display
+    }
+}
+
+impl Image {
+    fn new(context: &Arc<Context>, buffers: &SceneBuffers, size: [u32; 2]) -> Result<Self> {
+        let pixels = size[0] * size[1];
+        let antialias = Antialias::new(context, size, 0)?;
+        let slots = antialias.room.slots;
+        Ok(Self {
+            size,
+            primary: Primary::new(context, pixels)?,
+            direct: Direct::new(context, size, slots)?,
+            pixel_colours: PixelColours::new(context, buffers, pixels, slots)?,
+            antialias,
+            compose: Compose::new(context, buffers, size, false)?,
+            tonemap: Tonemap::new(context, pixels)?,
+            indirect: Buffer::storage(context, "no indirect light", u64::from(pixels) * 12)?,
+        })
+    }
+
+    fn irradiances(&self, tint: Vec3) -> Irradiances<'_> {
+        Irradiances {
+            pixels: &self.primary.pixels,
+            direct: &self.direct.irradiance,
+            indirect: &self.indirect,
+            gloss: None,
+            antialias: &self.antialias,
+            colours: &self.pixel_colours,
+            tint,
+        }
+    }
+}

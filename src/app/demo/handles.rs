@@ -1,1 +1,0 @@
-//! Handles of lights: drawn over the picture, taken hold of, dragged.

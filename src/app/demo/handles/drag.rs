@@ -1,0 +1,243 @@
+//! A light while it is dragged.
+
+use glam::{DQuat, DVec3, Vec2, Vec3};
+
+use super::{AIM, Lens, Part, RIM, aim, rim_side, scale};
+use crate::scene::LightKind;
+
+/// How far a drag moves things at most, in distances from the camera.
+const REACH: f32 = 100.0;
+/// Shortest edge a drag makes, metres.
+const SHORTEST: f32 = 1e-3;
+/// Steps of a snapped aim, degrees.
+const AIM_STEP: f64 = 15.0;
+/// Steps of a snapped cone, degrees.
+const CONE_STEP: f32 = 5.0;
+/// Half-angles of cones, degrees: those of a scene file, less what rounding to radians may add.
+const CONE: [f32; 2] = [0.010_001, 89.999_99];
+
+/// What was taken hold of, and where.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::app::demo) struct Drag {
+    kind: LightKind,
+    part: Part,
+    /// Of the movement: the far end of an edge, else where the light's handles are.
+    origin: Vec3,
+    /// Of the pointer.
+    start: Vec2,
+    /// From the handle to the pointer at the start, points.
+    grab: Vec2,
+    /// What [`Drag::movement`] gives at the start.
+    before: Vec3,
+    /// Farthest movement, metres.
+    reach: f32,
+    /// Metres that a point of the handles is.
+    metres: f32,
+    /// The rim of a cone.
+    side: Vec3,
+    /// Whether the aim points away from the viewer.
+    is_far: bool,
+}
+
+impl Drag {
+    /// Takes hold of a part of a light; `anchor` as for [`super::handles`].
+    pub(in crate::app::demo) fn begin(
+        lens: &Lens,
+        kind: &LightKind,
+        part: Part,
+        anchor: Vec3,
+        pointer: Vec2,
+    ) -> Self {
+        let place = kind.position().unwrap_or(anchor);
+        let origin = match (*kind, part) {
+            (LightKind::Area { corner, edge_u, .. }, Part::EdgeU) => corner + edge_u,
+            (LightKind::Area { corner, edge_v, .. }, Part::EdgeV) => corner + edge_v,
+            _ => place,
+        };
+        let metres = scale(lens, place).map_or(0.0, |(_, metres)| metres);
+        let aim = aim(kind).unwrap_or(Vec3::ZERO);
+        let mut drag = Self {
+            kind: *kind,
+            part,
+            origin,
+            start: pointer,
+            grab: Vec2::ZERO,
+            before: Vec3::ZERO,
+            // What is behind the camera stays.
+            reach: lens.project(origin).map_or(0.0, |_| REACH * origin.distance(lens.eye())),
+            metres,
+            side: rim_side(lens, place, aim),
+            is_far: false,
+        };
+        let handle = match (*kind, part) {
+            (LightKind::Spot { angle, .. }, Part::Cone) => drag.rim(aim, angle),
+            _ => origin + AIM * metres * aim,
+        };
+        drag.is_far = (handle - origin).dot(handle - lens.eye()) > 0.0;
+        drag.grab = lens.project(handle).map_or(Vec2::ZERO, |(seen, _)| pointer - seen);
+        drag.before = drag.movement(lens, pointer);
+        drag
+    }
+
+    /// The light with the pointer there: what was taken stays under it as far as the part's freedom allows. Depends on the start
+    /// and on `pointer` alone, and where that is the start, gives the light that was taken, to the bit.
+    ///
+    /// `snap` rounds movements along each axis and lengths of edges to multiples of so many metres, aims to steps of 15° of
+    /// longitude and latitude around y, and cones to steps of 5°.
+    pub(in crate::app::demo) fn to(&self, lens: &Lens, pointer: Vec2, snap: Option<f32>) -> LightKind {
+        if pointer == self.start || !pointer.is_finite() {
+            return self.kind;
+        }
+        let mut kind = self.kind;
+        match (&mut kind, self.part) {
+            (LightKind::Point { position, .. } | LightKind::Spot { position, .. }, part) if moves(part) => {
+                *position += self.moved(lens, pointer, snap);
+            }
+            (LightKind::Area { corner, .. }, part) if moves(part) => {
+                *corner += self.moved(lens, pointer, snap);
+            }
+            (LightKind::Spot { direction, .. } | LightKind::Directional { direction, .. }, Part::Aim) => {
+                *direction = self.aimed(lens, pointer, snap).unwrap_or(direction.as_dvec3()).as_vec3();
+            }
+            (LightKind::Area { corner, edge_u, edge_v, .. }, Part::Aim) => {
+                if let Some(aimed) = self.aimed(lens, pointer, snap) {
+                    turn_area([corner, edge_u, edge_v], aimed);
+                }
+            }
+            (LightKind::Spot { direction, angle, .. }, Part::Cone) => {
+                *angle = self.opened(lens, pointer, *direction, *angle, snap);
+            }
+            (LightKind::Area { edge_u: edge, .. }, Part::EdgeU)
+            | (LightKind::Area { edge_v: edge, .. }, Part::EdgeV) => {
+                *edge = self.resized(lens, pointer, *edge, snap);
+            }
+            _ => {}
+        }
+        kind
+    }
+
+    /// How far the light moves.
+    fn moved(&self, lens: &Lens, pointer: Vec2, snap: Option<f32>) -> Vec3 {
+        let movement = (self.movement(lens, pointer) - self.before).clamp_length_max(self.reach);
+        movement.map(|metres| snapped(metres, snap))
+    }
+
+    /// From the origin to where the pointer is, within the part's freedom.
+    fn movement(&self, lens: &Lens, pointer: Vec2) -> Vec3 {
+        let mut movement = match (self.part, self.kind) {
+            (Part::Middle, _) => self.in_plane(lens, pointer, lens.forward()),
+            (Part::Plane(axis), _) => self.in_plane(lens, pointer, axis.unit()),
+            (Part::Axis(axis), _) => self.along(lens, pointer, axis.unit()),
+            (Part::EdgeU, LightKind::Area { edge_u: edge, .. })
+            | (Part::EdgeV, LightKind::Area { edge_v: edge, .. }) => {
+                self.along(lens, pointer, edge.normalize_or_zero())
+            }
+            _ => Vec3::ZERO,
+        };
+        if let Part::Plane(axis) = self.part {
+            // Not nearly but exactly none.
+            movement[axis as usize] = 0.0;
+        }
+        if movement.is_finite() { movement } else { Vec3::ZERO }
+    }
+
+    /// To where the pointer's ray meets the plane through the origin; beyond the horizon, the farthest point that way.
+    fn in_plane(&self, lens: &Lens, pointer: Vec2, normal: Vec3) -> Vec3 {
+        let (eye, ray) = lens.ray(pointer);
+        let (away, slope) = ((self.origin - eye).dot(normal), ray.dot(normal));
+        let meets = eye + ray * (away / slope) - self.origin;
+        if away * slope > 0.0 && meets.length_squared().is_finite() {
+            return meets.clamp_length_max(self.reach);
+        }
+        self.reach * (ray - slope * normal).normalize_or_zero()
+    }
+
+    /// To where the pointer is on a line through the origin, in the plane of that line that faces the viewer most.
+    fn along(&self, lens: &Lens, pointer: Vec2, way: Vec3) -> Vec3 {
+        let sight = self.origin - lens.eye();
+        match (sight - sight.dot(way) * way).try_normalize() {
+            Some(normal) => way * self.in_plane(lens, pointer, normal).dot(way),
+            None => Vec3::ZERO,
+        }
+    }
+
+    /// Where the light is aimed at: the tip stays on a sphere around the light, and comes back on its other side when the pointer
+    /// is pulled past its rim.
+    fn aimed(&self, lens: &Lens, pointer: Vec2, snap: Option<f32>) -> Option<DVec3> {
+        let radius = f64::from(AIM * self.metres);
+        if radius <= 0.0 {
+            return None;
+        }
+        let (eye, ray) = lens.ray(pointer - self.grab);
+        let ray = ray.as_dvec3().normalize();
+        let sight = self.origin.as_dvec3() - eye.as_dvec3();
+        let across = ray * sight.dot(ray) - sight;
+        // A ray that leads away from the sphere is two radii off it at least: the scale of the handles sees to that.
+        let off = across.length() / radius;
+        let (off, is_far) = if off > 1.0 { ((2.0 - off).max(0.0), !self.is_far) } else { (off, self.is_far) };
+        let depth = if is_far { 1.0 } else { -1.0 } * (1.0 - off * off).max(0.0).sqrt();
+        let aimed = (across.normalize_or_zero() * off + ray * depth).try_normalize()?;
+        if snap.is_none() {
+            return Some(aimed);
+        }
+        let step = |angle: f64| ((angle.to_degrees() / AIM_STEP).round() * AIM_STEP).to_radians().sin_cos();
+        let (sin, cos) = step(aimed.y.clamp(-1.0, 1.0).asin());
+        let (east, south) = step(aimed.x.atan2(aimed.z));
+        // Whole multiples of right angles are to be whole.
+        let whole = |x: f64| if x.abs() < 1e-9 { 0.0 } else { x };
+        Some(DVec3::new(cos * east, sin, cos * south).map(whole))
+    }
+
+    /// Half-angle of the cone, radians, at which the handle on its rim is nearest to the pointer on the screen.
+    fn opened(&self, lens: &Lens, pointer: Vec2, direction: Vec3, before: f32, snap: Option<f32>) -> f32 {
+        let away = |degrees: f32| {
+            let seen = lens.project(self.rim(direction, degrees.to_radians()));
+            seen.map_or(f32::INFINITY, |(seen, _)| seen.distance(pointer - self.grab))
+        };
+        let nearest = (0..=90u8).map(f32::from).min_by(|a, b| away(*a).total_cmp(&away(*b)));
+        let Some(nearest) = nearest.filter(|degrees| away(*degrees).is_finite()) else { return before };
+        let (mut low, mut high) = ((nearest - 1.0).max(0.0), (nearest + 1.0).min(90.0));
+        for _ in 0..40 {
+            let [a, b] = [low + (high - low) / 3.0, high - (high - low) / 3.0];
+            if away(a) < away(b) { high = b } else { low = a }
+        }
+        let degrees = snapped(0.5 * (low + high), snap.map(|_| CONE_STEP));
+        degrees.clamp(CONE[0], CONE[1]).to_radians()
+    }
+
+    /// Where the handle on the rim of a cone of that half-angle, radians, is.
+    fn rim(&self, direction: Vec3, angle: f32) -> Vec3 {
+        let (sin, cos) = angle.sin_cos();
+        self.origin + RIM * self.metres * (cos * direction + sin * self.side)
+    }
+
+    /// An edge as long as the pointer makes it.
+    fn resized(&self, lens: &Lens, pointer: Vec2, edge: Vec3, snap: Option<f32>) -> Vec3 {
+        let (length, way) = (edge.length(), edge.normalize_or_zero());
+        let longer = (self.movement(lens, pointer) - self.before).dot(way);
+        let least = SHORTEST.min(length);
+        way * snapped(length + longer, snap).clamp(least, length + self.reach)
+    }
+}
+
+/// Whether it moves a light as a whole.
+fn moves(part: Part) -> bool {
+    matches!(part, Part::Middle | Part::Axis(_) | Part::Plane(_))
+}
+
+/// The nearest multiple of a step.
+fn snapped(value: f32, step: Option<f32>) -> f32 {
+    match step {
+        Some(step) if step > 0.0 && (value / step).is_finite() => (value / step).round() * step,
+        _ => value,
+    }
+}
+
+/// Turns an area around its middle by the shortest way until it faces a direction.
+fn turn_area([corner, edge_u, edge_v]: [&mut Vec3; 3], facing: DVec3) {
+    let [u, v] = [edge_u.as_dvec3(), edge_v.as_dvec3()];
+    let turn = DQuat::from_rotation_arc(u.cross(v).normalize(), facing);
+    let middle = corner.as_dvec3() + 0.5 * (u + v);
+    let [u, v] = [turn * u, turn * v];
+    [*corner, *edge_u, *edge_v] = [middle - 0.5 * (u + v), u, v].map(|point| point.as_vec3());
+}

@@ -1,0 +1,151 @@
+//! Between the scene and the picture on the screen.
+
+use glam::{Vec2, Vec3};
+
+use crate::scene::Camera;
+use crate::types::View;
+
+/// Nearest depth that has a place in the picture, metres.
+const NEAREST: f32 = 1e-6;
+/// Lines end at this share of the depth of their farther end.
+const NEAR_SHARE: f32 = 1e-3;
+/// How far out of the picture rays are told apart, in half pictures.
+const FARTHEST: f32 = 1e4;
+
+/// A camera and where its picture is on the screen: y down, points.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::app::demo) struct Lens {
+    view: View,
+    /// Of the picture, points.
+    min: Vec2,
+    /// Of the picture, points; at least 1.
+    size: Vec2,
+}
+
+impl Lens {
+    /// A picture with its upper left corner at `min`.
+    pub(in crate::app::demo) fn new(camera: &Camera, min: Vec2, size: Vec2) -> Self {
+        Self { view: View::from(camera), min, size: size.max(Vec2::ONE) }
+    }
+
+    /// The centre of projection.
+    pub(in crate::app::demo) fn eye(&self) -> Vec3 {
+        self.view.position
+    }
+
+    /// Unit viewing direction.
+    pub(in crate::app::demo) fn forward(&self) -> Vec3 {
+        self.view.forward
+    }
+
+    /// Where a point is seen, and its depth along the viewing direction, metres; none behind the camera.
+    pub(in crate::app::demo) fn project(&self, point: Vec3) -> Option<(Vec2, f32)> {
+        let View { position, right, up, forward, .. } = self.view;
+        let away = point - position;
+        let depth = away.dot(forward);
+        let place = Vec2::new(away.dot(right) / right.length_squared(), -away.dot(up) / up.length_squared());
+        let seen = self.min + 0.5 * self.size * (1.0 + place / depth);
+        (depth > NEAREST && seen.is_finite()).then_some((seen, depth))
+    }
+
+    /// Origin and unit direction of the ray seen at a point of the screen.
+    pub(in crate::app::demo) fn ray(&self, seen: Vec2) -> (Vec3, Vec3) {
+        let View { position, right, up, forward, .. } = self.view;
+        let place = 2.0 * (seen - self.min) / self.size - 1.0;
+        let place = place.clamp(Vec2::splat(-FARTHEST), Vec2::splat(FARTHEST));
+        (position, (forward + place.x * right - place.y * up).normalize())
+    }
+
+    /// How much a point of the screen covers at a depth, metres.
+    pub(in crate::app::demo) fn metres_per_point(&self, depth: f32) -> f32 {
+        2.0 * self.view.up.length() * depth / self.size.y
+    }
+
+    /// A line's ends on the screen without the part that is behind the camera; none where that is all.
+    pub(in crate::app::demo) fn segment(&self, a: Vec3, b: Vec3) -> Option<[Vec2; 2]> {
+        let depth = |point: Vec3| (point - self.view.position).dot(self.view.forward);
+        let depths = [depth(a), depth(b)];
+        // A share of the depth rather than a depth: scenes are of any size.
+        let near = (NEAR_SHARE * depths[0].max(depths[1])).max(2.0 * NEAREST);
+        let clipped = |end: usize| {
+            let ([from, to], [d, other]) =
+                if end == 0 { ([a, b], depths) } else { ([b, a], [depths[1], depths[0]]) };
+            if d >= near {
+                return self.project(from);
+            }
+            (other > near).then(|| self.project(from.lerp(to, (near - d) / (other - d))))?
+        };
+        Some([clipped(0)?.0, clipped(1)?.0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::sampling::sample_3d;
+
+    fn camera() -> Camera {
+        Camera {
+            name: "camera".into(),
+            position: Vec3::new(3.0, 2.0, 5.0),
+            target: Vec3::new(0.5, 1.0, -1.0),
+            up: Vec3::new(0.1, 2.0, 0.3),
+            fov_y_degrees: 50.0,
+            size: [1200, 600],
+        }
+    }
+
+    const MIN: Vec2 = Vec2::new(30.0, 50.0);
+    const SIZE: Vec2 = Vec2::new(600.0, 300.0);
+
+    #[test]
+    fn rays_are_those_of_the_renderer() {
+        let (lens, view) = (Lens::new(&camera(), MIN, SIZE), View::from(&camera()));
+        for i in 0..500 {
+            let sample = 2.0 * sample_3d(i, 1) - 1.0;
+            let way = (view.forward + sample.x * view.right - sample.y * view.up).normalize();
+            let seen = MIN + 0.5 * SIZE * (1.0 + sample.truncate());
+            let (origin, direction) = lens.ray(seen);
+            assert!(origin == view.position && direction.distance(way) < 1e-6);
+            let (back, depth) = lens.project(origin + direction * (2.0 + sample.z)).unwrap();
+            assert!(back.distance(seen) < 1e-3, "{back} {seen}");
+            assert!((depth - (2.0 + sample.z) * way.dot(view.forward)).abs() < 1e-5);
+            assert!(lens.project(origin - direction).is_none());
+        }
+        let corner = lens.ray(MIN).1;
+        assert!(corner.dot(view.right) < 0.0 && corner.dot(view.up) > view.forward.dot(view.up));
+        for wild in [Vec2::splat(1e30), Vec2::splat(f32::INFINITY)] {
+            assert!(lens.ray(wild).1.is_finite());
+        }
+    }
+
+    #[test]
+    fn a_point_of_the_screen_covers_what_it_says() {
+        let lens = Lens::new(&camera(), MIN, SIZE);
+        let [right, up, forward] = camera().frame();
+        let middle = camera().position + 4.0 * forward;
+        for side in [right, up] {
+            let [a, b] =
+                [middle, middle + side * lens.metres_per_point(4.0)].map(|p| lens.project(p).unwrap().0);
+            assert!((a.distance(b) - 1.0).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn lines_end_before_the_camera() {
+        let lens = Lens::new(&camera(), MIN, SIZE);
+        let [right, up, forward] = camera().frame();
+        let (eye, side) = (camera().position, 0.3 * right - 0.2 * up);
+        let [ahead, behind] = [eye + 4.0 * forward + side, eye - 2.0 * forward + side];
+        let [from, to] = lens.segment(ahead, behind).unwrap();
+        assert_eq!(from, lens.project(ahead).unwrap().0);
+        // On the line still, far out of the picture.
+        let (between, _) = lens.project(ahead.lerp(behind, 0.4)).unwrap();
+        assert!((between - from).normalize().dot((to - from).normalize()) > 0.99999);
+        assert!(to.distance(from) > 1e4);
+        assert_eq!(lens.segment(behind, ahead), Some([to, from]));
+        assert_eq!(lens.segment(behind, behind + side), None);
+        let nearer = eye + forward;
+        assert_eq!(lens.segment(ahead, nearer), Some([ahead, nearer].map(|p| lens.project(p).unwrap().0)));
+    }
+}

@@ -1,0 +1,247 @@
+//! Handles of lights: drawn over the picture, taken hold of, dragged. All are as large on the screen wherever the light is, but
+//! for the ends of an area light's edges, which are where they are.
+
+mod drag;
+mod lens;
+
+use glam::{Vec2, Vec3};
+
+use crate::scene::LightKind;
+pub(super) use drag::Drag;
+pub(super) use lens::Lens;
+
+/// Where the arrows of the axes start and end, points from the middle.
+const ARROW: [f32; 2] = [14.0, 70.0];
+/// Length and half the width of an arrow's head, points.
+const HEAD: [f32; 2] = [12.0, 5.0];
+/// Near and far side of the squares between the axes, points from the middle.
+const SQUARE: [f32; 2] = [24.0, 40.0];
+/// How far ahead of the light its aim is, points.
+const AIM: f32 = 110.0;
+/// How far from the light the rim of its cone is drawn, points.
+const RIM: f32 = 84.0;
+/// Radius of the middle, points.
+const MIDDLE_RADIUS: f32 = 9.0;
+/// Radius of the other discs, points.
+const KNOB_RADIUS: f32 = 6.0;
+/// Sine of the angle to the line of sight below which an axis or a plane is neither shown nor taken.
+const EDGE_ON: f32 = 0.15;
+/// Edges shorter than this have no handles: the middle would be under them, points.
+const SHORTEST_EDGE: f32 = 36.0;
+
+/// Of the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+impl Axis {
+    const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    fn unit(self) -> Vec3 {
+        Vec3::AXES[self as usize]
+    }
+
+    /// The two others.
+    fn others(self) -> [Self; 2] {
+        [Self::ALL[(self as usize + 1) % 3], Self::ALL[(self as usize + 2) % 3]]
+    }
+}
+
+/// What of a light can be taken hold of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// Moves it in the plane that faces the camera.
+    Middle,
+    /// Moves it along an axis.
+    Axis(Axis),
+    /// Moves it in the plane across an axis.
+    Plane(Axis),
+    /// Turns it.
+    Aim,
+    /// Opens and closes a spot's cone.
+    Cone,
+    /// Lengthens and shortens an area's first edge.
+    EdgeU,
+    /// The second one.
+    EdgeV,
+}
+
+/// Something to draw; points of the screen.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Shape {
+    /// Can be taken.
+    Disc { centre: Vec2, radius: f32 },
+    /// An open polyline that can be taken.
+    Line(Vec<Vec2>),
+    /// A filled convex polygon that can be taken.
+    Fill(Vec<Vec2>),
+    /// An open polyline that only shows how things lie.
+    Guide(Vec<Vec2>),
+}
+
+/// What can be taken hold of, and how it looks.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Handle {
+    pub(super) part: Part,
+    /// Which axis' colour it has: the one it moves along or across.
+    pub(super) axis: Option<Axis>,
+    /// In drawing order.
+    pub(super) shapes: Vec<Shape>,
+}
+
+/// The handles of a light, in drawing order; those of a light at infinity are shown at `anchor`. None where that is behind the
+/// camera.
+pub(super) fn handles(lens: &Lens, kind: &LightKind, anchor: Vec3) -> Vec<Handle> {
+    let origin = kind.position().unwrap_or(anchor);
+    let Some((centre, metres)) = scale(lens, origin) else { return Vec::new() };
+    let mut handles = Vec::new();
+    if kind.position().is_some() {
+        handles.extend(Axis::ALL.iter().filter_map(|axis| square(lens, origin, metres, *axis)));
+        handles.extend(Axis::ALL.iter().filter_map(|axis| arrow(lens, origin, metres, *axis)));
+        let shapes = vec![Shape::Disc { centre, radius: MIDDLE_RADIUS }];
+        handles.push(Handle { part: Part::Middle, axis: None, shapes });
+    }
+    if let LightKind::Area { corner, edge_u, edge_v, .. } = *kind {
+        for (part, edge) in [(Part::EdgeU, edge_u), (Part::EdgeV, edge_v)] {
+            handles.extend(edge_end(lens, part, [corner, edge, edge_u + edge_v - edge]));
+        }
+    }
+    if let LightKind::Spot { direction, angle, .. } = *kind {
+        handles.extend(cone(lens, origin, metres * RIM, direction, angle));
+    }
+    if let Some(aim) = aim(kind)
+        && let Some((tip, _)) = lens.project(origin + AIM * metres * aim)
+    {
+        let shapes = vec![Shape::Guide(vec![centre, tip]), Shape::Disc { centre: tip, radius: KNOB_RADIUS }];
+        handles.push(Handle { part: Part::Aim, axis: None, shapes });
+    }
+    handles
+}
+
+/// What is taken where the pointer is: the smallest of those under it, else the nearest within `tolerance` points.
+pub(super) fn hit(handles: &[Handle], pointer: Vec2, tolerance: f32) -> Option<Part> {
+    let places = handles.iter().flat_map(|handle| handle.shapes.iter().map(|shape| (handle.part, shape)));
+    let near = places.filter_map(|(part, shape)| {
+        let (away, size) = match shape {
+            Shape::Disc { centre, radius } => (pointer.distance(*centre) - radius, *radius),
+            Shape::Line(points) => (away_from(points, pointer) - 2.0, ARROW[1]),
+            Shape::Fill(points) if contains(points, pointer) => (0.0, 2.0 * ARROW[1]),
+            Shape::Fill(points) => (away_from(points, pointer), 2.0 * ARROW[1]),
+            Shape::Guide(_) => return None,
+        };
+        (away <= tolerance).then_some((part, away.max(0.0), size))
+    });
+    near.min_by(|a, b| a.1.total_cmp(&b.1).then(a.2.total_cmp(&b.2))).map(|(part, ..)| part)
+}
+
+/// Where handles around `origin` are seen, and how many metres a point of them is; fewer for one so near the camera that they
+/// would reach behind it.
+fn scale(lens: &Lens, origin: Vec3) -> Option<(Vec2, f32)> {
+    let (centre, depth) = lens.project(origin)?;
+    Some((centre, lens.metres_per_point(depth).min(0.5 * depth / AIM)))
+}
+
+/// Unit direction in which it shines; none for a light that shines everywhere.
+fn aim(kind: &LightKind) -> Option<Vec3> {
+    match *kind {
+        LightKind::Point { .. } => None,
+        LightKind::Spot { direction, .. } | LightKind::Directional { direction, .. } => Some(direction),
+        LightKind::Area { edge_u, edge_v, .. } => {
+            edge_u.as_dvec3().cross(edge_v.as_dvec3()).try_normalize().map(|normal| normal.as_vec3())
+        }
+    }
+}
+
+/// Direction in which the rim of a spot's cone is held: across both the cone and the line of sight, where it is seen best.
+fn rim_side(lens: &Lens, origin: Vec3, direction: Vec3) -> Vec3 {
+    let side = direction.cross((origin - lens.eye()).normalize_or_zero());
+    if side.length() > 1e-3 { side.normalize() } else { direction.any_orthonormal_vector() }
+}
+
+/// Whether things along `way` at `origin` point at the viewer.
+fn points_at_viewer(lens: &Lens, origin: Vec3, way: Vec3) -> bool {
+    (origin - lens.eye()).normalize_or_zero().cross(way).length() < EDGE_ON
+}
+
+fn arrow(lens: &Lens, origin: Vec3, metres: f32, axis: Axis) -> Option<Handle> {
+    if points_at_viewer(lens, origin, axis.unit()) {
+        return None;
+    }
+    let at = |points: f32| Some(lens.project(origin + axis.unit() * metres * points)?.0);
+    let (from, tip) = (at(ARROW[0])?, at(ARROW[1])?);
+    let along = (tip - from).normalize_or_zero();
+    // No longer than half of an arrow that is seen from ahead.
+    let neck = tip - along * HEAD[0].min(0.5 * from.distance(tip));
+    let head = Shape::Fill(vec![tip, neck + HEAD[1] * along.perp(), neck - HEAD[1] * along.perp()]);
+    let shapes = vec![Shape::Line(vec![from, neck]), head];
+    Some(Handle { part: Part::Axis(axis), axis: Some(axis), shapes })
+}
+
+fn square(lens: &Lens, origin: Vec3, metres: f32, axis: Axis) -> Option<Handle> {
+    let sight = (origin - lens.eye()).normalize_or_zero();
+    if sight.dot(axis.unit()).abs() < EDGE_ON {
+        return None;
+    }
+    let [a, b] = axis.others().map(|axis| axis.unit() * metres);
+    let [near, far] = SQUARE;
+    let corners = [[near, near], [far, near], [far, far], [near, far]];
+    let points = corners.iter().map(|[u, v]| Some(lens.project(origin + a * *u + b * *v)?.0));
+    let shapes = vec![Shape::Fill(points.collect::<Option<_>>()?)];
+    Some(Handle { part: Part::Plane(axis), axis: Some(axis), shapes })
+}
+
+/// At the far end of an area's edge; shows that edge and the one opposite to it.
+fn edge_end(lens: &Lens, part: Part, [corner, edge, other]: [Vec3; 3]) -> Option<Handle> {
+    let (end, _) = lens.project(corner + edge)?;
+    let sides = [corner, corner + other].map(|from| lens.segment(from, from + edge));
+    let length = sides[0].map_or(0.0, |[from, to]| from.distance(to));
+    if length < SHORTEST_EDGE || points_at_viewer(lens, corner + edge, edge.normalize_or_zero()) {
+        return None;
+    }
+    let mut shapes: Vec<_> = sides.into_iter().flatten().map(|side| Shape::Guide(side.to_vec())).collect();
+    shapes.push(Shape::Disc { centre: end, radius: KNOB_RADIUS });
+    Some(Handle { part, axis: None, shapes })
+}
+
+/// On the rim of a spot's cone, which it shows.
+fn cone(lens: &Lens, origin: Vec3, reach: f32, direction: Vec3, angle: f32) -> Option<Handle> {
+    const CORNERS: u16 = 48;
+    let (sin, cos) = angle.sin_cos();
+    let side = rim_side(lens, origin, direction);
+    let across = direction.cross(side);
+    let at = |turn: f32| {
+        let way = cos * direction + sin * (turn.cos() * side + turn.sin() * across);
+        Some(lens.project(origin + reach * way)?.0)
+    };
+    let turns = (0..=CORNERS).map(|i| f32::from(i) * std::f32::consts::TAU / f32::from(CORNERS));
+    let (centre, _) = lens.project(origin)?;
+    let shapes = vec![
+        Shape::Guide(turns.map(at).collect::<Option<_>>()?),
+        Shape::Guide(vec![at(0.0)?, centre, at(std::f32::consts::PI)?]),
+        Shape::Disc { centre: at(0.0)?, radius: KNOB_RADIUS },
+    ];
+    Some(Handle { part: Part::Cone, axis: None, shapes })
+}
+
+/// From the nearest point of a polyline.
+fn away_from(points: &[Vec2], pointer: Vec2) -> f32 {
+    let pieces = points.windows(2).map(|piece| {
+        let (from, way) = (piece[0], piece[1] - piece[0]);
+        let along = (pointer - from).dot(way) / way.length_squared().max(f32::MIN_POSITIVE);
+        pointer.distance(from + way * along.clamp(0.0, 1.0))
+    });
+    pieces.fold(f32::INFINITY, f32::min)
+}
+
+/// Whether a convex polygon contains the pointer.
+fn contains(points: &[Vec2], pointer: Vec2) -> bool {
+    let turn = |i: usize| (points[(i + 1) % points.len()] - points[i]).perp_dot(pointer - points[i]);
+    // Strictly, since one without area contains nothing.
+    (0..points.len()).all(|i| turn(i) > 0.0) || (0..points.len()).all(|i| turn(i) < 0.0)
+}
+
+#[cfg(test)]
+mod tests;

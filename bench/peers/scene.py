@@ -123,12 +123,16 @@ def load(spec, size=None, flat=False):
     materials, triangles = {}, []
     for number, model in enumerate(root.get("model", [])):
         place = transform(model)
-        if "built_in" in model:
+        if model.get("built_in") == "box":
+            model_path = BUILT_IN / "box.obj"
+        elif "built_in" in model:
             raise SceneError(
                 f"{path}: model {model['built_in']!r} is made by lightpaths: write it out first "
                 "(cargo run --release --example built_in_model) and name the .obj in a scene file"
             )
-        library, faces = read_obj(path.parent / model["file"])
+        else:
+            model_path = path.parent / model["file"]
+        library, faces = read_obj(model_path)
         materials |= {(number, name): material for name, material in library.items()}
         triangles += [((number, name), *place(corners, normals)) for name, corners, normals in faces]
     for override in root.get("material", []):
@@ -155,7 +159,8 @@ def load(spec, size=None, flat=False):
     )
     if size:
         camera.size = tuple(size)
-    return Scene(path.stem, camera, [read_light(light) for light in root.get("light", [])], meshes, bounds)
+    lights = [read_light(light) for light in root.get("light", []) if light.get("on", True)]
+    return Scene(path.stem, camera, lights, meshes, bounds)
 
 
 def read_light(table):

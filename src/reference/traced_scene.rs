@@ -13,7 +13,7 @@ use std::sync::Arc;
 pub struct TracedScene {
     /// The device.
     pub context: Arc<Context>,
-    /// The scene, its triangles in BVH order.
+    /// The scene, its triangles in BVH order, without the lights that are off.
     pub scene: Scene,
     /// In the same order.
     pub surfaces: Vec<Surface>,
@@ -47,6 +47,7 @@ impl TracedScene {
         if scene.triangles.is_empty() {
             return Err(Error::Usage("the scene has no triangle".into()));
         }
+        scene.lights.retain(|light| light.is_on);
         let bvh = Bvh::build(&scene.triangles)?;
         scene.reorder(&bvh.order);
         let surfaces: Vec<Surface> =

@@ -60,9 +60,8 @@ impl Renderer {
             return Ok(());
         }
         let camera = self.scene.cameras[0].position;
-        let shining = (0..self.scene.lights.len()).filter(|&light| self.lights.is_on(light));
-        let lights: Vec<Vec3> =
-            shining.filter_map(|light| self.scene.lights[light].kind.position()).collect();
+        let shining = self.scene.lights.iter().filter(|light| light.is_on);
+        let lights: Vec<Vec3> = shining.filter_map(|light| light.kind.position()).collect();
         if !self.closed.hold_both(&self.buffers, camera, &lights)? {
             return Ok(());
         }
@@ -73,11 +72,6 @@ impl Renderer {
         (0..).zip(&self.closed.order).for_each(|(new, &old)| order[old as usize] = new);
         scene.reorder(&order);
         let mut opened = Self::new(&self.context, scene, &mut Silent)?;
-        for light in 0..self.scene.lights.len() {
-            if !self.lights.is_on(light) {
-                opened.switch_light(light, false)?;
-            }
-        }
         opened.closed.is_due = false;
         opened.set_exposure(self.exposure_stops);
         opened.set_skipping(self.skips);

@@ -39,13 +39,13 @@ impl Renderer {
     /// # Errors
     /// The device failed.
     pub fn switch_light(&mut self, light: usize, is_on: bool) -> Result<()> {
-        self.lights.switch(light, is_on);
+        self.scene.lights[light].is_on = is_on;
         self.lights_changed()
     }
 
     /// Whether a light is on.
     pub fn light_is_on(&self, light: usize) -> bool {
-        self.lights.is_on(light)
+        self.scene.lights[light].is_on
     }
 
     /// Adds a light behind the others.

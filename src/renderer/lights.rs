@@ -41,7 +41,6 @@ struct Rows {
     has_hits: bool,
     /// `highlights` are those of the light, the camera and the materials as they are.
     has_highlights: bool,
-    is_on: bool,
 }
 
 /// All lights, in the scene's order.
@@ -88,9 +87,9 @@ fn gloss_light<'a>(light: OneLight<'_>, rows: &'a Rows) -> Option<GlossLight<'a>
     })
 }
 
-/// A light that is off or emits nothing is left out of every sum.
-fn shines(rows: &Rows, source: &LightSource) -> bool {
-    rows.is_on && source.emission != Vec3::ZERO
+/// A light that is off emits nothing in the table, and what emits nothing is left out of every sum.
+fn shines(source: &LightSource) -> bool {
+    source.emission != Vec3::ZERO
 }
 
 impl Lights {
@@ -120,7 +119,7 @@ impl Lights {
         Ok(made)
     }
 
-    /// Makes room for one more light, the last; it is on.
+    /// Makes room for one more light, the last.
     pub(super) fn add(&mut self) -> Result<()> {
         let row = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
         let rows = Rows {
@@ -138,7 +137,6 @@ impl Lights {
             has_clusters: false,
             has_hits: false,
             has_highlights: false,
-            is_on: true,
         };
         self.rows.push(rows);
         Ok(())
@@ -147,14 +145,6 @@ impl Lights {
     /// Forgets a light.
     pub(super) fn remove(&mut self, light: usize) {
         self.rows.remove(light);
-    }
-
-    pub(super) fn switch(&mut self, light: usize, is_on: bool) {
-        self.rows[light].is_on = is_on;
-    }
-
-    pub(super) fn is_on(&self, light: usize) -> bool {
-        self.rows[light].is_on
     }
 
     /// Of this light nothing that was traced holds any more.
@@ -193,7 +183,7 @@ impl Lights {
     /// All that was due has been traced.
     pub(super) fn settle(&mut self) {
         for (rows, source) in self.rows.iter_mut().zip(&self.sources) {
-            if self.traces_all || shines(rows, source) {
+            if self.traces_all || shines(source) {
                 (rows.has_factors, rows.has_layer, rows.has_clusters) = (true, true, true);
                 (rows.has_hits, rows.has_highlights) = (true, true);
             }
@@ -206,8 +196,8 @@ impl Lights {
             |sources: &[LightSource]| sources.iter().map(|source| source.emission).collect::<Vec<_>>();
         let (before, tint) = (emissions(&self.sources), self.tint);
         self.sources = light_sources(lights);
-        for (source, rows) in self.sources.iter_mut().zip(&self.rows) {
-            source.emission = if rows.is_on { source.emission } else { Vec3::ZERO };
+        for (source, light) in self.sources.iter_mut().zip(lights) {
+            source.emission = if light.is_on { source.emission } else { Vec3::ZERO };
         }
         let mut shining = self.sources.iter_mut().filter(|source| source.emission != Vec3::ZERO);
         self.tint = match (shining.next(), shining.next()) {
@@ -294,8 +284,7 @@ impl Lights {
 
     /// The lights that shine.
     pub(super) fn shining_sources(&self) -> impl Iterator<Item = &LightSource> {
-        let lights = self.sources.iter().zip(&self.rows);
-        lights.filter(|(source, rows)| shines(rows, source)).map(|(source, _)| source)
+        self.sources.iter().filter(|source| shines(source))
     }
 
     /// Lights that shine and whose beams are to be traced, their form factors, and where beams go; none where nothing may shine.
@@ -348,7 +337,7 @@ impl Lights {
 
     fn shining(&self) -> impl Iterator<Item = (OneLight<'_>, &Rows)> {
         let lights = self.sources.iter().zip(&self.rows);
-        let shining = (0..).zip(lights).filter(|(_, (source, rows))| self.traces_all || shines(rows, source));
+        let shining = (0..).zip(lights).filter(|(_, (source, _))| self.traces_all || shines(source));
         shining.map(|(index, (source, rows))| {
             let (table, samples, traces_all) = (&self.table, source.samples, self.traces_all);
             (OneLight { table, index, samples, traces_all }, rows)

@@ -12,6 +12,9 @@ pub(super) const SIZE: std::ops::RangeInclusive<u32> = 1..=16384;
 /// Vertical fields of view, degrees.
 pub(super) const FOV_Y: std::ops::RangeInclusive<f64> = 0.01..=179.0;
 
+/// Vertical field of view where a file states none, degrees.
+pub(super) const FOV_Y_DEFAULT: f64 = 40.0;
+
 /// Looks from `position` at `target`; recentred world space, metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
@@ -49,7 +52,7 @@ impl Camera {
             position: point("position")?,
             target: point("target")?,
             up: section.direction("up")?.unwrap_or(DVec3::Y).as_vec3(),
-            fov_y_degrees: section.number("fov_y", FOV_Y)?.unwrap_or(40.0) as f32,
+            fov_y_degrees: section.number("fov_y", FOV_Y)?.unwrap_or(FOV_Y_DEFAULT) as f32,
             size: section.size("size", SIZE)?.unwrap_or([512, 512]),
         };
         let forward = (camera.target - camera.position).as_dvec3();

@@ -12,6 +12,8 @@ pub struct Light {
     pub name: String,
     /// What and where it is.
     pub kind: LightKind,
+    /// Whether it shines. One that is off keeps its place, and can be switched on.
+    pub is_on: bool,
 }
 
 /// The kinds of light that a scene file can hold. Positions are recentred world space, metres.
@@ -116,14 +118,23 @@ impl LightKind {
 }
 
 impl Light {
+    /// What a light is called that has no name, by its number in the file.
+    pub(super) fn unnamed(number: usize) -> String {
+        format!("light{number}")
+    }
+
     /// Reads a light in world space and moves it to the scene recentred on `origin`. The first light is number 0.
     pub(super) fn read(section: &Section, number: usize, origin: DVec3) -> Result<Self> {
-        let name = section.text("name")?.map_or_else(|| format!("light{number}"), str::to_owned);
-        Ok(Self { name, kind: LightKind::read(section, origin)? })
+        let name = section.text("name")?.map_or_else(|| Self::unnamed(number), str::to_owned);
+        let is_on = section.flag("on")?.unwrap_or(true);
+        Ok(Self { name, kind: LightKind::read(section, origin)?, is_on })
     }
 }
 
 impl LightKind {
+    /// Point samples of an area light where a file does not state them.
+    pub(super) const SAMPLES: u32 = 10;
+
     /// Keys of a scene file by which its place and its light can be changed.
     pub(super) fn keys(&self) -> &'static [&'static str] {
         match self {
@@ -147,14 +158,23 @@ impl LightKind {
         };
         match section.need(section.text("kind")?, "kind", "point, spot, area or directional")? {
             "point" => {
-                section.only(&["name", "kind", "position", "intensity"])?;
+                section.only(&["name", "kind", "on", "position", "intensity"])?;
                 Ok(Self::Point {
                     position: place("position")?,
                     intensity: power("intensity", "three numbers, W/sr")?,
                 })
             }
             "spot" => {
-                section.only(&["name", "kind", "position", "intensity", "direction", "angle", "penumbra"])?;
+                section.only(&[
+                    "name",
+                    "kind",
+                    "on",
+                    "position",
+                    "intensity",
+                    "direction",
+                    "angle",
+                    "penumbra",
+                ])?;
                 let angle = section.number("angle", 0.01..=90.0)?;
                 Ok(Self::Spot {
                     position: place("position")?,
@@ -165,7 +185,7 @@ impl LightKind {
                 })
             }
             "area" => {
-                section.only(&["name", "kind", "corner", "edge_u", "edge_v", "radiance", "samples"])?;
+                section.only(&["name", "kind", "on", "corner", "edge_u", "edge_v", "radiance", "samples"])?;
                 let (edge_u, edge_v): (Vec3, Vec3) = (edge("edge_u")?, edge("edge_v")?);
                 let [u, v] = [edge_u, edge_v].map(Vec3::as_dvec3);
                 if u.cross(v).length() <= 1e-6 * u.length() * v.length() {
@@ -176,11 +196,11 @@ impl LightKind {
                     edge_u,
                     edge_v,
                     radiance: power("radiance", "three numbers, W/m²/sr")?,
-                    samples: section.integer("samples", 1..=4096)?.unwrap_or(10),
+                    samples: section.integer("samples", 1..=4096)?.unwrap_or(Self::SAMPLES),
                 })
             }
             "directional" => {
-                section.only(&["name", "kind", "direction", "irradiance"])?;
+                section.only(&["name", "kind", "on", "direction", "irradiance"])?;
                 Ok(Self::Directional {
                     direction: direction()?,
                     irradiance: power("irradiance", "three numbers, W/m²")?,

@@ -26,6 +26,7 @@ fn shining(exponent: f32, editable: bool) -> Scene {
             radiance: Vec3::new(2.0, 3.0, 4.0),
             samples: 10,
         },
+        is_on: true,
     });
     let lobe = |specular| Material {
         diffuse: Vec3::new(0.2, 0.25, 0.3),

@@ -161,7 +161,8 @@ fn glossy_walls_and_all_lights_have_the_energy_of_the_path_tracer() {
         LightKind::Directional { direction, irradiance: Vec3::splat(3.0) },
     ];
     for kinds in [&kinds[..], &kinds[2..3]] {
-        scene.lights = kinds.iter().map(|&kind| Light { name: kind.word().to_owned(), kind }).collect();
+        scene.lights =
+            kinds.iter().map(|&kind| Light { name: kind.word().to_owned(), kind, is_on: true }).collect();
         let [direct, indirect] = differences(scene.clone(), 32, [256, 96]);
         // Both are noisy: 0.6 % of the photon mapper's indirect light, and 0.4 % of the path tracer's.
         assert!(direct.abs() < 0.01 && indirect.abs() < 0.02, "direct {direct}, indirect {indirect}");

@@ -90,7 +90,7 @@ fn each_setting_at_its_least() {
 fn two_lights_add_up() {
     let lights = [Vec3::new(-0.3, 0.2, 0.1), Vec3::new(0.3, 0.1, -0.2)].map(|position| {
         let kind = LightKind::Point { position, intensity: Vec3::new(1.0, 0.5, 0.25) };
-        Light { name: format!("{position}"), kind }
+        Light { name: format!("{position}"), kind, is_on: true }
     });
     let picture = |lights: &[Light]| {
         // Which pixels show an edge, a shadow's among them, is no sum over lights.

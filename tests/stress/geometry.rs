@@ -143,6 +143,7 @@ fn slivers_make_no_firefly() {
     scene.lights = vec![Light {
         name: "lamp".to_owned(),
         kind: LightKind::Point { position: light, intensity: Vec3::ONE },
+        is_on: true,
     }];
     let renderer = render(scene, SMALL);
     // No surface gets more direct light than the nearest point could, nor more indirect light than the brightest surface

@@ -81,10 +81,11 @@ pub(super) fn measure(
         };
         timed.insert(count, relit);
     }
-    for light in 0..renderer.scene().lights.len() {
-        renderer.switch_light(light, true)?;
-    }
+    let lit: Vec<bool> = own.iter().map(|light| light.is_on).collect();
     set(renderer, own)?;
+    for (light, is_on) in lit.into_iter().enumerate() {
+        renderer.switch_light(light, is_on)?;
+    }
     renderer.frame()?;
     Ok(timed)
 }
@@ -121,13 +122,14 @@ pub(in crate::app) fn fitting(scene: &Scene, own: &[Light], count: usize) -> Vec
     let share = own.len() as f32 / count as f32;
     let mut places = open_places(scene);
     let light = |index: usize| {
-        let Light { name, kind } = &own[index % own.len()];
+        let Light { name, kind, .. } = &own[index % own.len()];
         let kind: LightKind = kind.with_emission(share * kind.emission());
         match index < own.len() {
-            true => Light { name: name.clone(), kind },
+            true => Light { name: name.clone(), kind, is_on: true },
             false => Light {
                 name: format!("{name} {index}"),
                 kind: places.next().map_or(kind, |place| kind.moved_to(place)),
+                is_on: true,
             },
         }
     };

@@ -177,7 +177,7 @@ fn read_light(name: &str, keys: &[&Key], scene: &mut Scene) -> Result<LightTrack
         None if added => {
             let (file, node) = (first.section.file(), first.section.without(&OWN));
             let kind = LightKind::read(&Section::new(file, format!("light.{name}"), &node)?, scene.origin)?;
-            scene.lights.push(Light { name: name.to_owned(), kind });
+            scene.lights.push(Light { name: name.to_owned(), kind, is_on: true });
             scene.lights.len() - 1
         }
         None => {
@@ -219,13 +219,13 @@ fn read_light(name: &str, keys: &[&Key], scene: &mut Scene) -> Result<LightTrack
         emission: read(emission, POWER)?.map(|keys| Curve::amounts(&keys)),
         angle: number("angle", 0.01..=90.0)?,
         penumbra: number("penumbra", 0.0..=1.0)?,
-        presence: read_presence(keys, added)?,
+        presence: read_presence(keys, added, !added && scene.lights[index].is_on)?,
     })
 }
 
-/// When a light is switched; one that is added comes on at its first key.
-fn read_presence(keys: &[&Key], added: bool) -> Result<Fades> {
-    let mut presence = Fades::new(if added { DVec3::ZERO } else { DVec3::ONE });
+/// When a light is switched, which is on or off at first; one that is added comes on at its first key.
+fn read_presence(keys: &[&Key], added: bool, is_on: bool) -> Result<Fades> {
+    let mut presence = Fades::new(if is_on { DVec3::ONE } else { DVec3::ZERO });
     let mut last = f64::NEG_INFINITY;
     for (number, Key { time, section }) in keys.iter().enumerate() {
         let comes = added && number == 0;

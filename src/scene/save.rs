@@ -1,1 +1,0 @@
-//! Scenes back into files.

@@ -1,6 +1,6 @@
 //! Where files come from: the disk, or the built-in scenes that are part of the binary.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::{Error, Result};
 
@@ -14,6 +14,19 @@ const EMBEDDED: [(&str, &str); 5] = [
     ("atrium.toml", include_str!("../../assets/atrium.toml")),
     ("room.toml", include_str!("../../assets/room.toml")),
 ];
+
+/// Names of the embedded models: `built_in = "box"` in any scene file is what `file = "box.obj"` is in the built-in scene.
+pub(super) const MODELS: [&str; 1] = ["box"];
+
+/// The file of an embedded model.
+pub(super) fn model_file(name: &str) -> PathBuf {
+    PathBuf::from(format!("{name}.obj"))
+}
+
+/// The OBJ text of the embedded model of that name, if there is one.
+pub(super) fn model(name: &str) -> Option<Vec<u8>> {
+    MODELS.contains(&name).then(|| Files::Embedded.read(&model_file(name)).ok()).flatten()
+}
 
 /// A place to read files from.
 #[derive(Clone, Copy, Debug)]

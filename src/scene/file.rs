@@ -35,23 +35,14 @@ impl Scene {
     /// [`Error::Usage`] for an unknown built-in name or options that do not fit the scene; [`Error::Input`] with file,
     /// line and key for everything wrong in a file.
     pub fn load(spec: &str, options: &LoadOptions) -> Result<Self> {
-        let mut source = Source::open(spec)?;
+        let (mut source, others) = Source::prepare(spec, options)?;
         let file = source.file.clone();
-        let settings = options.set.iter().map(|text| Setting::parse(text)).collect::<Result<Vec<_>>>()?;
-        Section::new(&file, "", &source.root)?.only(&SECTIONS)?;
-        if let Some(preset) = &options.preset {
-            source.choose_preset(preset);
-        }
-        let chosen = options.camera.as_deref();
-        let (models, others): (Vec<_>, Vec<_>) =
-            settings.iter().partition(|setting| setting.is_about_models());
-        models.iter().try_for_each(|setting| setting.apply(&mut source.root, None))?;
         let mut warnings = Vec::new();
         let Models { meshes, mut materials, undefined } = source.load_models(&mut warnings)?;
         let Assembled { triangles, coordinates, origin } =
             assemble(&meshes, &mut warnings).map_err(|message| Error::input(&file, message))?;
         source.complete(|| fit::View::new(&triangles, origin), &mut warnings)?;
-        others.iter().try_for_each(|setting| setting.apply(&mut source.root, chosen))?;
+        source.change(&others, options)?;
 
         let root = &source.root;
         override_materials(&file, root, &mut materials, undefined, &mut warnings)?;
@@ -98,11 +89,14 @@ impl Scene {
 }
 
 /// A scene file before its values are read.
-struct Source {
-    files: Files,
+#[derive(Clone)]
+pub(super) struct Source {
+    pub(super) files: Files,
     /// The file that the user named; the built-in's file name.
-    file: PathBuf,
-    root: Node,
+    pub(super) file: PathBuf,
+    /// What is in the file; what it would say, for a bare OBJ file.
+    pub(super) text: String,
+    pub(super) root: Node,
     /// The user named an OBJ file: `root` only says so.
     is_bare: bool,
 }
@@ -128,16 +122,34 @@ impl Source {
             }
         };
         let is_bare = extension.is_some_and(|extension| extension == "obj");
-        let root = if is_bare {
-            let node = |kind| Node { origin: Origin::Line(1), kind };
+        let text = if is_bare {
             let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let model = node(Kind::Table(vec![("file".to_owned(), node(Kind::Text(name)))]));
-            node(Kind::Table(vec![("model".to_owned(), node(Kind::Array(vec![model])))]))
+            format!("[[model]]\nfile = {}\n", toml_edit::Value::from(name))
         } else {
-            let bytes = files.read(&file).map_err(|message| Error::input(&file, message))?;
-            Node::parse(&file, &utf8(&file, bytes)?)?
+            utf8(&file, files.read(&file).map_err(|message| Error::input(&file, message))?)?
         };
-        Ok(Self { files, file, root, is_bare })
+        let root = Node::parse(&file, &text)?;
+        Ok(Self { files, file, text, root, is_bare })
+    }
+
+    /// Opens it and makes those changes that are about models and presets; the others need to know what the models come to.
+    pub(super) fn prepare(spec: &str, options: &LoadOptions) -> Result<(Self, Vec<Setting>)> {
+        let mut source = Self::open(spec)?;
+        let settings = options.set.iter().map(|text| Setting::parse(text)).collect::<Result<Vec<_>>>()?;
+        Section::new(&source.file, "", &source.root)?.only(&SECTIONS)?;
+        if let Some(preset) = &options.preset {
+            source.choose_preset(preset);
+        }
+        let (models, others): (Vec<_>, Vec<_>) =
+            settings.into_iter().partition(|setting| setting.is_about_models());
+        models.iter().try_for_each(|setting| setting.apply(&mut source.root, None))?;
+        Ok((source, others))
+    }
+
+    /// Makes the other changes.
+    pub(super) fn change(&mut self, others: &[Setting], options: &LoadOptions) -> Result<()> {
+        let chosen = options.camera.as_deref();
+        others.iter().try_for_each(|setting| setting.apply(&mut self.root, chosen))
     }
 
     fn choose_preset(&mut self, preset: &str) {
@@ -162,7 +174,7 @@ impl Source {
             section.only(&["file", "built_in", "triangles", "translate", "rotate", "scale"])?;
             let transform = read_transform(section)?;
             let Models { meshes, materials, undefined } = match section.text("built_in")? {
-                Some(name) => generate(section, name)?,
+                Some(name) => built_in(section, name, warnings)?,
                 None => self.load_model(section, warnings)?,
             };
             let first = all.materials.len();
@@ -178,30 +190,22 @@ impl Source {
     }
 
     fn load_model(&self, section: &Section, warnings: &mut Vec<String>) -> Result<Models> {
-        if section.get("triangles").is_some() {
-            return Err(
-                section.fault_at("triangles", "only a model that is built in can be had as fine as asked")
-            );
-        }
+        refuse_triangles(section)?;
         let name = section.need(section.text("file")?, "file", "path of an OBJ file")?;
         let path = self.file.with_file_name(name);
         let bytes = self.files.read(&path).map_err(|message| match self.is_bare {
             true => Error::input(&path, message),
             false => section.fault_at("file", format!("{:?} {message}", path.display())),
         })?;
-        let obj::Model { meshes, materials, undefined } =
-            obj::load(self.files, &path, &utf8(&path, bytes)?, warnings)?;
-        let undefined = undefined.into_iter().filter_map(|(line, name)| {
-            let warning =
-                format!("{}:{line}: material {name:?} is defined nowhere: taken as grey", path.display());
-            let index = materials.iter().position(|material: &Material| material.name == name)?;
-            Some((index, warning))
-        });
-        Ok(Models { undefined: undefined.collect(), meshes, materials })
+        read_obj(self.files, &path, bytes, warnings)
     }
 
     /// Adds a camera that fits where there is none, and a light where there can be none: beside a bare model.
-    fn complete(&mut self, view: impl FnOnce() -> fit::View, warnings: &mut Vec<String>) -> Result<()> {
+    pub(super) fn complete(
+        &mut self,
+        view: impl FnOnce() -> fit::View,
+        warnings: &mut Vec<String>,
+    ) -> Result<()> {
         let is_empty = |node: Option<&Node>| match node {
             Some(Node { kind: Kind::Array(elements), .. }) => elements.is_empty(),
             node => node.is_none(),
@@ -235,15 +239,38 @@ impl Source {
     }
 }
 
-/// A model that is made rather than read.
-fn generate(section: &Section, name: &str) -> Result<Models> {
+fn read_obj(files: Files, path: &Path, bytes: Vec<u8>, warnings: &mut Vec<String>) -> Result<Models> {
+    let obj::Model { meshes, materials, undefined } = obj::load(files, path, &utf8(path, bytes)?, warnings)?;
+    let undefined = undefined.into_iter().filter_map(|(line, name)| {
+        let warning =
+            format!("{}:{line}: material {name:?} is defined nowhere: taken as grey", path.display());
+        let index = materials.iter().position(|material: &Material| material.name == name)?;
+        Some((index, warning))
+    });
+    Ok(Models { undefined: undefined.collect(), meshes, materials })
+}
+
+/// A model that is part of the binary, or made rather than read.
+fn built_in(section: &Section, name: &str, warnings: &mut Vec<String>) -> Result<Models> {
     if section.get("file").is_some() {
         return Err(section.fault_at("built_in", "a model has either a file or a built-in name, not both"));
     }
+    if let Some(bytes) = builtin::model(name) {
+        refuse_triangles(section)?;
+        return read_obj(Files::Embedded, &builtin::model_file(name), bytes, warnings);
+    }
     let triangles = section.integer("triangles", models::TRIANGLES)?;
-    let (meshes, materials) = models::generate(name, triangles)
-        .ok_or_else(|| section.fault_at("built_in", unknown("built-in model", &models::NAMES, name)))?;
+    let (meshes, materials) = models::generate(name, triangles).ok_or_else(|| {
+        let names = [&builtin::MODELS[..], &models::NAMES].concat();
+        section.fault_at("built_in", unknown("built-in model", &names, name))
+    })?;
     Ok(Models { meshes, materials, undefined: Vec::new() })
+}
+
+fn refuse_triangles(section: &Section) -> Result<()> {
+    let [atrium, room] = models::NAMES;
+    let message = format!("only the built-in models {atrium} and {room} can be had as fine as asked");
+    if section.get("triangles").is_some() { Err(section.fault_at("triangles", message)) } else { Ok(()) }
 }
 
 /// Scale first, then rotate about x, then y, then z, then translate.
@@ -294,7 +321,7 @@ fn override_materials(
     Ok(())
 }
 
-fn read_lights(file: &Path, root: &Node, origin: DVec3) -> Result<Vec<Light>> {
+pub(super) fn read_lights(file: &Path, root: &Node, origin: DVec3) -> Result<Vec<Light>> {
     let sections = Section::list(file, root, "light")?;
     let lights = sections.iter().enumerate().map(|(number, section)| Light::read(section, number, origin));
     let lights = lights.collect::<Result<Vec<_>>>()?;
@@ -302,7 +329,7 @@ fn read_lights(file: &Path, root: &Node, origin: DVec3) -> Result<Vec<Light>> {
     Ok(lights)
 }
 
-fn read_cameras(file: &Path, root: &Node, origin: DVec3) -> Result<Vec<Camera>> {
+pub(super) fn read_cameras(file: &Path, root: &Node, origin: DVec3) -> Result<Vec<Camera>> {
     let sections = match root.get("camera") {
         Some(node @ Node { kind: Kind::Table(_), .. }) => vec![Section::new(file, "camera", node)?],
         _ => Section::list(file, root, "camera")?,

@@ -58,11 +58,13 @@ impl Material {
     }
 }
 
-/// A `[[material]]` of the scene file: what it states replaces what the model says. A diffuse albedo replaces an image, too.
+/// A `[[material]]` of the scene file: what it states replaces what the model says. A diffuse albedo replaces an image, too; a tint is
+/// the albedo that the image is multiplied with, and leaves it.
 pub(super) struct Override {
     /// Which material.
     pub(super) name: String,
     diffuse: Option<Vec3>,
+    tint: Option<Vec3>,
     specular: Option<Vec3>,
     exponent: Option<f32>,
     editable: Option<bool>,
@@ -70,10 +72,17 @@ pub(super) struct Override {
 
 impl Override {
     pub(super) fn read(section: &Section) -> Result<Self> {
-        section.only(&["name", "diffuse", "specular", "exponent", "editable"])?;
+        section.only(&["name", "diffuse", "tint", "specular", "exponent", "editable"])?;
+        if section.get("diffuse").is_some() && section.get("tint").is_some() {
+            return Err(section.fault_at(
+                "tint",
+                "belongs to the model's image, which `diffuse` replaces: state one of them",
+            ));
+        }
         Ok(Self {
             name: section.need(section.text("name")?, "name", "of a material of the model")?.to_owned(),
             diffuse: section.vector("diffuse", 0.0..=1.0)?.map(|albedo| albedo.as_vec3()),
+            tint: section.vector("tint", 0.0..=1.0)?.map(|albedo| albedo.as_vec3()),
             specular: section.vector("specular", 0.0..=1.0)?.map(|albedo| albedo.as_vec3()),
             exponent: section.number("exponent", 1.0..=1e6)?.map(|exponent| exponent as f32),
             editable: section.flag("editable")?,
@@ -84,6 +93,7 @@ impl Override {
         if let Some(diffuse) = self.diffuse {
             (material.diffuse, material.texture) = (diffuse, None);
         }
+        material.diffuse = self.tint.unwrap_or(material.diffuse);
         material.specular = self.specular.unwrap_or(material.specular);
         material.exponent = self.exponent.unwrap_or(material.exponent);
         material.editable = self.editable.unwrap_or(material.editable);

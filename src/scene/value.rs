@@ -80,7 +80,7 @@ impl Node {
         Self { kind: Kind::Table(entries.collect()), origin: origin.clone() }
     }
 
-    fn item(item: &Item, origin: Origin, line_of: &dyn Fn(usize) -> usize) -> Self {
+    pub(super) fn item(item: &Item, origin: Origin, line_of: &dyn Fn(usize) -> usize) -> Self {
         match item {
             Item::None => Self { origin, kind: Kind::Table(Vec::new()) },
             Item::Value(value) => Self::value(value, origin, line_of),
@@ -169,7 +169,7 @@ impl Node {
         }
     }
 
-    fn as_number(&self) -> Option<f64> {
+    pub(super) fn as_number(&self) -> Option<f64> {
         match self.kind {
             Kind::Integer(number) => Some(number as f64),
             Kind::Float(number) => Some(number),
@@ -341,13 +341,18 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// A unit vector from three numbers that are not all zero.
+    /// A unit vector from three numbers that are not all zero. One that is of unit length but for the rounding to f32 stays as it is,
+    /// so that a direction that was written comes back to the bit.
     pub(super) fn direction(&self, key: &str) -> Result<Option<DVec3>> {
         let Some(vector) = self.vector(key, COORDINATE)? else { return Ok(None) };
-        let unit =
-            vector.try_normalize().ok_or_else(|| self.fault_at(key, "a direction must not be zero"))?;
-        Ok(Some(unit))
+        unit(vector).map(Some).ok_or_else(|| self.fault_at(key, "a direction must not be zero"))
     }
+}
+
+/// The direction that three numbers state; none where they are all zero.
+pub(super) fn unit(vector: DVec3) -> Option<DVec3> {
+    let is_unit = (vector.length() - 1.0).abs() <= 4.0 * f64::from(f32::EPSILON);
+    if is_unit { Some(vector) } else { vector.try_normalize() }
 }
 
 fn blame(file: &Path, origin: &Origin, message: String) -> Error {

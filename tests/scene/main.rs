@@ -15,6 +15,7 @@ mod box_model;
 mod film;
 mod places;
 mod refused;
+mod save;
 mod textures;
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nf 1 2 3 4\n";

@@ -128,10 +128,10 @@ fn built_in_models_take_transforms_and_bad_keys_are_refused() {
         .map(|more| load(&format!("built_in = \"atrium\"\ntriangles = 20000\n{more}")).unwrap());
     assert!((size(&large) - 2.0 * size(&small)).abs().max_element() < 1e-4);
     for (model, words) in [
-        ("built_in = \"sponza\"", "unknown built-in model `sponza`: possible: atrium, room"),
+        ("built_in = \"sponza\"", "unknown built-in model `sponza`: possible: box, atrium, room"),
         ("built_in = \"atrium\"\nfile = \"m.obj\"", "either a file or a built-in name"),
         ("built_in = \"atrium\"\ntriangles = 5", "5 is out of range: 10000 to 20000000"),
-        ("file = \"m.obj\"\ntriangles = 20000", "only a model that is built in"),
+        ("file = \"m.obj\"\ntriangles = 20000", "only the built-in models atrium and room"),
     ] {
         let message = load(model).unwrap_err().to_string();
         assert!(message.contains(words), "{message}");

@@ -1,0 +1,195 @@
+//! Edits of a scene file's tables: numbers that still mean what they are to mean stay as they are written.
+
+use glam::{DVec3, Vec3};
+
+use super::{node, without};
+use crate::scene::light::LightKind;
+use crate::scene::value::{Kind, Node, unit};
+use crate::scene::{Camera, Light, Material, camera as cameras, numbers};
+
+/// Degrees that a spot's half-angle can have.
+const MOST_ANGLE: f64 = 90.0;
+
+/// Makes a camera stand and look like that one.
+pub(super) fn camera(table: &mut Node, camera: &Camera, origin: DVec3) {
+    place(table, "position", camera.position, origin);
+    place(table, "target", camera.target, origin);
+    if table.get("up").is_some() || camera.up != Vec3::Y {
+        direction(table, "up", camera.up);
+    }
+    number(table, "fov_y", camera.fov_y_degrees, Some(cameras::FOV_Y_DEFAULT), |n| n as f32, numbers::plain);
+}
+
+/// Makes the list of lights be those; for each, which one of the list it was.
+pub(super) fn lights(root: &mut Node, lights: &[Light], origin: DVec3) -> Vec<Option<usize>> {
+    let old = match root.get("light") {
+        Some(Node { kind: Kind::Array(tables), .. }) => tables.clone(),
+        _ => Vec::new(),
+    };
+    let name_of = |(number, table): (usize, &Node)| {
+        table.get("name").and_then(Node::as_text).map_or_else(|| Light::unnamed(number), str::to_owned)
+    };
+    let names: Vec<String> = old.iter().enumerate().map(name_of).collect();
+    let from = lights.iter().map(|light| names.iter().position(|name| *name == light.name));
+    let from: Vec<Option<usize>> = from.collect();
+    let tables = lights.iter().zip(&from).enumerate().map(|(number, (light, from))| {
+        let mut table = from.map_or_else(|| node(Kind::Table(Vec::new())), |index| old[index].clone());
+        edit_light(&mut table, light, number, origin);
+        table
+    });
+    root.set("light", node(Kind::Array(tables.collect())));
+    from
+}
+
+fn edit_light(table: &mut Node, light: &Light, number: usize, origin: DVec3) {
+    let word = light.kind.word();
+    if table.get("name").is_some() || light.name != Light::unnamed(number) {
+        set_text(table, "name", &light.name);
+    }
+    if table.get("kind").and_then(Node::as_text) != Some(word) {
+        let own = ["name", "on"];
+        if let Kind::Table(entries) = &mut table.kind {
+            entries.retain(|(key, _)| own.contains(&key.as_str()));
+        }
+        set_text(table, "kind", word);
+    }
+    match light.kind {
+        LightKind::Point { position, intensity } => {
+            place(table, "position", position, origin);
+            vector(table, "intensity", intensity);
+        }
+        LightKind::Spot { position, direction: axis, intensity, angle, penumbra } => {
+            place(table, "position", position, origin);
+            direction(table, "direction", axis);
+            let degrees = |radians| numbers::degrees(radians, MOST_ANGLE);
+            self::number(table, "angle", angle, None, |n| n.to_radians() as f32, degrees);
+            self::number(table, "penumbra", penumbra, Some(0.0), |n| n as f32, numbers::plain);
+            vector(table, "intensity", intensity);
+        }
+        LightKind::Area { corner, edge_u, edge_v, radiance, samples } => {
+            place(table, "corner", corner, origin);
+            vector(table, "edge_u", edge_u);
+            vector(table, "edge_v", edge_v);
+            vector(table, "radiance", radiance);
+            let is_stated = table.get("samples").map(|node| node.as_number());
+            if is_stated.unwrap_or(Some(f64::from(LightKind::SAMPLES))) != Some(f64::from(samples)) {
+                table.set("samples", node(Kind::Integer(samples.into())));
+            }
+        }
+        LightKind::Directional { direction: way, irradiance } => {
+            direction(table, "direction", way);
+            vector(table, "irradiance", irradiance);
+        }
+    }
+    let was_on = !matches!(table.get("on"), Some(Node { kind: Kind::Bool(false), .. }));
+    if was_on != light.is_on {
+        table.set("on", node(Kind::Bool(light.is_on)));
+    }
+}
+
+/// States what has changed of materials since they were `loaded`.
+pub(super) fn materials(root: &mut Node, loaded: &[Material], edited: &[Material]) {
+    let mut said: Vec<&str> = Vec::new();
+    for (old, new) in loaded.iter().zip(edited) {
+        let is_same = |a: Vec3, b: Vec3| a.to_array().map(f32::to_bits) == b.to_array().map(f32::to_bits);
+        let diffuse = !is_same(old.diffuse, new.diffuse);
+        let specular = !is_same(old.specular, new.specular);
+        let exponent = old.exponent.to_bits() != new.exponent.to_bits();
+        if !(diffuse || specular || exponent) || said.contains(&new.name.as_str()) {
+            continue;
+        }
+        said.push(&new.name);
+        // One that reflects everything may have been scaled down to that at load, which depends on both albedos.
+        let is_full = (old.diffuse + old.specular).max_element() > 1.0 - 1e-5;
+        let table = material_table(root, &new.name);
+        if diffuse || is_full {
+            let [key, other] = if new.texture.is_some() { ["tint", "diffuse"] } else { ["diffuse", "tint"] };
+            *table = without(table, other);
+            vector(table, key, new.diffuse);
+        }
+        if specular || is_full {
+            vector(table, "specular", new.specular);
+        }
+        if exponent {
+            number(table, "exponent", new.exponent, None, |n| n as f32, numbers::plain);
+        }
+    }
+}
+
+/// The `[[material]]` of that name, which is added where there is none.
+fn material_table<'a>(root: &'a mut Node, name: &str) -> &'a mut Node {
+    if root.get("material").is_none() {
+        root.set("material", node(Kind::Array(Vec::new())));
+    }
+    let list = root.get_mut("material").expect("it has just been added");
+    let Kind::Array(tables) = &mut list.kind else { unreachable!("the scene was loaded from it") };
+    let named = |table: &Node| table.get("name").and_then(Node::as_text) == Some(name);
+    let index = tables.iter().position(named).unwrap_or_else(|| {
+        let mut table = node(Kind::Table(Vec::new()));
+        set_text(&mut table, "name", name);
+        tables.push(table);
+        tables.len() - 1
+    });
+    &mut tables[index]
+}
+
+fn set_text(table: &mut Node, key: &str, text: &str) {
+    table.set(key, node(Kind::Text(text.to_owned())));
+}
+
+/// The three numbers of a vector that is there.
+fn numbers_of(table: &Node, key: &str) -> Option<[(f64, Node); 3]> {
+    let Kind::Array(elements) = &table.get(key)?.kind else { return None };
+    let found: Option<Vec<_>> = elements.iter().map(|e| Some((e.as_number()?, e.clone()))).collect();
+    found?.try_into().ok()
+}
+
+/// Sets a vector component by component, where it is read as another one.
+fn components(
+    table: &mut Node,
+    key: &str,
+    wanted: Vec3,
+    read: impl Fn(usize, f64) -> f32,
+    write: impl Fn(usize, f32) -> f64,
+) {
+    let old = numbers_of(table, key);
+    let component = |axis: usize| match old.as_ref().map(|numbers| &numbers[axis]) {
+        Some((number, node)) if read(axis, *number).to_bits() == wanted[axis].to_bits() => node.clone(),
+        _ => node(Kind::Float(write(axis, wanted[axis]))),
+    };
+    table.set(key, node(Kind::Array([0, 1, 2].map(component).into())));
+}
+
+fn vector(table: &mut Node, key: &str, wanted: Vec3) {
+    components(table, key, wanted, |_, number| number as f32, |_, value| numbers::plain(value));
+}
+
+fn place(table: &mut Node, key: &str, wanted: Vec3, origin: DVec3) {
+    let read = |axis, number: f64| (number - origin[axis]) as f32;
+    components(table, key, wanted, read, |axis, value| numbers::place(value, origin[axis]));
+}
+
+/// Sets a direction where it is read as another one, all of it: its components depend on each other.
+fn direction(table: &mut Node, key: &str, wanted: Vec3) {
+    let old = numbers_of(table, key).map(|numbers| DVec3::from(numbers.map(|(number, _)| number)));
+    let read = old.and_then(unit).map(|unit| unit.as_vec3().to_array().map(f32::to_bits));
+    if read != Some(wanted.to_array().map(f32::to_bits)) {
+        let numbers = wanted.to_array().map(|value| node(Kind::Float(numbers::plain(value))));
+        table.set(key, node(Kind::Array(numbers.into())));
+    }
+}
+
+/// Sets a number where it, or what holds where it is absent, is read as another one.
+fn number(
+    table: &mut Node,
+    key: &str,
+    wanted: f32,
+    default: Option<f64>,
+    read: impl Fn(f64) -> f32,
+    write: impl Fn(f32) -> f64,
+) {
+    let old = table.get(key).map_or(default, Node::as_number);
+    if old.is_none_or(|number| read(number).to_bits() != wanted.to_bits()) {
+        table.set(key, node(Kind::Float(write(wanted))));
+    }
+}

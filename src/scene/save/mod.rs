@@ -1,0 +1,158 @@
+//! The scene as it is now back into a file: the text that it was loaded from, with what has changed since replaced.
+//!
+//! Loading the saved file gives the same scene to the bit: triangles, origin, lights, materials, cameras, quality. Only far from the
+//! world's origin some coordinates next to zero are out of reach of a file, see [`super::numbers::place`].
+
+mod edits;
+mod paths;
+mod text;
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::builtin::{self, Files};
+use super::file::{Source, read_cameras, read_lights};
+use super::material::Override;
+use super::value::{Kind, Node, Origin, Section};
+use super::{Camera, Light, LoadOptions, Material, Quality, Scene, fit};
+use crate::{Error, Result};
+pub use paths::relative_to;
+
+/// A scene's file as it was when the scene was loaded, to which edits can be applied.
+#[derive(Clone)]
+pub struct SceneText {
+    /// With all that the options changed.
+    source: Source,
+    /// For each camera, the one in the file that it is.
+    cameras: Vec<usize>,
+    materials: Vec<Material>,
+    origin: DVec3,
+}
+
+/// What of a scene may have been edited. What is not here is saved as it was loaded.
+#[derive(Clone, Copy, Debug)]
+pub struct Edited<'a> {
+    /// The first camera. Its position, target, direction of up and field of view are saved, its name and size are not.
+    pub camera: &'a Camera,
+    /// All lights, recentred as the scene is; told apart by their names.
+    pub lights: &'a [Light],
+    /// All materials, in the scene's order.
+    pub materials: &'a [Material],
+}
+
+impl<'a> Edited<'a> {
+    /// All that may have been edited of a scene.
+    pub fn of(scene: &'a Scene) -> Self {
+        Self { camera: &scene.cameras[0], lights: &scene.lights, materials: &scene.materials }
+    }
+}
+
+impl SceneText {
+    /// Reads the text that `scene` has just been loaded from with the same arguments. The image size and the name of a chosen camera
+    /// are the session's; what else the options changed is saved as values.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn new(spec: &str, options: &LoadOptions, scene: &Scene) -> Result<Self> {
+        let (mut source, others) = Source::prepare(spec, options)?;
+        source.complete(|| fit::View::new(&scene.triangles, scene.origin), &mut Vec::new())?;
+        source.change(&others, options)?;
+        let names = read_cameras(&source.file, &source.root, scene.origin)?;
+        let chosen = options.camera.as_ref();
+        let first = chosen.and_then(|name| names.iter().position(|camera| camera.name == *name)).unwrap_or(0);
+        let mut cameras: Vec<usize> = (0..names.len()).collect();
+        cameras[..=first].rotate_right(1);
+        Ok(Self { source, cameras, materials: scene.materials.clone(), origin: scene.origin })
+    }
+
+    /// The text of the edited scene, to be saved at `to`: models' paths are relative to that. Comments, order and layout of what has
+    /// not changed stay; lights that are gone are left out, new ones come behind the others, materials that have changed become
+    /// `[[material]]`s. A model that only a built-in scene has a file of is named by `built_in`.
+    ///
+    /// Materials that share a name cannot be told apart in a scene file: the first of them that has changed speaks for all.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where there is no light left; [`Error::Input`] for an edit that no scene file can say, such as a
+    /// field of view of 180°.
+    pub fn with_edits(&self, edited: &Edited, to: &Path) -> Result<String> {
+        if edited.lights.is_empty() {
+            let message = "a scene file needs a light: switch the last one off instead of removing it";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        let mut root = self.source.root.clone();
+        self.place_models(&mut root, to)?;
+        let cameras = self.edit_cameras(&mut root, edited.camera);
+        let lights = edits::lights(&mut root, edited.lights, self.origin);
+        edits::materials(&mut root, &self.materials, edited.materials);
+        let text = text::write(&self.source.text, &root, [("camera", &cameras), ("light", &lights)])?;
+        self.check(to, &text)?;
+        Ok(text)
+    }
+
+    /// Makes models' files be found from the new place.
+    fn place_models(&self, root: &mut Node, to: &Path) -> Result<()> {
+        let Some(Node { kind: Kind::Array(models), .. }) = root.get_mut("model") else { return Ok(()) };
+        for model in models {
+            let Some(name) = model.get("file").and_then(Node::as_text) else { continue };
+            let path = self.source.file.with_file_name(name);
+            match self.source.files {
+                Files::Embedded => {
+                    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                    if builtin::model(&stem).is_some() {
+                        *model = without(model, "file");
+                        model.set("built_in", node(Kind::Text(stem)));
+                    }
+                }
+                Files::Disk => {
+                    if let Some(path) = paths::moved(&path, &self.source.file, to)? {
+                        model.set("file", node(Kind::Text(path)));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts cameras in order and edits the first; for each, where it was.
+    fn edit_cameras(&self, root: &mut Node, camera: &Camera) -> Vec<Option<usize>> {
+        match root.get_mut("camera") {
+            Some(Node { kind: Kind::Array(cameras), .. }) => {
+                *cameras = self.cameras.iter().map(|&index| cameras[index].clone()).collect();
+                if let Some(first) = cameras.first_mut() {
+                    edits::camera(first, camera, self.origin);
+                }
+            }
+            Some(table) => edits::camera(table, camera, self.origin),
+            None => {}
+        }
+        self.cameras.iter().copied().map(Some).collect()
+    }
+
+    /// Reads all but the models of what is to be saved, so that nothing is saved that cannot be loaded.
+    fn check(&self, to: &Path, text: &str) -> Result<()> {
+        let root = Node::parse(to, text)?;
+        read_lights(to, &root, self.origin)?;
+        read_cameras(to, &root, self.origin)?;
+        for section in Section::list(to, &root, "material")? {
+            Override::read(&section)?;
+        }
+        match root.get("quality") {
+            Some(node) => Quality::read(&Section::new(to, "quality", node)?).map(|_| ()),
+            None => Ok(()),
+        }
+    }
+}
+
+fn node(kind: Kind) -> Node {
+    Node { origin: Origin::Flag("edited".to_owned()), kind }
+}
+
+/// A table without one of its keys.
+fn without(table: &Node, key: &str) -> Node {
+    let mut table = table.clone();
+    if let Kind::Table(entries) = &mut table.kind {
+        entries.retain(|(name, _)| name != key);
+    }
+    table
+}

@@ -5,18 +5,18 @@
 #   scripts/setup.sh [--lint] [--tests]
 #
 #   --lint    rustfmt and clippy too, and no Vulkan
-#   --tests   the Vulkan validation layers too
+#   --tests   the Vulkan validation layers too and, where windows are X11's, its libraries and a display without a screen
 #
 # SETUP_DRY_RUN=1 prints the commands instead of running them. SETUP_ROOT=DIR looks for files under DIR instead of /,
 # and SETUP_MANAGER=NAME takes that package manager: both for trying this script out.
 set -eu
 
 root=${SETUP_ROOT:-}
-want_lint=no want_vulkan=yes want_layers=no
+want_lint=no want_vulkan=yes want_tests=no
 for argument in "$@"; do
     case $argument in
         --lint) want_lint=yes want_vulkan=no ;;
-        --tests) want_layers=yes ;;
+        --tests) want_tests=yes ;;
         *) echo "usage: scripts/setup.sh [--lint] [--tests]" >&2; exit 2 ;;
     esac
 done
@@ -40,16 +40,20 @@ has_linker() {
     return $status
 }
 
-has_loader() {
+# Whether the shared library $1 is where the system's linker looks.
+has_library() {
     if [ -z "$root" ]; then
         for ldconfig in ldconfig /sbin/ldconfig /usr/sbin/ldconfig; do
-            if have "$ldconfig" && "$ldconfig" -p 2>/dev/null | grep -q 'libvulkan\.so\.1'; then return 0; fi
+            if have "$ldconfig" && "$ldconfig" -p 2>/dev/null | grep -qF "$1"; then return 0; fi
         done
     fi
-    any_file "$root"/usr/lib/libvulkan.so.1 "$root"/usr/lib/*/libvulkan.so.1 "$root"/usr/lib64/libvulkan.so.1 \
-        "$root"/usr/local/lib/libvulkan.so.1 "$root"/usr/local/lib/libvulkan.dylib \
-        "$root"/opt/homebrew/lib/libvulkan.dylib && return 0
-    in_list "${LD_LIBRARY_PATH:-}" libvulkan.so.1
+    any_file "$root/usr/lib/$1" "$root"/usr/lib/*/"$1" "$root/usr/lib64/$1" "$root/usr/local/lib/$1" && return 0
+    in_list "${LD_LIBRARY_PATH:-}" "$1"
+}
+
+has_loader() {
+    has_library libvulkan.so.1 ||
+        any_file "$root"/usr/local/lib/libvulkan.dylib "$root"/opt/homebrew/lib/libvulkan.dylib
 }
 
 # Whether one of the arguments (patterns that the shell has expanded, or not) exists.
@@ -105,6 +109,19 @@ has_layers() {
     in_list "$(manifest_folders explicit_layer.d)" VkLayer_khronos_validation.json
 }
 
+# What a window loads when it opens on X11.
+has_xlib() {
+    [ "$(uname -s)" = Darwin ] && return 0
+    for library in libX11-xcb.so.1 libXcursor.so.1 libXi.so.6 libxkbcommon-x11.so.0; do
+        has_library $library || return 1
+    done
+}
+
+# Tests of the window have a display of their own.
+has_display() {
+    [ "$(uname -s)" = Darwin ] || have Xvfb
+}
+
 # --- How to get the rest -------------------------------------------------------------------------------------------
 
 manager() {
@@ -132,6 +149,14 @@ packages() {
         brew:driver) echo molten-vk ;;
         apt-get:layers | zypper:layers | brew:layers) echo vulkan-validationlayers ;;
         *:layers) echo vulkan-validation-layers ;;
+        apt-get:xlib) echo libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0 ;;
+        zypper:xlib) echo libX11-xcb1 libXcursor1 libXi6 libxkbcommon-x11-0 ;;
+        dnf:xlib) echo libX11-xcb libXcursor libXi libxkbcommon-x11 ;;
+        pacman:xlib | apk:xlib) echo libx11 libxcursor libxi libxkbcommon-x11 ;;
+        apt-get:display | apk:display) echo xvfb ;;
+        dnf:display | zypper:display) echo xorg-x11-server-Xvfb ;;
+        pacman:display) echo xorg-server-xvfb ;;
+        brew:xlib | brew:display) ;;
     esac
 }
 
@@ -194,13 +219,17 @@ check_components() {
     run rustup component add rustfmt clippy
 }
 
-# Names what is missing: any of linker, loader, driver, layers.
+# Names what is missing: any of linker, loader, driver, layers, xlib, display.
 missing() {
     has_linker || echo linker
     if [ "$want_vulkan" = yes ]; then
         has_loader || echo loader
         has_driver || echo driver
-        [ "$want_layers" = no ] || has_layers || echo layers
+    fi
+    if [ "$want_vulkan$want_tests" = yesyes ]; then
+        has_layers || echo layers
+        has_xlib || echo xlib
+        has_display || echo display
     fi
 }
 
@@ -220,7 +249,7 @@ for thing in $lacks; do list="$list $(packages "$manager" "$thing")"; done
 say "missing:" $lacks
 [ "$manager" != none ] ||
     refuse "no package manager that this script knows; install a C linker, the Vulkan loader (libvulkan.so.1)," \
-        "a Vulkan driver (Mesa's lavapipe will do) and, for tests, the Khronos validation layer"
+        "a Vulkan driver (Mesa's lavapipe will do) and, for tests, the Khronos validation layer, libX11 and Xvfb"
 run_as_root "$(install_command "$manager" "${list# }")"
 [ -z "${SETUP_DRY_RUN:-}" ] || exit 0
 lacks=$(missing) || exit 1

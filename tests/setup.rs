@@ -56,6 +56,10 @@ impl Machine {
         self.file("usr/lib/libvulkan.so.1");
         self.file("usr/share/vulkan/icd.d/lvp_icd.x86_64.json");
         self.file("usr/share/vulkan/explicit_layer.d/VkLayer_khronos_validation.json");
+        for library in ["libX11-xcb.so.1", "libXcursor.so.1", "libXi.so.6", "libxkbcommon-x11.so.0"] {
+            self.file(&format!("usr/lib/x86_64-linux-gnu/{library}"));
+        }
+        self.program("Xvfb", "");
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
@@ -95,17 +99,31 @@ fn each_package_manager_gets_its_own_packages() {
     let machine = Machine::bare();
     machine.program("cc", "exit 1");
     for (manager, expected) in [
-        ("apt-get", "gcc libc6-dev libvulkan1 mesa-vulkan-drivers vulkan-validationlayers"),
-        ("dnf", "dnf install -y gcc glibc-devel vulkan-loader mesa-vulkan-drivers vulkan-validation-layers"),
+        (
+            "apt-get",
+            "gcc libc6-dev libvulkan1 mesa-vulkan-drivers vulkan-validationlayers \
+             libx11-xcb1 libxcursor1 libxi6 libxkbcommon-x11-0 xvfb",
+        ),
+        (
+            "dnf",
+            "dnf install -y gcc glibc-devel vulkan-loader mesa-vulkan-drivers vulkan-validation-layers \
+             libX11-xcb libXcursor libXi libxkbcommon-x11 xorg-x11-server-Xvfb",
+        ),
         (
             "pacman",
-            "pacman -Sy --needed --noconfirm gcc vulkan-icd-loader vulkan-swrast vulkan-validation-layers",
+            "pacman -Sy --needed --noconfirm gcc vulkan-icd-loader vulkan-swrast vulkan-validation-layers \
+             libx11 libxcursor libxi libxkbcommon-x11 xorg-server-xvfb",
         ),
         (
             "zypper",
-            "zypper --non-interactive install gcc glibc-devel libvulkan1 libvulkan_lvp vulkan-validationlayers",
+            "zypper --non-interactive install gcc glibc-devel libvulkan1 libvulkan_lvp vulkan-validationlayers \
+             libX11-xcb1 libXcursor1 libXi6 libxkbcommon-x11-0 xorg-x11-server-Xvfb",
         ),
-        ("apk", "apk add gcc musl-dev vulkan-loader mesa-vulkan-swrast vulkan-validation-layers"),
+        (
+            "apk",
+            "apk add gcc musl-dev vulkan-loader mesa-vulkan-swrast vulkan-validation-layers \
+             libx11 libxcursor libxi libxkbcommon-x11 xvfb",
+        ),
         ("brew", "brew install gcc vulkan-loader molten-vk vulkan-validationlayers"),
     ] {
         let (code, out, _) =
@@ -127,6 +145,11 @@ fn only_what_is_missing_is_installed() {
     assert!(out.starts_with("sh -c apt-get update && "), "{out}");
     assert!(out.trim_end().ends_with("--no-install-recommends vulkan-validationlayers"), "{out}");
     assert_eq!(err, "setup: missing: layers\n");
+    fs::remove_file(machine.path("bin/Xvfb")).unwrap();
+    assert_eq!(machine.run(&["--tests"]).2, "setup: missing: layers display\n");
+    fs::remove_file(machine.path("usr/lib/x86_64-linux-gnu/libXi.so.6")).unwrap();
+    assert_eq!(machine.run(&["--tests"]).2, "setup: missing: layers xlib display\n");
+    assert_eq!(machine.run(&[]), (Some(0), String::new(), String::new()));
 }
 
 #[test]

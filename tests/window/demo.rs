@@ -1,0 +1,232 @@
+//! The program under test: its window, what it says, how it ends.
+
+use std::cell::{OnceCell, RefCell};
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Mutex};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use image::RgbImage;
+
+use crate::client::{BLOT, Client};
+use crate::display::Display;
+use crate::picture::{Area, changed_pixels};
+use crate::until;
+
+/// How long nothing may change in a picture that is taken for still. Frames of a processor that emulates a device take long.
+const CALM: Duration = Duration::from_millis(1500);
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stream {
+    Out,
+    Err,
+}
+
+/// A line that the process has written.
+#[derive(Clone, Debug)]
+pub struct Line {
+    pub since_start: Duration,
+    pub stream: Stream,
+    pub text: String,
+}
+
+/// A running process and its window. Killed, if it still runs, when it goes out of scope.
+pub struct Demo<'a> {
+    display: Option<&'a Display>,
+    child: RefCell<Child>,
+    lines: Arc<Mutex<Vec<Line>>>,
+    readers: RefCell<Vec<JoinHandle<()>>>,
+    client: OnceCell<Client>,
+    /// Of the test.
+    name: String,
+}
+
+impl<'a> Demo<'a> {
+    /// Starts `lightpaths demo` with these arguments.
+    pub fn start(display: &'a Display, arguments: &[&str]) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
+        command.arg("demo").args(arguments);
+        Self::run(Some(display), command)
+    }
+
+    /// Runs any command on `display`, or without any display. A point of the window is a pixel whatever the machine's settings say.
+    pub fn run(display: Option<&'a Display>, mut command: Command) -> Self {
+        command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+        command.envs(display.map(|display| ("DISPLAY", display.name()))).env("WINIT_X11_SCALE_FACTOR", "1");
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let start = Instant::now();
+        let mut child = command.spawn().unwrap();
+        let lines = Arc::default();
+        let out = child.stdout.take().expect("piped");
+        let err = child.stderr.take().expect("piped");
+        let readers = vec![
+            keep(out, Stream::Out, start, Arc::clone(&lines)),
+            keep(err, Stream::Err, start, Arc::clone(&lines)),
+        ];
+        let name = thread::current().name().unwrap_or("test").replace("::", "-");
+        Self {
+            display,
+            child: RefCell::new(child),
+            lines,
+            readers: RefCell::new(readers),
+            client: OnceCell::new(),
+            name,
+        }
+    }
+
+    /// Process.
+    pub fn process(&self) -> u32 {
+        self.child.borrow().id()
+    }
+
+    /// A hand on the window, which is waited for the first time.
+    pub fn client(&self) -> &Client {
+        self.client.get_or_init(|| {
+            let display = self.display.expect("a display was given");
+            Client::attach(display, self.process(), Duration::from_secs(60))
+        })
+    }
+
+    /// All lines so far of one stream.
+    pub fn lines(&self, stream: Stream) -> Vec<String> {
+        let lines = self.lines.lock().unwrap();
+        lines.iter().filter(|line| line.stream == stream).map(|line| line.text.clone()).collect()
+    }
+
+    /// How many lines there are so far, for [`Self::wait_for_line_since`].
+    pub fn mark(&self) -> usize {
+        self.lines.lock().unwrap().len()
+    }
+
+    /// The first line of either stream that begins with `prefix`.
+    pub fn wait_for_line(&self, prefix: &str, within: Duration) -> String {
+        self.wait_for_line_since(0, prefix, within)
+    }
+
+    /// The first such line after `mark`. Fails as soon as it can no longer come.
+    pub fn wait_for_line_since(&self, mark: usize, prefix: &str, within: Duration) -> String {
+        until(&format!("line {prefix:?}"), within, || {
+            // In this order: what was written before the end has been read when it is looked for.
+            let end = self.try_end();
+            let lines = self.lines.lock().unwrap();
+            let line = lines.iter().skip(mark).find(|line| line.text.starts_with(prefix));
+            assert!(line.is_some() || end.is_none(), "ended ({}) without line {prefix:?}", end.unwrap());
+            line.map(|line| line.text.clone())
+        })
+    }
+
+    pub fn is_running(&self) -> bool {
+        self.try_end().is_none()
+    }
+
+    /// Waits for the end; none if a signal brought it about.
+    pub fn exit_code(&self, within: Duration) -> Option<i32> {
+        until("end of the process", within, || self.try_end()).code()
+    }
+
+    pub fn capture(&self) -> RgbImage {
+        self.client().capture()
+    }
+
+    /// Waits until nothing has changed in `area`, or in the whole window, for a while.
+    pub fn wait_until_still(&self, area: Option<Area>, within: Duration) -> RgbImage {
+        let mut last = self.capture();
+        let mut since = Instant::now();
+        until("still picture", within, || {
+            let next = self.capture();
+            let area = area.unwrap_or_else(|| Area::of(&next));
+            if changed_pixels(&last, &next, area, 0) > 0 {
+                last = next;
+                since = Instant::now();
+                return None;
+            }
+            (since.elapsed() >= CALM).then_some(next)
+        })
+    }
+
+    /// Waits until a pixel of `area` is another than `before`.
+    pub fn wait_for_change(&self, before: &RgbImage, area: Area, within: Duration) -> RgbImage {
+        until("change", within, || {
+            let now = self.capture();
+            (changed_pixels(before, &now, area, 0) > 0).then_some(now)
+        })
+    }
+
+    /// Demands that the process draws its whole window when told to.
+    pub fn assert_presents(&self, within: Duration) {
+        self.client().blot();
+        until("presented picture", within, || {
+            assert!(self.is_running(), "ended");
+            self.capture().pixels().all(|pixel| pixel.0 != BLOT).then_some(())
+        });
+    }
+
+    /// How it ended, if it has; all that it wrote has then been read.
+    fn try_end(&self) -> Option<ExitStatus> {
+        let status = self.child.borrow_mut().try_wait().unwrap();
+        if status.is_some() {
+            self.readers.borrow_mut().drain(..).for_each(|reader| reader.join().unwrap());
+        }
+        status
+    }
+
+    /// Says, on the way out of a failed test, what can be known. Must not panic.
+    fn report(&self) {
+        if let Some(client) = self.client.get() {
+            match save_failure(client, &self.name) {
+                Ok(path) => eprintln!("the window is in {}", path.display()),
+                Err(fault) => eprintln!("no picture of the window: {fault}"),
+            }
+        }
+        for line in self.lines.lock().iter().flat_map(|lines| lines.iter()) {
+            eprintln!("{:9.3} s {:?}: {}", line.since_start.as_secs_f64(), line.stream, line.text);
+        }
+    }
+}
+
+impl Drop for Demo<'_> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.report();
+        }
+        let child = self.child.get_mut();
+        let _ = child.kill();
+        let _ = child.wait();
+    }
+}
+
+/// Where pictures of failures go.
+pub fn failures() -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).with_file_name("window-failures")
+}
+
+/// Saves what the window shows. Must not panic.
+pub fn save_failure(client: &Client, name: &str) -> Result<PathBuf, String> {
+    let folder = failures();
+    let path = folder.join(format!("{name}.png"));
+    let image = client.try_capture()?;
+    fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
+    image.save(&path).map_err(|error| error.to_string())?;
+    Ok(path)
+}
+
+/// Keeps the lines of a stream until it ends.
+fn keep(
+    stream: impl Read + Send + 'static,
+    which: Stream,
+    start: Instant,
+    lines: Arc<Mutex<Vec<Line>>>,
+) -> JoinHandle<()> {
+    thread::spawn(move || {
+        let mut reader = BufReader::new(stream);
+        let mut bytes = Vec::new();
+        while reader.read_until(b'\n', &mut bytes).is_ok_and(|count| count > 0) {
+            let text = String::from_utf8_lossy(&bytes).trim_end().to_owned();
+            lines.lock().unwrap().push(Line { since_start: start.elapsed(), stream: which, text });
+            bytes.clear();
+        }
+    })
+}

@@ -1,0 +1,33 @@
+//! The window as its user sees it: a screen of its own, input as from a mouse and a keyboard, the pixels that come of it.
+//!
+//! A test that fails leaves the window's last picture in `target/window-failures`.
+#![cfg(all(target_os = "linux", feature = "window"))]
+#![allow(dead_code, unreachable_pub, clippy::unwrap_used, reason = "a test may panic, and uses a part")]
+
+mod client;
+mod demo;
+mod display;
+mod harness;
+mod keys;
+mod monkey;
+mod picture;
+// mod scenarios;
+mod toy;
+
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// Between one look and the next.
+const POLL: Duration = Duration::from_millis(20);
+
+/// Looks until there is something to be seen; fails for want of `what`.
+fn until<T>(what: &str, within: Duration, mut look: impl FnMut() -> Option<T>) -> T {
+    let end = Instant::now() + within;
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(Instant::now() < end, "no {what} within {within:?}");
+        sleep(POLL);
+    }
+}

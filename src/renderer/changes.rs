@@ -38,6 +38,8 @@ impl Default for Edited {
 pub(super) struct Changes {
     /// The camera.
     pub(super) view: bool,
+    /// The room for the picture: it holds nothing yet, not even where no light shines.
+    pub(super) room: bool,
     /// What lights emit: their colours, or which of them there are.
     pub(super) emission: bool,
     /// What the only light emits.
@@ -55,6 +57,7 @@ pub(super) struct Changes {
 impl Changes {
     pub(super) const ALL: Self = Self {
         view: true,
+        room: true,
         emission: true,
         tint: true,
         materials: true,
@@ -89,7 +92,7 @@ pub(super) struct Stages {
 
 impl Stages {
     pub(super) fn new(changes: Changes, lights: &Lights) -> Self {
-        let direct = changes.emission || !lights.without_layer().is_empty();
+        let direct = changes.emission || changes.room || !lights.without_layer().is_empty();
         let energy = changes.emission || !lights.without_factors().is_empty() || changes.materials;
         let splat = energy || changes.view;
         let lobes = changes.view || changes.lobes;

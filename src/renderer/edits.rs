@@ -172,7 +172,7 @@ impl Renderer {
     pub fn force(&mut self, work: Work) {
         match work {
             Work::Everything => {
-                self.changes = Changes::ALL;
+                self.changes = Changes { room: self.changes.room, ..Changes::ALL };
                 (0..self.scene.lights.len()).for_each(|light| self.lights.moved(light));
             }
             Work::Light(light) => self.lights.moved(light),

@@ -72,6 +72,14 @@ pub(super) struct GlossRoom {
     pub(super) sample_count: u32,
 }
 
+/// What lights need for another picture.
+pub(super) struct NewLayers {
+    point_count: u32,
+    sample_count: Option<u32>,
+    /// Layer, and hits and highlights, of each.
+    of_lights: Vec<(Buffer, Option<[Buffer; 2]>)>,
+}
+
 fn cluster_light(rows: &Rows) -> ClusterLight<'_> {
     ClusterLight { factors: &rows.factors, carried: rows.carried.as_ref(), layer: &rows.clusters }
 }
@@ -170,14 +178,27 @@ impl Lights {
         self.rows.iter_mut().for_each(|rows| (rows.has_clusters, rows.has_hits) = (false, false));
     }
 
-    /// The camera sees so many other points.
-    pub(super) fn resize_layers(&mut self, point_count: u32) -> Result<()> {
-        self.point_count = point_count;
-        for rows in &mut self.rows {
-            rows.layer = Buffer::storage(&self.context, "light layer", 4 * u64::from(point_count))?;
-            rows.has_layer = false;
+    /// Room for so many other points that the camera sees, and samples of shining pixels; none: these stay.
+    pub(super) fn new_layers(&self, point_count: u32, sample_count: Option<u32>) -> Result<NewLayers> {
+        let row = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
+        let of_gloss = |count: u32| Ok([row("light hits", 3 * count)?, row("light highlights", count)?]);
+        let of_light = |_| Ok((row("light layer", point_count)?, sample_count.map(of_gloss).transpose()?));
+        let of_lights = (0..self.rows.len()).map(of_light).collect::<Result<_>>()?;
+        Ok(NewLayers { point_count, sample_count, of_lights })
+    }
+
+    /// Takes them in the place of those that there are. They hold nothing yet: the view has to change, too.
+    pub(super) fn take_layers(&mut self, new: NewLayers) {
+        self.point_count = new.point_count;
+        if let (Some(gloss), Some(sample_count)) = (&mut self.gloss, new.sample_count) {
+            gloss.sample_count = sample_count;
         }
-        Ok(())
+        for (rows, (layer, of_gloss)) in self.rows.iter_mut().zip(new.of_lights) {
+            rows.layer = layer;
+            if let Some([hits, highlights]) = of_gloss {
+                (rows.hits, rows.highlights) = (Some(hits), Some(highlights));
+            }
+        }
     }
 
     /// All that was due has been traced.

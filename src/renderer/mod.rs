@@ -14,6 +14,7 @@ mod outputs;
 mod precompute;
 mod preview;
 mod report;
+mod resize;
 mod resolution;
 mod scope;
 mod shine;

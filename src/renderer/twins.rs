@@ -104,7 +104,8 @@ impl Renderer {
         let slots = self.antialias.room.slots;
         self.pixel_colours = PixelColours::new(&self.context, &self.buffers, width * height, slots)?;
         self.direct = Direct::new(&self.context, self.size(), slots)?;
-        self.lights.resize_layers(self.direct.point_count())?;
+        self.lights.take_layers(self.lights.new_layers(self.direct.point_count(), None)?);
+        self.changes.room = true;
         self.view_changed();
         Ok(())
     }

@@ -8,7 +8,7 @@ use crate::Result;
 /// Keys of a camera in the scene file.
 pub(super) const KEYS: [&str; 6] = ["name", "position", "target", "up", "fov_y", "size"];
 /// Pixels along either axis of an image.
-pub(super) const SIZE: std::ops::RangeInclusive<u32> = 1..=16384;
+pub const SIZE: std::ops::RangeInclusive<u32> = 1..=16384;
 /// Vertical fields of view, degrees.
 pub(super) const FOV_Y: std::ops::RangeInclusive<f64> = 0.01..=179.0;
 

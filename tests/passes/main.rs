@@ -39,6 +39,7 @@ mod prefix_sum;
 mod ray_bundles;
 mod rays;
 mod reads;
+mod resize;
 mod separated;
 mod splat;
 mod textures;

@@ -1,0 +1,60 @@
+//! The picture takes another size. What was traced ahead of the frames knows nothing of pixels, and stays.
+
+use super::Renderer;
+use crate::error::{Error, Result};
+use crate::passes::frame::{
+    antialias::Antialias, compose::Compose, direct::Direct, gloss_pixels::GlossPixels,
+    pixel_colours::PixelColours, primary::Primary, splat::Splat, tonemap::Tonemap,
+};
+use crate::scene::camera;
+use crate::types::View;
+
+impl Renderer {
+    /// Gives the picture another size, width and height in pixels. The next frame does what the camera's movement would make it do, and
+    /// has the bits of a cold start at that size. Until it is done, what can be read of the picture holds nothing.
+    ///
+    /// # Errors
+    /// The size is none that a camera can have; the device lacks memory, for what was and what comes, or failed. The renderer is then
+    /// left as it was.
+    pub fn resize(&mut self, size: [u32; 2]) -> Result<()> {
+        if size == self.size() {
+            return Ok(());
+        }
+        let [width, height] = size;
+        if !size.iter().all(|pixels| camera::SIZE.contains(pixels)) {
+            let (least, most) = camera::SIZE.into_inner();
+            return Err(Error::Usage(format!(
+                "a picture of {width}×{height} pixels; each must be from {least} to {most}"
+            )));
+        }
+        let (context, buffers, pixel_count) = (&self.context, &self.buffers, width * height);
+        let antialias = Antialias::new(context, size, self.scene.quality.edge_samples)?;
+        let slots = antialias.room.slots;
+        let direct = Direct::new(context, size, slots)?;
+        let primary = Primary::new(context, pixel_count)?;
+        let pixel_colours = PixelColours::new(context, buffers, pixel_count, slots)?;
+        let splat = Splat::new(context, self.gather.point_count(), size)?;
+        let compose = Compose::new(context, buffers, size, self.shine.is_some())?;
+        let tonemap = Tonemap::new(context, pixel_count)?;
+        let (quality, cluster_bits) = (&self.scene.quality, self.gather.code.cluster_bits);
+        let of_gloss = |_| GlossPixels::new(context, buffers, pixel_count, quality.gloss_rays, cluster_bits);
+        let of_gloss = self.shine.as_ref().map(of_gloss).transpose()?;
+        let capacity = of_gloss.as_ref().map(|pixels| pixels.capacity);
+        let layers = self.lights.new_layers(direct.point_count(), capacity)?;
+
+        // Nothing fails from here on.
+        self.lights.take_layers(layers);
+        if let (Some(shine), Some(pixels)) = (&mut self.shine, of_gloss) {
+            shine.pixels = pixels;
+        }
+        (self.antialias, self.direct, self.primary) = (antialias, direct, primary);
+        (self.pixel_colours, self.splat) = (pixel_colours, splat);
+        (self.compose, self.tonemap) = (compose, tonemap);
+        self.edge_count = 0;
+        self.scene.cameras[0].size = size;
+        self.view = View::from(&self.scene.cameras[0]);
+        self.changes.room = true;
+        self.view_changed();
+        Ok(())
+    }
+}

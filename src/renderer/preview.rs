@@ -55,14 +55,14 @@ impl Preview {
         Ok(Self { context: context.clone(), buffers, image })
     }
 
-    /// Makes the picture that a camera sees by these lights, those that are on, of a scene with these materials. Its size is the camera's.
+    /// Makes the picture that a camera sees by these lights of a scene with these materials. Its size is the camera's.
     ///
     /// # Errors
     /// The device lacks memory or failed.
     pub fn frame(
         &mut self,
         camera: &Camera,
-        lights: &[(Light, bool)],
+        lights: &[Light],
         materials: &[Material],
         exposure_stops: f32,
     ) -> Result<()> {
@@ -71,8 +71,7 @@ impl Preview {
         }
         self.buffers.materials.write(&reflectances(materials))?;
         let (image, view) = (&self.image, View::from(camera));
-        let on: Vec<Light> = lights.iter().filter(|(_, is_on)| *is_on).map(|(light, _)| light.clone()).collect();
-        let lights = Lights::new(&self.context, &on, [0, image.direct.point_count(), 0], None)?;
+        let lights = Lights::new(&self.context, lights, [0, image.direct.point_count(), 0], None)?;
         self.context.run(|rec| {
             let pixels = &image.primary.pixels;
             image.primary.record(rec, &self.buffers, &view);
@@ -89,8 +88,6 @@ impl Preview {
             pass.barrier(COMPUTE_TO_COMPUTE);
             drop(pass);
             image.direct.record_sum(rec, &image.antialias, &lights.layers());
-            rec.fill_zero(&image.indirect);
-            rec.barrier(crate::gpu::barrier::TRANSFER_TO_COMPUTE);
             rec.barrier(COMPUTE_TO_COMPUTE);
             image.compose.record(rec, &self.buffers, image.irradiances(lights.tint), [1.0, 0.0]);
             rec.barrier(COMPUTE_TO_COMPUTE);
@@ -118,7 +115,7 @@ impl Image {
             antialias,
             compose: Compose::new(context, buffers, size, false)?,
             tonemap: Tonemap::new(context, pixels)?,
-            indirect: Buffer::storage(context, "no indirect light", u64::from(pixels) * 12)?,
+            indirect: Buffer::from_slice(context, "no indirect light", &vec![Vec3::ZERO; pixels as usize])?,
         })
     }
 

@@ -56,6 +56,8 @@ pub(super) struct Desk {
     pub(super) requests: Vec<Request>,
     /// Where the scene and pictures are saved.
     pub(super) save_to: String,
+    /// Of all text, 1 is the system's.
+    pub(super) text_scale: f32,
     pub(super) is_recording: bool,
     pub(super) is_playing: bool,
 }
@@ -65,6 +67,8 @@ pub(super) struct Desk {
 pub(super) struct Place {
     pub(super) position: Vec3,
     pub(super) normal: Vec3,
+    /// Index into the scene's materials.
+    pub(super) material: usize,
 }
 
 impl Desk {
@@ -80,6 +84,7 @@ impl Desk {
             place: None,
             requests: Vec::new(),
             save_to: format!("{scene}-edited.toml"),
+            text_scale: 1.0,
             is_recording: false,
             is_playing: false,
         }

@@ -22,7 +22,6 @@ pub(super) struct Document {
 pub(super) struct LightEntry {
     pub(super) id: u64,
     pub(super) light: Light,
-    pub(super) is_on: bool,
 }
 
 /// What of a material can be edited.
@@ -36,7 +35,7 @@ pub(super) struct Finish {
 impl Document {
     /// A scene as it was loaded.
     pub(super) fn of(scene: &Scene) -> Self {
-        let entry = |(id, light): (u64, &Light)| LightEntry { id, light: light.clone(), is_on: true };
+        let entry = |(id, light): (u64, &Light)| LightEntry { id, light: light.clone() };
         Self {
             lights: (0..).zip(&scene.lights).map(entry).collect(),
             materials: scene.materials.iter().map(Finish::of).collect(),
@@ -52,7 +51,7 @@ impl Document {
             light.name = free.expect("numbers do not end");
         }
         let id = self.lights.iter().map(|entry| entry.id + 1).max().unwrap_or(0);
-        self.lights.push(LightEntry { id, light, is_on: true });
+        self.lights.push(LightEntry { id, light });
         self.lights.len() - 1
     }
 
@@ -130,6 +129,7 @@ mod tests {
         Light {
             name: name.into(),
             kind: LightKind::Point { position: Vec3::ZERO, intensity: Vec3::ONE },
+            is_on: true,
         }
     }
 
@@ -177,10 +177,10 @@ mod tests {
         assert!(!history.redo(&mut document));
         // A new edit cuts off what had been taken back; one under way is a step of its own.
         history.undo(&mut document);
-        document.lights[0].is_on = false;
+        document.lights[0].light.is_on = false;
         assert!(!history.redo(&mut document));
         assert_eq!(history.depths(), [4, 0]);
-        assert!(history.undo(&mut document) && document.lights[0].is_on);
+        assert!(history.undo(&mut document) && document.lights[0].light.is_on);
     }
 
     #[test]

@@ -4,6 +4,7 @@ mod desk;
 mod document;
 mod handles;
 mod navigate;
+mod overlays;
 mod panels;
 mod session;
 mod shortcuts;

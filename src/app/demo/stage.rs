@@ -10,7 +10,7 @@ use super::session::Wanted;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::renderer::{FrameReport, Preview, Progress, Renderer};
-use crate::scene::{Light, Material, Scene};
+use crate::scene::{Material, Scene};
 
 /// Called, from any thread, when there is something new to show.
 pub(super) type Wake = Arc<dyn Fn() + Send + Sync>;
@@ -116,8 +116,7 @@ impl Preparing {
 
     /// A picture of direct light.
     pub(super) fn frame(&mut self, wanted: &Wanted, materials: &[Material]) -> Result<()> {
-        let lights: Vec<(Light, bool)> =
-            wanted.document.lights.iter().map(|entry| (entry.light.clone(), entry.is_on)).collect();
+        let lights = wanted.document.lights.iter().map(|entry| entry.light.clone()).collect::<Vec<_>>();
         let mut materials = materials.to_vec();
         wanted.document.finish(&mut materials);
         self.preview.frame(&wanted.camera, &lights, &materials, wanted.exposure_stops)
@@ -188,8 +187,8 @@ impl Ready {
                     ids.len() - 1
                 }
             };
-            if renderer.light_is_on(index) != entry.is_on {
-                renderer.switch_light(index, entry.is_on)?;
+            if renderer.light_is_on(index) != entry.light.is_on {
+                renderer.switch_light(index, entry.light.is_on)?;
             }
         }
         Ok(())

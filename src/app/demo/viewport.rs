@@ -1,42 +1,126 @@
-//! The picture, and what the pointer does on it.
+//! The picture, and what pointer and keys do to it.
 
 use std::time::Instant;
 
-use egui::{CentralPanel, Color32, Frame, Rect, Sense, Ui, pos2};
+use egui::{CentralPanel, Color32, Frame, Key, PointerButton, Rect, Response, Sense, Ui, pos2};
+use glam::{Vec2, Vec3};
 
-use super::desk::{Chosen, Desk, Request, View};
-use super::panels;
+use super::desk::{Chosen, Desk, Place, Request, View};
+use super::handles::{Drag, Lens, Part, handles, hit};
+use super::navigate::{self, Held};
+use super::overlays;
+use super::panels::fresh_light;
 use super::session::Session;
 use super::shortcuts::Action;
+use crate::error::Result;
+use crate::scene::Camera;
 
 /// How long the window must keep its size before the picture takes it, seconds: another size is another picture from scratch.
 const PATIENCE_S: f64 = 0.15;
-/// Pixels of a picture along either side, at most and at least.
+/// Pixels of a picture along either side.
 const SIDES: [u32; 2] = [16, 8192];
+/// How near the pointer must be to what it takes, points.
+const TOLERANCE: f32 = 6.0;
+/// How far a light's mark may be from a click, points.
+const MARK: f32 = 10.0;
+/// Radians that the camera turns when the pointer moves a point.
+const TURN: f32 = 0.006;
+/// Share of the distance that remains when the wheel turns by a point.
+const WHEEL: f32 = 0.996;
+/// Steps of handles with Ctrl, in scene sizes.
+const SNAP: f32 = 0.01;
+/// How fast the camera flies, scene sizes a second.
+const SPEED: f32 = 0.2;
 
+/// What is under way on the picture.
 pub(super) struct Viewport {
     /// The size that the picture should take, and since when.
     size: ([u32; 2], Instant),
+    hold: Option<Hold>,
+    /// Where handles of lights at infinity are shown; fixed while they are dragged.
+    anchor: Vec3,
+}
+
+/// What the pointer holds.
+enum Hold {
+    /// A handle of that light.
+    Handle(Drag, u64),
+    Orbit(Vec3),
+    Pan(f32),
+    Look,
+    Wipe,
+}
+
+/// The textures that the picture is drawn with.
+#[derive(Clone, Copy)]
+pub(super) struct Textures {
+    pub(super) picture: egui::TextureId,
+    /// Drawn over it: colours of cells.
+    pub(super) over: Option<egui::TextureId>,
+    /// Drawn beside it: Monte Carlo.
+    pub(super) beside: Option<egui::TextureId>,
 }
 
 impl Viewport {
     pub(super) fn new() -> Self {
-        Self { size: ([0, 0], Instant::now()) }
+        Self { size: ([0, 0], Instant::now()), hold: None, anchor: Vec3::ZERO }
     }
 
     /// Does what a key asks for.
     pub(super) fn act(&mut self, action: Action, session: &mut Session, desk: &mut Desk) {
+        let size = session.camera.size;
         match action {
             Action::Help => desk.shows_help = !desk.shows_help,
             Action::Panels => desk.shows_panels = !desk.shows_panels,
-            Action::Undo => drop(session.history.undo(&mut session.document)),
-            Action::Redo => drop(session.history.redo(&mut session.document)),
-            Action::Quit => desk.requests.push(Request::Quit),
+            Action::Undo | Action::Redo => {
+                // What is being dragged would come back at once.
+                self.hold = None;
+                let history = &mut session.history;
+                let document = &mut session.document;
+                if action == Action::Undo { history.undo(document) } else { history.redo(document) };
+            }
+            Action::Save => desk.requests.push(Request::Save),
+            Action::Screenshot => desk.requests.push(Request::Screenshot),
+            Action::Record => desk.requests.push(Request::Record),
+            Action::Play => desk.requests.push(Request::Play),
+            Action::Vsync => desk.requests.push(Request::Vsync),
+            Action::Fullscreen => desk.requests.push(Request::Fullscreen),
             Action::Memory => desk.requests.push(Request::Memory),
+            Action::Quit => desk.requests.push(Request::Quit),
+            Action::Beauty => desk.view = View::Beauty,
             Action::Direct => desk.view = View::Direct,
-            _ => (),
+            Action::Indirect => desk.view = View::Indirect,
+            Action::CachePoints => desk.view = View::CachePoints,
+            Action::Cells => desk.view = next_level(desk.view, session),
+            Action::Inspect => desk.view = View::Inspect,
+            Action::Split => desk.split = if desk.split.is_some() { None } else { Some(0.5) },
+            Action::FrameAll => {
+                let (low, high) = session.scene.bounds();
+                navigate::frame_box(&mut session.camera, low, high);
+            }
+            Action::ResetCamera => session.camera = Camera { size, ..session.scene.cameras[0].clone() },
+            Action::AddLight => {
+                let light = fresh_light(session, "point");
+                let place = session.document.add(light);
+                desk.chosen = Chosen::Light(session.document.lights[place].id);
+            }
+            Action::RemoveLight => {
+                if let Chosen::Light(chosen) = desk.chosen {
+                    session.document.lights.retain(|entry| entry.id != chosen);
+                    desk.chosen = Chosen::Nothing;
+                }
+            }
+            Action::SwitchLight => {
+                if let Chosen::Light(chosen) = desk.chosen {
+                    let light = session.document.lights.iter_mut().find(|entry| entry.id == chosen);
+                    light.into_iter().for_each(|entry| entry.light.is_on = !entry.light.is_on);
+                }
+            }
+            Action::Brighter => session.exposure_stops += 0.5,
+            Action::Darker => session.exposure_stops -= 0.5,
+            Action::Larger => desk.text_scale = (desk.text_scale * 1.1).min(3.0),
+            Action::Smaller => desk.text_scale = (desk.text_scale / 1.1).max(0.5),
         }
-        let _ = (Chosen::Nothing, panels::WIDTH);
     }
 
     /// The picture fills what the panels leave.
@@ -45,16 +129,25 @@ impl Viewport {
         ui: &mut Ui,
         session: &mut Session,
         desk: &mut Desk,
-        texture: egui::TextureId,
-    ) {
-        CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
+        overlays: &mut overlays::Overlays,
+        textures: Textures,
+    ) -> Result<()> {
+        let shown = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             let area = ui.max_rect();
             self.fit(ui, session, desk, area);
             let response = ui.allocate_rect(area, Sense::click_and_drag());
-            let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-            ui.painter().image(texture, area, whole, Color32::WHITE);
-            let _ = response;
+            self.fly(ui, session, desk);
+            let lens = lens(&session.camera, area);
+            self.take(ui, &response, lens, session, desk)?;
+            self.drag(ui, &response, session, desk, area);
+            self.wheel(ui, &response, session, desk)?;
+            draw(ui, area, textures, desk.split);
+            let lens = self::lens(&session.camera, area);
+            overlays.paint(ui, lens, area, session, desk)?;
+            self.draw_lights(ui, &response, lens, session, desk);
+            Ok(())
         });
+        shown.inner
     }
 
     /// The picture takes the size of its area, once that stands still.
@@ -78,4 +171,236 @@ impl Viewport {
             }
         }
     }
+
+    /// Keys that move the camera while they are held.
+    fn fly(&self, ui: &Ui, session: &mut Session, desk: &Desk) {
+        if ui.ctx().egui_wants_keyboard_input() {
+            return;
+        }
+        let (held, seconds) = ui.input(|input| {
+            let down = |key| input.key_down(key) && !input.modifiers.command;
+            let held = Held {
+                forward: down(Key::W) || input.key_down(Key::ArrowUp),
+                back: down(Key::S) || input.key_down(Key::ArrowDown),
+                left: down(Key::A) || input.key_down(Key::ArrowLeft),
+                right: down(Key::D) || input.key_down(Key::ArrowRight),
+                up: down(Key::E),
+                down: down(Key::Q),
+                fast: input.modifiers.shift,
+            };
+            (held, input.stable_dt)
+        });
+        let step = held.step(seconds, SPEED * size(session));
+        if step != Vec3::ZERO && !desk.is_playing {
+            navigate::fly(&mut session.camera, step);
+            ui.ctx().request_repaint();
+        }
+    }
+
+    /// Takes hold of what the pointer pressed, or chooses what it clicked.
+    fn take(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        lens: Lens,
+        session: &mut Session,
+        desk: &mut Desk,
+    ) -> Result<()> {
+        let modifiers = ui.input(|input| input.modifiers);
+        if response.clicked_by(PointerButton::Primary)
+            && let Some(pointer) = response.interact_pointer_pos()
+        {
+            self.choose(vec(pointer), lens, session, desk)?;
+        }
+        if !response.drag_started() {
+            return Ok(());
+        }
+        let Some(start) = ui.input(|input| input.pointer.press_origin()).map(vec) else { return Ok(()) };
+        let seen = surface(session, lens, start)?;
+        let pivot = seen.map_or(session.camera.target, |place| place.position);
+        let depth = (pivot - lens.eye()).dot(lens.forward()).max(1e-3 * size(session));
+        let is_primary = response.drag_started_by(PointerButton::Primary);
+        let on_wipe = desk.split.is_some_and(|wipe| {
+            (response.rect.left() + wipe * response.rect.width() - start.x).abs() < TOLERANCE
+        });
+        let part = self.part_at(start, lens, session, desk);
+        self.hold = Some(match part {
+            Some((part, id)) if is_primary => {
+                let kind = session.document.lights.iter().find(|entry| entry.id == id);
+                let Some(kind) = kind.map(|entry| entry.light.kind) else { return Ok(()) };
+                Hold::Handle(Drag::begin(&lens, &kind, part, self.anchor, start), id)
+            }
+            _ if is_primary && on_wipe => Hold::Wipe,
+            _ if response.drag_started_by(PointerButton::Middle) || modifiers.shift => Hold::Pan(depth),
+            _ if response.drag_started_by(PointerButton::Secondary) || modifiers.command => Hold::Look,
+            _ => Hold::Orbit(pivot),
+        });
+        Ok(())
+    }
+
+    /// Moves what is held.
+    fn drag(&mut self, ui: &Ui, response: &Response, session: &mut Session, desk: &mut Desk, area: Rect) {
+        if !response.dragged() {
+            if !ui.input(|input| input.pointer.any_down()) {
+                self.hold = None;
+            }
+            return;
+        }
+        let Some(pointer) = response.interact_pointer_pos() else { return };
+        let moved = response.drag_delta();
+        let moved = Vec2::new(moved.x, moved.y);
+        let snap = ui.input(|input| input.modifiers.command).then_some(SNAP * size(session));
+        let camera = &mut session.camera;
+        match &self.hold {
+            Some(Hold::Handle(drag, id)) => {
+                let lens = lens(camera, area);
+                if let Some(entry) = session.document.lights.iter_mut().find(|entry| entry.id == *id) {
+                    entry.light.kind = drag.to(&lens, vec(pointer), snap);
+                }
+            }
+            Some(Hold::Wipe) => {
+                desk.split = Some(((pointer.x - area.left()) / area.width().max(1.0)).clamp(0.0, 1.0));
+            }
+            Some(Hold::Orbit(pivot)) => navigate::orbit(camera, *pivot, TURN * moved),
+            Some(Hold::Pan(depth)) => navigate::pan(camera, moved, area.height(), *depth),
+            Some(Hold::Look) => navigate::look(camera, -TURN * moved),
+            None => (),
+        }
+    }
+
+    /// Closer or away: wheel, two fingers, pinch.
+    fn wheel(&self, ui: &Ui, response: &Response, session: &mut Session, desk: &Desk) -> Result<()> {
+        let Some(pointer) = response.hover_pos().filter(|_| !desk.is_playing) else { return Ok(()) };
+        let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
+        let factor = WHEEL.powf(scroll) / pinch;
+        if factor != 1.0 && factor.is_finite() {
+            let lens = lens(&session.camera, response.rect);
+            let seen = surface(session, lens, vec(pointer))?;
+            let towards = seen.map_or(session.camera.target, |place| place.position);
+            let size = size(session);
+            navigate::dolly(&mut session.camera, towards, factor, size);
+        }
+        Ok(())
+    }
+
+    /// A light whose mark was clicked, else the surface there.
+    fn choose(&mut self, pointer: Vec2, lens: Lens, session: &Session, desk: &mut Desk) -> Result<()> {
+        let marks = session.document.lights.iter().filter_map(|entry| {
+            let (mark, _) = lens.project(entry.light.kind.position()?)?;
+            Some((mark.distance(pointer), entry.id))
+        });
+        if let Some((away, id)) = marks.min_by(|a, b| a.0.total_cmp(&b.0))
+            && away < MARK
+        {
+            desk.chosen = Chosen::Light(id);
+            return Ok(());
+        }
+        desk.place = surface(session, lens, pointer)?;
+        match desk.place {
+            Some(place) if desk.view != View::Inspect => desk.chosen = Chosen::Material(place.material),
+            Some(_) => (),
+            None => desk.chosen = Chosen::Nothing,
+        }
+        Ok(())
+    }
+
+    fn part_at(&self, pointer: Vec2, lens: Lens, session: &Session, desk: &Desk) -> Option<(Part, u64)> {
+        let Chosen::Light(id) = desk.chosen else { return None };
+        let entry = session.document.lights.iter().find(|entry| entry.id == id)?;
+        Some((hit(&handles(&lens, &entry.light.kind, self.anchor), pointer, TOLERANCE)?, id))
+    }
+
+    /// A mark for each light, and the handles of the chosen one.
+    fn draw_lights(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        lens: Lens,
+        session: &Session,
+        desk: &Desk,
+    ) {
+        let painter = ui.painter_at(response.rect);
+        if self.hold.is_none() {
+            self.anchor = lens.eye() + 0.15 * size(session) * lens.forward();
+        }
+        let pointer = response.hover_pos().map(vec);
+        for entry in &session.document.lights {
+            let is_chosen = desk.chosen == Chosen::Light(entry.id);
+            if let Some((mark, _)) = entry.light.kind.position().and_then(|place| lens.project(place)) {
+                overlays::mark(&painter, mark, entry, is_chosen);
+                if pointer.is_some_and(|pointer| pointer.distance(mark) < MARK) && !is_chosen {
+                    overlays::caption(&painter, mark, &entry.light.name);
+                }
+            }
+            if is_chosen {
+                let handles = handles(&lens, &entry.light.kind, self.anchor);
+                let held = match &self.hold {
+                    Some(Hold::Handle(drag, _)) => Some(drag.part()),
+                    Some(_) => None,
+                    None => pointer.and_then(|pointer| hit(&handles, pointer, TOLERANCE)),
+                };
+                overlays::light_handles(&painter, &handles, held);
+            }
+        }
+    }
+}
+
+/// The camera as the picture's area has it.
+fn lens(camera: &Camera, area: Rect) -> Lens {
+    // While the picture waits for its new size it is stretched, and so is what is drawn over it.
+    Lens::new(camera, vec(area.min), Vec2::new(area.width(), area.height()))
+}
+
+/// What the picture shows there; none before the light paths are traced.
+fn surface(session: &Session, lens: Lens, pointer: Vec2) -> Result<Option<Place>> {
+    let Some(renderer) = session.renderer() else { return Ok(None) };
+    let size = renderer.size();
+    let pixel = lens.pixel(pointer, size);
+    let found = renderer.surface_at(pixel)?;
+    Ok(found.map(|found| Place {
+        position: found.position,
+        normal: found.normal,
+        material: found.material as usize,
+    }))
+}
+
+/// The scene's diagonal, metres.
+fn size(session: &Session) -> f32 {
+    let (low, high) = session.scene.bounds();
+    (high - low).length()
+}
+
+fn next_level(view: View, session: &Session) -> View {
+    let levels = session.renderer().map_or(1, crate::renderer::Renderer::hvds_level_count);
+    match view {
+        View::Cells(level) => View::Cells((level + 1) % levels.max(1)),
+        _ => View::Cells(0),
+    }
+}
+
+/// The picture, what lies over it, and what is beside it, right of the wipe.
+fn draw(ui: &Ui, area: Rect, textures: Textures, wipe: Option<f32>) {
+    let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+    let painter = ui.painter();
+    painter.image(textures.picture, area, whole, Color32::WHITE);
+    if let Some(over) = textures.over {
+        painter.image(over, area, whole, Color32::WHITE);
+    }
+    if let (Some(beside), Some(wipe)) = (textures.beside, wipe) {
+        let border = area.left() + wipe * area.width();
+        let (area, part) = (
+            Rect::from_min_max(pos2(border, area.top()), area.max),
+            Rect::from_min_max(pos2(wipe, 0.0), pos2(1.0, 1.0)),
+        );
+        painter.image(beside, area, part, Color32::WHITE);
+    }
+    if let Some(wipe) = wipe {
+        let border = area.left() + wipe * area.width();
+        painter.vline(border, area.y_range(), egui::Stroke::new(2.0, Color32::WHITE));
+        painter.vline(border + 2.0, area.y_range(), egui::Stroke::new(1.0, Color32::BLACK));
+    }
+}
+
+fn vec(point: egui::Pos2) -> Vec2 {
+    Vec2::new(point.x, point.y)
 }

@@ -16,7 +16,8 @@ use super::panels::{self, WIDTH};
 use super::session::{Session, Source};
 use super::shortcuts;
 use super::stage::Wake;
-use super::viewport::Viewport;
+use super::overlays::Overlays;
+use super::viewport::{Textures, Viewport};
 use crate::app::note;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
@@ -48,6 +49,7 @@ struct Open {
     /// The picture that the painter has.
     shown: u64,
     viewport: Viewport,
+    overlays: Overlays,
     desk: Desk,
     panels: egui_winit::State,
     /// When the panels want to be drawn again although nothing happens.
@@ -162,7 +164,7 @@ impl Open {
         desk.vsync = !args.no_vsync;
         let session = Session::new(&context, source, scene, wake)?;
         let egui = egui::Context::default();
-        egui.set_visuals(egui::Visuals::dark());
+        egui.set_theme(egui::Theme::Dark);
         let panels = egui_winit::State::new(egui, ViewportId::ROOT, &window, None, window.theme(), None);
         let now = Instant::now();
         Ok(Self {
@@ -171,6 +173,7 @@ impl Open {
             picture,
             shown: 0,
             viewport: Viewport::new(),
+            overlays: Overlays::default(),
             desk,
             panels,
             again: None,
@@ -226,7 +229,8 @@ impl Open {
     fn draw(&mut self) -> Result<bool> {
         let input = self.panels.take_egui_input(&self.window);
         let egui = self.panels.egui_ctx().clone();
-        let texture = self.painter.texture(self.picture);
+        let textures = Textures { picture: self.painter.texture(self.picture), over: None, beside: None };
+        let mut shown = Ok(());
         let output = egui.run_ui(input, |ui| {
             let actions = ui.input_mut(shortcuts::pressed);
             let types = ui.ctx().egui_wants_keyboard_input();
@@ -238,9 +242,11 @@ impl Open {
                     .default_size(WIDTH)
                     .show(ui, |ui| panels::panels(ui, &mut self.session, &mut self.desk));
             }
-            self.viewport.show(ui, &mut self.session, &mut self.desk, texture);
+            let (session, desk, overlays) = (&mut self.session, &mut self.desk, &mut self.overlays);
+            shown = self.viewport.show(ui, session, desk, overlays, textures);
             panels::help(ui.ctx(), &mut self.desk.shows_help);
         });
+        shown?;
         let is_editing = egui.input(|input| input.pointer.any_down()) || egui.egui_wants_keyboard_input();
         if !is_editing {
             self.session.history.settle(&self.session.document);

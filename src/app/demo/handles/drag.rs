@@ -79,6 +79,11 @@ impl Drag {
         drag
     }
 
+    /// What was taken.
+    pub(in crate::app::demo) fn part(&self) -> Part {
+        self.part
+    }
+
     /// The light with the pointer there: what was taken stays under it as far as the part's freedom allows. Depends on the start
     /// and on `pointer` alone, and where that is the start, gives the light that was taken, to the bit.
     ///

@@ -56,6 +56,13 @@ impl Lens {
         (position, (forward + place.x * right - place.y * up).normalize())
     }
 
+    /// The pixel of a picture of that size that fills the rectangle.
+    pub(in crate::app::demo) fn pixel(&self, seen: Vec2, size: [u32; 2]) -> [u32; 2] {
+        let place = (seen - self.min) / self.size * Vec2::new(size[0] as f32, size[1] as f32);
+        // Conversion keeps to the range of numbers, and what is beyond the picture is at its rim.
+        [(place.x as u32).min(size[0] - 1), (place.y as u32).min(size[1] - 1)]
+    }
+
     /// How much a point of the screen covers at a depth, metres.
     pub(in crate::app::demo) fn metres_per_point(&self, depth: f32) -> f32 {
         2.0 * self.view.up.length() * depth / self.size.y

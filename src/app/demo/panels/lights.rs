@@ -17,7 +17,7 @@ pub(super) fn lights(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
     let mut removed = None;
     for entry in &mut session.document.lights {
         ui.horizontal(|ui| {
-            ui.checkbox(&mut entry.is_on, "").on_hover_text("On or off (O)");
+            ui.checkbox(&mut entry.light.is_on, "").on_hover_text("On or off (O)");
             let is_chosen = desk.chosen == Chosen::Light(entry.id);
             let name = format!("{} ({})", entry.light.name, entry.light.kind.word());
             if ui.selectable_label(is_chosen, name).clicked() {
@@ -88,7 +88,7 @@ pub(in crate::app::demo) fn fresh(session: &Session, kind: &str) -> Light {
         },
         _ => LightKind::Point { position, intensity },
     };
-    Light { name: kind.word().to_owned(), kind }
+    Light { name: kind.word().to_owned(), kind, is_on: true }
 }
 
 fn chosen(ui: &mut Ui, entry: &mut LightEntry, origin: Vec3) {

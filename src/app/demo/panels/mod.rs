@@ -13,6 +13,7 @@ use super::desk::Desk;
 use super::session::Session;
 
 pub(super) use help::help;
+pub(super) use lights::{AXES, fresh as fresh_light};
 
 /// Width of the panels when the window opens, points.
 pub(super) const WIDTH: f32 = 310.0;

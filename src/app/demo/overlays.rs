@@ -1,0 +1,225 @@
+//! What is drawn over the picture: lights and their handles, cache points, rays and paths.
+
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape as Drawn, Stroke, Ui, pos2};
+use glam::{Vec2, Vec3};
+
+use super::desk::{Desk, View};
+use super::document::LightEntry;
+use super::handles::{Axis, Handle, Lens, Part, Shape};
+use super::panels::{AXES, PALETTE};
+use super::session::Session;
+use crate::error::Result;
+use crate::renderer::{Layer, Renderer};
+use crate::types::CachePoint;
+
+/// How far from the pointer cache points show their radii, points.
+const NEAR: f32 = 70.0;
+/// Lines that make a circle.
+const CIRCLE: usize = 24;
+/// How far a ray that left the scene is drawn, scene sizes.
+const FAR: f32 = 0.2;
+/// Share of its depth by which a point may lie behind what the picture shows.
+const DEPTH_SLACK: f32 = 0.01;
+
+/// What is read back from the renderer to be drawn, kept for as long as it holds.
+#[derive(Default)]
+pub(super) struct Overlays {
+    cache_points: Vec<CachePoint>,
+    /// Of each pixel, of the picture of that version.
+    depth: (u64, [u32; 2], Vec<f32>),
+    lines: Lines,
+}
+
+/// Rays and a path, for the place that was clicked.
+#[derive(Default)]
+struct Lines {
+    of: Option<super::desk::Place>,
+    rays: Vec<[Vec3; 2]>,
+    /// Those that left the scene.
+    lost: Vec<[Vec3; 2]>,
+    path: Vec<Vec3>,
+}
+
+impl Overlays {
+    /// Draws what the view asks for.
+    pub(super) fn paint(
+        &mut self,
+        ui: &Ui,
+        lens: Lens,
+        area: Rect,
+        session: &Session,
+        desk: &Desk,
+    ) -> Result<()> {
+        let Some(renderer) = session.renderer() else {
+            *self = Self::default();
+            return Ok(());
+        };
+        let painter = ui.painter_at(area);
+        match desk.view {
+            View::CachePoints => {
+                let pointer = ui.input(|input| input.pointer.hover_pos());
+                self.points(&painter, lens, session.version, renderer, pointer)
+            }
+            View::Inspect => self.rays(&painter, lens, renderer, desk, session),
+            _ => Ok(()),
+        }
+    }
+
+    /// A dot for each cache point that can be seen; those near the pointer with the disc for which they speak.
+    fn points(
+        &mut self,
+        painter: &Painter,
+        lens: Lens,
+        version: u64,
+        renderer: &Renderer,
+        pointer: Option<Pos2>,
+    ) -> Result<()> {
+        if self.cache_points.is_empty() {
+            self.cache_points = renderer.stages().cache_points.read()?;
+        }
+        if self.depth.0 != version {
+            let depth = renderer.layer(Layer::Depth)?.into_iter().map(|[depth, ..]| depth).collect();
+            self.depth = (version, renderer.size(), depth);
+        }
+        let (_, size, depths) = &self.depth;
+        let pointer = pointer.map(|pointer| Vec2::new(pointer.x, pointer.y));
+        let mut dots = egui::Mesh::default();
+        for point in &self.cache_points {
+            let Some((seen, depth)) = lens.project(point.position) else { continue };
+            let [x, y] = lens.pixel(seen, *size);
+            let shown = depths[(y * size[0] + x) as usize];
+            let rect = painter.clip_rect();
+            if depth > shown * (1.0 + DEPTH_SLACK) || !rect.contains(pos2(seen.x, seen.y)) {
+                continue;
+            }
+            let dot = Rect::from_center_size(pos2(seen.x, seen.y), egui::vec2(2.0, 2.0));
+            dots.add_colored_rect(dot, PALETTE[3]);
+            if pointer.is_some_and(|pointer| pointer.distance(seen) < NEAR) {
+                ring(painter, lens, point);
+            }
+        }
+        painter.add(Drawn::mesh(dots));
+        Ok(())
+    }
+
+    /// Gather rays of the nearest cache point, and the light path of the nearest entry point.
+    fn rays(
+        &mut self,
+        painter: &Painter,
+        lens: Lens,
+        renderer: &Renderer,
+        desk: &Desk,
+        session: &Session,
+    ) -> Result<()> {
+        let Some(place) = desk.place else { return Ok(()) };
+        if self.lines.of != Some(place) {
+            let (low, high) = session.scene.bounds();
+            let far = FAR * (high - low).length();
+            self.lines = Lines { of: Some(place), ..Lines::default() };
+            if let Some(point) = renderer.nearest_cache_point(place.position, place.normal)? {
+                for ray in renderer.gather_rays_of(point)? {
+                    match ray.hit {
+                        Some(hit) => self.lines.rays.push([ray.origin, hit]),
+                        None => self.lines.lost.push([ray.origin, ray.origin + far * ray.direction]),
+                    }
+                }
+            }
+            if let Some(entry) = renderer.entry_point_near(place.position)? {
+                let path = renderer.light_path_of(entry)?;
+                self.lines.path = path.iter().map(|point| point.position).collect();
+            }
+        }
+        let line = |[a, b]: [Vec3; 2], width: f32, colour: Color32| {
+            if let Some(ends) = lens.segment(a, b) {
+                painter.line_segment(ends.map(pos), Stroke::new(width, colour));
+            }
+        };
+        self.lines.lost.iter().for_each(|ray| line(*ray, 1.0, PALETTE[4].gamma_multiply(0.6)));
+        self.lines.rays.iter().for_each(|ray| line(*ray, 1.0, PALETTE[0].gamma_multiply(0.8)));
+        for ends in self.lines.path.windows(2) {
+            line([ends[0], ends[1]], 3.0, PALETTE[1]);
+        }
+        for point in &self.lines.path {
+            if let Some((seen, _)) = lens.project(*point) {
+                painter.circle(pos(seen), 4.0, PALETTE[1], Stroke::new(1.0, Color32::BLACK));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The disc for which a cache point speaks.
+fn ring(painter: &Painter, lens: Lens, point: &CachePoint) {
+    let (right, up) = point.normal.any_orthonormal_pair();
+    let corner = |step: usize| {
+        let (sin, cos) = (std::f32::consts::TAU * step as f32 / CIRCLE as f32).sin_cos();
+        point.position + point.radius * (cos * right + sin * up)
+    };
+    for step in 0..CIRCLE {
+        if let Some(ends) = lens.segment(corner(step), corner(step + 1)) {
+            painter.line_segment(ends.map(pos), Stroke::new(1.0, PALETTE[0]));
+        }
+    }
+}
+
+/// Where a light is, in its colour.
+pub(super) fn mark(painter: &Painter, place: Vec2, entry: &LightEntry, is_chosen: bool) {
+    let colour = entry.light.kind.emission();
+    let colour = colour / colour.max_element().max(1e-6);
+    let [r, g, b] = colour.to_array().map(|channel| (255.0 * channel.clamp(0.0, 1.0).powf(0.45)) as u8);
+    let fill = if entry.light.is_on { Color32::from_rgb(r, g, b) } else { Color32::TRANSPARENT };
+    let radius = if is_chosen { 7.0 } else { 5.0 };
+    // Two rings can be seen on any ground.
+    painter.circle(pos(place), radius, fill, Stroke::new(3.0, Color32::BLACK));
+    painter.circle_stroke(pos(place), radius, Stroke::new(1.5, Color32::WHITE));
+}
+
+/// A name beside something.
+pub(super) fn caption(painter: &Painter, place: Vec2, text: &str) {
+    let (at, font) = (pos(place) + egui::vec2(12.0, 0.0), FontId::proportional(13.0));
+    let galley = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
+    let rect = Align2::LEFT_CENTER.anchor_size(at, galley.size());
+    painter.rect_filled(rect.expand(3.0), 3.0, Color32::from_black_alpha(180));
+    painter.galley(rect.min, galley, Color32::WHITE);
+}
+
+/// Handles of the chosen light; the one that is held, or would be, stands out.
+pub(super) fn light_handles(painter: &Painter, handles: &[Handle], held: Option<Part>) {
+    for handle in handles {
+        let colour = match handle.axis {
+            Some(Axis::X) => AXES[0],
+            Some(Axis::Y) => AXES[1],
+            Some(Axis::Z) => AXES[2],
+            None => Color32::WHITE,
+        };
+        let is_held = held == Some(handle.part);
+        let width = if is_held { 3.5 } else { 2.0 };
+        for shape in &handle.shapes {
+            match shape {
+                Shape::Disc { centre, radius } => {
+                    let radius = if is_held { radius + 1.5 } else { *radius };
+                    painter.circle_stroke(pos(*centre), radius, Stroke::new(width + 2.0, Color32::BLACK));
+                    painter.circle_stroke(pos(*centre), radius, Stroke::new(width, colour));
+                }
+                Shape::Line(points) => {
+                    line(painter, points, width + 2.0, Color32::BLACK);
+                    line(painter, points, width, colour);
+                }
+                Shape::Fill(points) => {
+                    let fill = colour.gamma_multiply(if is_held { 0.7 } else { 0.35 });
+                    let corners = points.iter().copied().map(pos).collect();
+                    painter.add(Drawn::convex_polygon(corners, fill, Stroke::new(1.0, colour)));
+                }
+                Shape::Guide(points) => line(painter, points, 1.0, colour.gamma_multiply(0.7)),
+            }
+        }
+    }
+}
+
+fn line(painter: &Painter, points: &[Vec2], width: f32, colour: Color32) {
+    painter.add(Drawn::line(points.iter().copied().map(pos).collect(), Stroke::new(width, colour)));
+}
+
+fn pos(point: Vec2) -> Pos2 {
+    pos2(point.x, point.y)
+}

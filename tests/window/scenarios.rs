@@ -1,0 +1,264 @@
+//! What a user does with the window.
+//!
+//! Each test starts the program on a screen of its own. The monkey's seconds and seed come from `LIGHTPATHS_MONKEY_SECONDS` and
+//! `LIGHTPATHS_MONKEY_SEED`.
+
+use std::path::Path;
+use std::process::Command;
+use std::str::FromStr;
+use std::thread::sleep;
+use std::time::Duration;
+
+use image::RgbImage;
+use lightpaths::scene::{LoadOptions, Scene};
+use lightpaths::types::View;
+
+use crate::client::Point;
+use crate::demo::{Demo, Stream};
+use crate::display::Display;
+use crate::keys::{self, Chord};
+use crate::monkey::Monkey;
+use crate::picture::{Area, changed_pixels, colours, mean_difference};
+
+const SIDE: u32 = 512;
+const BOX: [&str; 6] = ["box", "--preset", "draft", "--size", "512x512", "--validation"];
+
+/// The part of the picture that nothing covers: neither panels nor numbers that change by themselves.
+const PICTURE: Area = Area { x: 0, y: 160, width: SIDE, height: SIDE - 160 };
+const LEFT: Area = Area { width: SIDE / 2, ..PICTURE };
+const RIGHT: Area = Area { x: SIDE / 2, ..LEFT };
+
+/// Where the pointer rests while the picture is looked at, so that nothing is lit up under it in one capture and not in the other.
+const ASIDE: Point = (SIDE as i32 - 2, SIDE as i32 - 2);
+
+/// Precomputation and frames on a processor that emulates a device, with validation, on a machine that does something else, too.
+const READY: Duration = Duration::from_secs(300);
+const SOON: Duration = Duration::from_secs(60);
+
+/// The Box in a window that is ready for input.
+fn open(display: &Display) -> Demo<'_> {
+    let demo = Demo::start(display, &BOX);
+    demo.wait_for_line("lightpaths: ready", READY);
+    assert_eq!(demo.client().size(), (SIDE, SIDE));
+    demo
+}
+
+/// The picture when all that was asked for is done.
+fn settled(demo: &Demo) -> RgbImage {
+    demo.client().move_to(ASIDE);
+    demo.wait_until_still(Some(PICTURE), SOON)
+}
+
+/// The picture after it has changed from `before` and come to rest.
+fn changed(demo: &Demo, before: &RgbImage) -> RgbImage {
+    demo.wait_for_change(before, PICTURE, SOON);
+    settled(demo)
+}
+
+/// Where the light's handle is in a viewport that fills the window.
+fn handle() -> Point {
+    let options = LoadOptions { size: Some([SIDE; 2]), ..LoadOptions::default() };
+    let scene = Scene::load("box", &options).unwrap();
+    let view = View::from(&scene.cameras[0]);
+    let towards = scene.lights[0].kind.position().unwrap() - view.position;
+    let towards = towards / towards.dot(view.forward);
+    let [x, y] = [view.right, -view.up].map(|axis| towards.dot(axis) / axis.length_squared());
+    [x, y].map(|place| (0.5 * (place + 1.0) * SIDE as f32).round() as i32).into()
+}
+
+/// Takes the light 60 points to the right.
+fn drag_light(demo: &Demo) {
+    let (x, y) = handle();
+    demo.client().drag(1, (x, y), (x + 60, y), 12);
+}
+
+fn no_complaints(demo: &Demo) {
+    for line in demo.lines(Stream::Err) {
+        assert!(!line.starts_with("lightpaths: validation") && !line.contains("panicked"), "{line}");
+    }
+}
+
+/// Closes the window and demands a clean end.
+fn close(demo: &Demo) {
+    demo.client().close();
+    assert_eq!(demo.exit_code(SOON), Some(0));
+    no_complaints(demo);
+}
+
+/// Bytes on the device, as the process says when F10 is pressed.
+fn device_memory(demo: &Demo) -> u64 {
+    let mark = demo.mark();
+    demo.client().tap(&[], keys::function(10));
+    let line = demo.wait_for_line_since(mark, "lightpaths: device memory ", SOON);
+    let count = line.strip_prefix("lightpaths: device memory ").and_then(|rest| rest.strip_suffix(" bytes"));
+    count.unwrap_or_else(|| panic!("{line}")).parse().unwrap()
+}
+
+/// A number from the environment; one that is none is a mistake, not the default.
+fn setting<T: FromStr>(name: &str, default: T) -> T {
+    std::env::var(name).map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name}={text}")))
+}
+
+#[test]
+fn the_box_is_shown_and_closes_cleanly() {
+    let display = Display::start();
+    let demo = open(&display);
+    let picture = settled(&demo);
+    assert_eq!(picture.dimensions(), (SIDE, SIDE));
+    for area in [LEFT, RIGHT] {
+        assert!(colours(&picture, area) > 500, "a picture, not a plain colour: {}", colours(&picture, area));
+    }
+    // The left wall is not the right one.
+    let mirrored = image::imageops::flip_horizontal(&picture);
+    assert!(mean_difference(&picture, &mirrored, PICTURE) > 4.0);
+    close(&demo);
+    let said = demo.lines(Stream::Err).iter().any(|line| line.starts_with("lightpaths: device memory "));
+    assert!(said, "memory is said at the end");
+}
+
+#[test]
+fn a_dragged_light_changes_the_room_and_can_be_taken_back() {
+    let display = Display::start();
+    let demo = open(&display);
+    let before = settled(&demo);
+    drag_light(&demo);
+    let after = changed(&demo, &before);
+    for area in [LEFT, RIGHT] {
+        let share = changed_pixels(&before, &after, area, 2) as f64 / area.pixels() as f64;
+        assert!(share > 0.1, "{area:?}: {share}");
+    }
+
+    demo.client().tap(&[keys::CONTROL], keys::of('z'));
+    let undone = changed(&demo, &after);
+    assert_eq!(changed_pixels(&before, &undone, PICTURE, 0), 0, "undone");
+    demo.client().tap(&[keys::CONTROL, keys::SHIFT], keys::of('z'));
+    let redone = changed(&demo, &undone);
+    assert_eq!(changed_pixels(&after, &redone, PICTURE, 0), 0, "redone");
+    close(&demo);
+}
+
+#[test]
+fn any_size_is_lived_through_and_so_is_minimising() {
+    const SIZES: [(u32, u32); 10] = [
+        (1, 1),
+        (1500, 900),
+        (2, 700),
+        (1300, 3),
+        (64, 64),
+        (1, 900),
+        (1500, 1),
+        (511, 513),
+        (333, 777),
+        (SIDE, SIDE),
+    ];
+    let display = Display::start();
+    let demo = open(&display);
+    let before = settled(&demo);
+    for size in SIZES {
+        demo.client().resize(size);
+        demo.assert_presents(SOON);
+        assert_eq!(demo.client().size(), size);
+    }
+    let after = settled(&demo);
+    assert!(mean_difference(&before, &after, PICTURE) < 1.0, "back at its size it is the same picture");
+
+    demo.client().hide();
+    sleep(Duration::from_secs(1));
+    assert!(demo.is_running());
+    demo.client().show();
+    demo.assert_presents(SOON);
+    let after = settled(&demo);
+    assert!(mean_difference(&before, &after, PICTURE) < 1.0, "and after having been minimised");
+    close(&demo);
+}
+
+#[test]
+fn sizes_in_quick_succession_are_lived_through() {
+    let display = Display::start();
+    let demo = open(&display);
+    // Not waited for: the window is told of sizes that are out of date.
+    for step in 0..100 {
+        demo.client().resize((1 + step * 373 % 1500, 1 + step * 211 % 900));
+    }
+    demo.client().resize((SIDE, SIDE));
+    demo.assert_presents(SOON);
+    close(&demo);
+}
+
+#[test]
+fn without_a_display_one_line_says_what_to_run_instead() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
+    command.args(["demo", "box"]);
+    let demo = Demo::run(None, command);
+    assert_eq!(demo.exit_code(SOON), Some(3));
+    let lines = demo.lines(Stream::Err);
+    assert_eq!((lines.len(), demo.lines(Stream::Out).len()), (1, 0), "{lines:?}");
+    let names_another = lines[0].contains("lightpaths render") || lines[0].contains("film");
+    assert!(lines[0].starts_with("lightpaths: ") && names_another, "{lines:?}");
+}
+
+#[test]
+fn a_monkey_does_no_harm() {
+    const Z: u32 = b'z' as u32;
+    // None that closes the window.
+    const CHORDS: [Chord; 24] = [
+        (&[keys::CONTROL], Z),
+        (&[keys::CONTROL], Z),
+        (&[keys::CONTROL, keys::SHIFT], Z),
+        (&[], keys::TAB),
+        (&[], keys::RETURN),
+        (&[], keys::ESCAPE),
+        (&[], keys::DELETE),
+        (&[], keys::BACKSPACE),
+        (&[], keys::HOME),
+        (&[], keys::END),
+        (&[], keys::LEFT),
+        (&[], keys::RIGHT),
+        (&[], keys::UP),
+        (&[], keys::DOWN),
+        (&[], keys::PAGE_UP),
+        (&[], keys::PAGE_DOWN),
+        (&[], b'w' as u32),
+        (&[], b'a' as u32),
+        (&[], b's' as u32),
+        (&[], b'd' as u32),
+        (&[], b' ' as u32),
+        (&[], b'1' as u32),
+        (&[], keys::function(1)),
+        (&[], keys::function(2)),
+    ];
+    let seconds = setting("LIGHTPATHS_MONKEY_SECONDS", 20.0);
+    let display = Display::start();
+    let demo = open(&display);
+    let mut monkey = Monkey::new(&demo, setting("LIGHTPATHS_MONKEY_SEED", 1), &CHORDS);
+    // What is allocated once, when it is first used, is allocated after a while.
+    let mut memory = [0.25, 0.75].map(|share| {
+        monkey.run(share * seconds);
+        demo.client().resize((SIDE, SIDE));
+        demo.assert_presents(SOON);
+        device_memory(&demo)
+    });
+    memory[0] += memory[0] / 50;
+    assert!(memory[1] <= memory[0], "device memory grows: {memory:?}");
+    no_complaints(&demo);
+    close(&demo);
+}
+
+/// Pictures of the window for the documentation: the key that leads to a view from the one before, and the file.
+const SHOTS: [(u32, &str); 1] = [(keys::HOME, "window.png")];
+
+#[test]
+#[ignore = "writes docs/images"]
+fn screenshots() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
+    std::fs::create_dir_all(&folder).unwrap();
+    let display = Display::start();
+    let demo = Demo::start(&display, &["box", "--size", "1024x768"]);
+    demo.wait_for_line("lightpaths: ready", READY);
+    for (key, file) in SHOTS {
+        demo.client().tap(&[], key);
+        demo.client().move_to((2, 2));
+        demo.wait_until_still(None, READY).save(folder.join(file)).unwrap();
+    }
+    close(&demo);
+}

@@ -5,7 +5,7 @@ use crate::cpu::rays::{Geometry, Hit};
 use crate::cpu::sampling::hash_pair;
 use crate::scene::{hvds::Hvds, wholes::NEARBY};
 use crate::types::{CachePoint, NO_CLUSTER};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::{PI, SQRT_2};
 
 /// Width of the cells that are read, in widths of a stratum.
@@ -30,6 +30,17 @@ pub struct Tracing<'a> {
     pub least_entry_points: f32,
 }
 
+/// A ray before it is traced.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// Off its surface.
+    pub origin: Vec3,
+    /// Unit.
+    pub direction: DVec3,
+    /// Width of the cells that it reads, by distance, where it meets a surface that faces it.
+    pub width: f64,
+}
+
 /// What one ray found.
 #[derive(Clone, Copy, Debug)]
 pub struct Found {
@@ -42,22 +53,26 @@ pub struct Found {
 }
 
 impl Tracing<'_> {
-    /// Traces a ray of cache point number `index`.
-    pub fn trace(&self, point: &CachePoint, index: u32, ray: u32) -> Found {
+    /// A ray of cache point number `index`; none where it would start into the surface.
+    pub fn ray(&self, point: &CachePoint, index: u32, ray: u32) -> Option<Ray> {
         let normal = self.geometry.normal(point.side);
         let local = self.strata.direction(ray, index, self.seed);
         let direction = frame(point.normal) * local;
-        let nothing = Found { target: None, colour: DVec3::ONE, distance: f64::INFINITY };
-        if direction.dot(normal.as_dvec3()) <= 0.0 {
-            return nothing;
-        }
-        let Some(hit) = self.geometry.closest(self.geometry.offset_origin(point.position, normal), direction)
-        else {
-            return nothing;
-        };
         let solid_angle = PI / (f64::from(self.strata.rays()) * local.z);
+        (direction.dot(normal.as_dvec3()) > 0.0).then(|| Ray {
+            origin: self.geometry.offset_origin(point.position, normal),
+            direction,
+            width: SHARE * solid_angle.sqrt(),
+        })
+    }
+
+    /// Traces a ray of cache point number `index`.
+    pub fn trace(&self, point: &CachePoint, index: u32, ray: u32) -> Found {
+        let nothing = Found { target: None, colour: DVec3::ONE, distance: f64::INFINITY };
+        let Some(Ray { origin, direction, width }) = self.ray(point, index, ray) else { return nothing };
+        let Some(hit) = self.geometry.closest(origin, direction) else { return nothing };
         Found {
-            target: self.target(&hit, direction, SHARE * hit.t * solid_angle.sqrt()),
+            target: self.target(&hit, direction, hit.t * width),
             colour: self.geometry.colour(hit.triangle, hit.barycentric),
             distance: hit.t,
         }

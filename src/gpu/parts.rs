@@ -50,6 +50,15 @@ impl Parts {
         &self.0[0].buffer
     }
 
+    /// Reads the item of that number. Panics if there is none.
+    ///
+    /// # Errors
+    /// As [`Buffer::read`].
+    pub fn read_one<T: Pod>(&self, item: u32) -> Result<T> {
+        let part = self.iter().find(|part| part.items.contains(&item)).expect("the list has such an item");
+        Ok(part.buffer.read_range((item - part.items.start) as usize, 1)?[0])
+    }
+
     /// Bytes of all parts.
     pub fn bytes(&self) -> u64 {
         self.iter().map(|part| part.buffer.bytes()).sum()

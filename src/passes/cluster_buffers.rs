@@ -5,30 +5,22 @@ use crate::gpu::{Buffer, Context};
 use crate::passes::precompute::gather_rays::ClusterLink;
 use crate::scene::hvds::Hvds;
 use crate::types::Grid;
+use bytemuck::Zeroable;
+use glam::UVec3;
 use std::sync::Arc;
 
 /// The tables on the host.
 pub struct ClusterTables {
-    grid: Grid,
-    cell_first: Vec<u32>,
-    cell_clusters: Vec<u32>,
-    links: Vec<ClusterLink>,
-    wholes: Vec<u32>,
-    base_count: u32,
+    /// The hierarchy, without its pieces.
+    pub hvds: Hvds,
+    /// Entry points that each cluster holds, in expectation.
+    pub entry_points: Vec<f32>,
 }
 
 impl ClusterTables {
     /// Of a hierarchy. `entry_points`: how many each cluster holds, in expectation.
     pub fn new(hvds: &Hvds, entry_points: &[f32]) -> Self {
-        let link = |(cluster, &entry_points)| ClusterLink { parent: hvds.coarser(cluster), entry_points };
-        Self {
-            grid: hvds.grid,
-            cell_first: hvds.cell_first.clone(),
-            cell_clusters: hvds.cell_clusters.clone(),
-            links: (0..).zip(entry_points).map(link).collect(),
-            wholes: hvds.wholes.clone(),
-            base_count: hvds.levels[0].len() as u32,
-        }
+        Self { hvds: hvds.without_pieces(), entry_points: entry_points.to_vec() }
     }
 
     /// Uploads them.
@@ -36,13 +28,34 @@ impl ClusterTables {
     /// # Errors
     /// The device lacks memory.
     pub fn upload(&self, context: &Arc<Context>) -> Result<ClusterBuffers> {
+        let hvds = &self.hvds;
+        let link = |(cluster, &entry_points)| ClusterLink { parent: hvds.coarser(cluster), entry_points };
+        let links: Vec<ClusterLink> = (0..).zip(&self.entry_points).map(link).collect();
         Ok(ClusterBuffers {
-            grid: self.grid,
-            cell_first: Buffer::from_slice(context, "cell first", &self.cell_first)?,
-            cell_clusters: Buffer::from_slice(context, "cell clusters", &self.cell_clusters)?,
-            links: Buffer::from_slice(context, "cluster links", &self.links)?,
-            wholes: Buffer::from_slice(context, "wholes", &self.wholes)?,
-            base_count: self.base_count,
+            grid: hvds.grid,
+            cell_first: Buffer::from_slice(context, "cell first", &hvds.cell_first)?,
+            cell_clusters: Buffer::from_slice(context, "cell clusters", &hvds.cell_clusters)?,
+            links: Buffer::from_slice(context, "cluster links", &links)?,
+            wholes: Buffer::from_slice(context, "wholes", &hvds.wholes)?,
+            base_count: hvds.levels[0].len() as u32,
+        })
+    }
+}
+
+impl ClusterBuffers {
+    /// Tables that hold no cluster, for rays that ask for none.
+    ///
+    /// # Errors
+    /// The device lacks memory.
+    pub fn none(context: &Arc<Context>) -> Result<Self> {
+        let list = |name, words: &[u32]| Buffer::from_slice(context, name, words);
+        Ok(Self {
+            grid: Grid { cells: UVec3::ONE, ..Zeroable::zeroed() },
+            cell_first: list("cell first", &[0; 2])?,
+            cell_clusters: list("cell clusters", &[])?,
+            links: list("cluster links", &[])?,
+            wholes: list("wholes", &[])?,
+            base_count: 0,
         })
     }
 }

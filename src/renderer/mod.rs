@@ -24,6 +24,7 @@ mod views;
 
 pub use crate::passes::precompute::{Progress, Silent};
 pub use changes::Work;
+pub use inspect::{ClusterAt, GatherRaySegment, PathPoint, RecordShare, SurfaceAt};
 pub use outputs::StageBuffers;
 pub use preview::Preview;
 pub use report::{Columns, FrameReport, Layer, Statistics};
@@ -48,10 +49,10 @@ use crate::passes::frame::{
     tonemap::Tonemap,
 };
 use crate::passes::precompute::path_orders::PathGroup;
-use crate::passes::{ClusterBuffers, ClusterTables, SceneBuffers};
+use crate::passes::{ClusterBuffers, ClusterTables, SceneBuffers, reflectances};
 use crate::scene::Scene;
 use crate::scene::directions::Directions;
-use crate::types::{Surface, View};
+use crate::types::{Reflectance, Surface, View};
 use changes::{Changes, Stages};
 use closed_places::ClosedPlaces;
 use lights::Lights;
@@ -79,6 +80,9 @@ pub struct Renderer {
     path_scan: PathScan,
     /// Paths by which editable materials reflect them.
     path_groups: Vec<PathGroup>,
+    path_names: Vec<u32>,
+    /// Materials as they were when the paths were traced.
+    traced_with: Vec<Reflectance>,
     pyramid: Pyramid,
     views: Views,
     scopes: Scopes,
@@ -162,6 +166,8 @@ impl Renderer {
                 &made.paths.deposits,
             )?,
             path_groups: made.paths.groups,
+            path_names: made.paths.names,
+            traced_with: reflectances(&scene.materials),
             pyramid,
             views,
             scopes,

@@ -96,6 +96,11 @@ impl Scopes {
         self.sources.scope(&self.context, &Reads::all(clusters))
     }
 
+    /// Parts of clusters that single cache points see.
+    pub(super) fn near_parts(&self) -> &[NearCluster] {
+        &self.sources.near_parts
+    }
+
     /// What a frame works out, skipping what nothing reads or not.
     ///
     /// # Errors

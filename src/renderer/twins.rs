@@ -112,13 +112,21 @@ impl Renderer {
 
     /// Works out what the last frame left out because nothing reads it, of the hierarchy and of records. The rest keeps its bits.
     fn complete(&self) -> Result<()> {
+        self.complete_clusters()?;
+        self.context.run(|rec| {
+            self.gather.record(rec, self.gather_sources(), self.needs.all());
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            self.blend.record(rec, &self.gather.cache_points, &self.gather.records, None);
+        })?;
+        Ok(())
+    }
+
+    /// The same of the hierarchy alone.
+    pub(super) fn complete_clusters(&self) -> Result<()> {
         let whole = self.scopes.make_whole()?;
         self.context.run(|rec| {
             self.record_flux(rec, &whole, &self.lights.cluster_lights());
             self.record_near_field(rec, &whole);
-            self.gather.record(rec, self.gather_sources(), self.needs.all());
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            self.blend.record(rec, &self.gather.cache_points, &self.gather.records, None);
         })?;
         Ok(())
     }

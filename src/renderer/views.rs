@@ -36,6 +36,11 @@ impl Views {
         self.0.as_ref().map(|(tables, _)| tables)
     }
 
+    /// Clusters: targets of gather rays from there on are views, and then parts.
+    pub(super) fn first(&self) -> u32 {
+        self.1
+    }
+
     /// Bytes that the pass moves.
     pub(super) fn bytes(&self) -> u64 {
         self.0.as_ref().map_or(0, |(_, pass)| pass.bytes())

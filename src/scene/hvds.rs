@@ -162,6 +162,23 @@ impl Hvds {
         hvds
     }
 
+    /// The clusters alone: where, how large, and how they nest.
+    pub fn without_pieces(&self) -> Self {
+        Self {
+            grid: self.grid,
+            levels: self.levels.clone(),
+            cell_first: self.cell_first.clone(),
+            cell_clusters: self.cell_clusters.clone(),
+            areas_m2: self.areas_m2.clone(),
+            shown_m2: self.shown_m2.clone(),
+            wholes: self.wholes.clone(),
+            parents: self.parents.clone(),
+            first_children: self.first_children.clone(),
+            pieces: Vec::new(),
+            mixed: self.mixed.clone(),
+        }
+    }
+
     /// Clusters in all.
     pub fn cluster_count(&self) -> u32 {
         self.areas_m2.len() as u32

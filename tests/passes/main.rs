@@ -23,6 +23,7 @@ mod gather_rays;
 mod gloss;
 mod gloss_pixels;
 mod gloss_readers;
+mod inspect;
 mod irradiance_probe;
 mod light_paths;
 mod lights;

@@ -6,6 +6,7 @@ mod handles;
 mod navigate;
 mod overlays;
 mod panels;
+mod reference;
 mod session;
 mod shortcuts;
 mod stage;

@@ -190,6 +190,11 @@ impl Session {
         Ok(())
     }
 
+    /// What the picture shows.
+    pub(super) fn shown(&self) -> Option<&Wanted> {
+        self.shown.as_ref()
+    }
+
     fn wanted(&self) -> Wanted {
         Wanted {
             document: self.document.clone(),

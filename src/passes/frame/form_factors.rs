@@ -104,6 +104,14 @@ impl FormFactors {
         self.entry_points.read()
     }
 
+    /// One of them. Panics if there is none of that number.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn entry_point(&self, index: u32) -> Result<EntryPoint> {
+        self.entry_points.read_one(index)
+    }
+
     /// Fills a light's row: a shadow ray from each entry point to each of its point samples in front of it. Records into an
     /// open pass, with barriers between its own dispatches only.
     pub fn record(

@@ -122,6 +122,12 @@ impl Gather {
         self.point_count
     }
 
+    /// What each reflector sent back when something was last gathered, W/m²/sr, three floats: evenly, without the image's colour; and by
+    /// its lobe, of one at most where nothing shines.
+    pub fn radiances(&self) -> [&Buffer; 2] {
+        [&self.radiances, &self.shines]
+    }
+
     /// Gathers at the cache points of a list.
     pub fn record(&self, rec: &mut Recorder, sources: GatherSources<'_>, list: &RecordList) {
         let GatherSources { materials, irradiance, inverse_areas, gloss } = sources;

@@ -95,6 +95,8 @@ pub const HEAD: u32 = u32::MAX;
 pub const FROM_ENTRY: u32 = u32::MAX - 1;
 /// Vertices of one block: 256 invocations of four each (`glsl/include/path_scan.glsl`).
 const BLOCK_STEPS: u32 = 1024;
+/// Steps that the host reads at a time in search of a path.
+const STEPS_AT_A_TIME: usize = 1 << 18;
 
 /// The pipelines, the steps and their result.
 pub struct PathScan {
@@ -177,6 +179,29 @@ impl PathScan {
     pub fn step_bytes(&self) -> [u64; 2] {
         let bytes = |parts: &Option<Parts>| parts.as_ref().map_or(0, Parts::bytes);
         [self.steps.bytes(), bytes(&self.lobes) + bytes(&self.colours)]
+    }
+
+    /// The steps of a path, read for whoever asks; none where there is no such path.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn steps_of(&self, path: u32) -> Result<Vec<PathStep>> {
+        let (mut heads, mut found) = (0, Vec::new());
+        for part in self.steps.iter() {
+            let count = part.items.len();
+            for first in (0..count).step_by(STEPS_AT_A_TIME) {
+                for step in part.buffer.read_range::<PathStep>(first, STEPS_AT_A_TIME.min(count - first))? {
+                    heads += u64::from(step.material == HEAD);
+                    if heads > u64::from(path) + 1 {
+                        return Ok(found);
+                    }
+                    if heads == u64::from(path) + 1 {
+                        found.push(step);
+                    }
+                }
+            }
+        }
+        Ok(found)
     }
 
     /// Scans all paths again, or those parts of the vertex array only. A part that was not asked for keeps what it has: the same bits.

@@ -381,6 +381,12 @@ impl ViewTables {
         self.parts.is_empty()
     }
 
+    /// The view of a pair that is one.
+    pub fn view_of(&self, cluster: u32, bin: u32) -> Option<u32> {
+        let found = self.pairs.binary_search_by_key(&[cluster, bin], |pair| [pair[0], pair[1]]).ok()?;
+        Some(self.pairs[found][2])
+    }
+
     /// Points rays that read a pair to its view. They start at `points`; `code` has room for both.
     pub fn redirect(
         &self,
@@ -399,9 +405,8 @@ impl ViewTables {
             if self.pairs.get(first).is_none_or(|pair| pair[0] != cluster) {
                 continue;
             }
-            let key = [cluster, directions.bin(rays.back(index))];
-            if let Ok(found) = self.pairs.binary_search_by_key(&key, |pair| [pair[0], pair[1]]) {
-                row.target = row.target & !mask | (cluster_count + self.pairs[found][2]);
+            if let Some(view) = self.view_of(cluster, directions.bin(rays.back(index))) {
+                row.target = row.target & !mask | (cluster_count + view);
             }
         }
     }

@@ -9,7 +9,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::path_scan::PathStep;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::scene::Material;
-use crate::types::{Deposit, Grid, PathVertex, Surface};
+use crate::types::{Deposit, Grid, MAY_SHINE, PathVertex, Reflectance, Surface};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -30,6 +30,14 @@ gpu_struct! {
         pub depth: u32,
         /// One while it goes on.
         pub is_alive: u32,
+    }
+}
+
+impl PathState {
+    /// Of a path of that name at its entry point. One of little weight carries little, and ends early.
+    pub fn at(path: u32, position: Vec3, side: u32, weight: f32) -> Self {
+        let (throughput, incoming) = (Vec3::splat(weight), Vec3::ZERO);
+        Self { position, side, throughput, incoming, path, depth: 0, is_alive: 1 }
     }
 }
 
@@ -87,16 +95,7 @@ pub fn trace(
     for (path, entry) in entry_points.iter().enumerate() {
         let path = path as u32;
         vertices.push(Vertex::new(path, entry, WHITE));
-        live.push(PathState {
-            position: entry.position,
-            side: entry.side,
-            // A path that carries little ends early.
-            throughput: Vec3::splat(entry.weight),
-            incoming: Vec3::ZERO,
-            path,
-            depth: 0,
-            is_alive: 1,
-        });
+        live.push(PathState::at(path, entry.position, entry.side, entry.weight));
     }
 
     let may_shine: Vec<bool> = materials.iter().map(Material::may_shine).collect();
@@ -126,13 +125,15 @@ pub fn trace(
     measure(&mut vertices)?;
     let bits = editable_bits(materials);
     let mut masks = Vec::new();
+    let mut names = Vec::new();
     if bits.iter().any(|&bit| bit != 0) {
-        masks =
+        (masks, names) =
             group(&mut vertices, entry_points, |side| bits[surfaces[side as usize / 2].material as usize]);
     }
     let mut paths =
         LightPaths::from_vertices(vertices, surfaces, &may_shine, entry_points.len(), clusters.base_count);
     paths.group_steps(&masks);
+    paths.names = names;
     if !shines {
         paths.arrivals = Arrivals::default();
     }
@@ -142,10 +143,38 @@ pub fn trace(
     Ok(paths)
 }
 
+/// Traces one path again: where it meets surfaces, and their sides, the entry point first. `materials` as it was traced with
+/// them, `state` ahead of its first step. The same bits as among all paths.
+///
+/// # Errors
+/// The device lacks memory or failed.
+pub fn retrace(
+    context: &Arc<Context>,
+    scene: &SceneBuffers,
+    materials: &[Reflectance],
+    state: PathState,
+    seed: u32,
+) -> Result<Vec<(Vec3, u32)>> {
+    // Nobody asks for clusters.
+    let nowhere = ClusterBuffers::none(context)?;
+    let shines = materials.iter().any(|material| material.flags & MAY_SHINE != 0);
+    let mut walk = Walk::new(context, scene, &nowhere, 1, shines, seed)?;
+    walk.materials = Buffer::from_slice(context, "materials of paths", materials)?;
+    let (mut found, mut live) = (Vec::new(), vec![state]);
+    while !live.is_empty() {
+        let mut survivors = Vec::new();
+        walk.round(scene, &nowhere, &live, &mut found, &mut survivors)?;
+        live = survivors;
+    }
+    let later = found.iter().map(|vertex| (vertex.position, vertex.side));
+    Ok(std::iter::once((state.position, state.side)).chain(later).collect())
+}
+
 /// Device side of the walk.
 struct Walk {
     context: Arc<Context>,
     pipeline: Pipeline,
+    materials: Buffer,
     paths: Buffer,
     vertices: Buffer,
     counts: Buffer,
@@ -175,6 +204,7 @@ impl Walk {
         Ok(Self {
             context: context.clone(),
             pipeline: Pipeline::new(context, STEM, &constants)?,
+            materials: scene.materials.followed(),
             paths: Buffer::storage(context, "path states", limit * size_of::<PathState>() as u64)?,
             vertices: Buffer::storage(context, "path vertices", vertex_bytes)?,
             counts: Buffer::storage(context, "vertex counts", limit * 4)?,
@@ -204,7 +234,7 @@ impl Walk {
                     ("Nodes", &scene.nodes),
                     ("Triangles", &scene.triangles),
                     ("Surfaces", &scene.surfaces),
-                    ("Materials", &scene.materials),
+                    ("Materials", &self.materials),
                     ("CellFirst", &clusters.cell_first),
                     ("CellClusters", &clusters.cell_clusters),
                     ("Paths", &self.paths),

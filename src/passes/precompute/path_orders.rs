@@ -88,6 +88,8 @@ pub struct LightPaths {
     pub first_deposits: Vec<u32>,
     /// Where some materials are editable: the paths by which of them reflect them, entry points aside.
     pub groups: Vec<PathGroup>,
+    /// Of each path the number that names its random numbers; none at all where that is its own.
+    pub names: Vec<u32>,
     /// Empty where nothing shines.
     pub arrivals: Arrivals,
     /// Vertices that no cluster holds: those inside solids, where parts reach into each other.
@@ -95,12 +97,12 @@ pub struct LightPaths {
 }
 
 /// Reorders entry points and numbers the paths anew, so that those that the same editable materials reflect stand together;
-/// returns for each path which these are. Entry points do not count: their reflection is part of the path's flux.
+/// returns for each path which these are, and its number before. Entry points do not count: their reflection is part of the path's flux.
 pub(super) fn group(
     vertices: &mut [Vertex],
     entry_points: &mut [PathVertex],
     bit: impl Fn(u32) -> u32,
-) -> Vec<u32> {
+) -> (Vec<u32>, Vec<u32>) {
     let mut masks = vec![0; entry_points.len()];
     let mut pending: Vec<Option<u32>> = vec![None; entry_points.len()];
     for vertex in &*vertices {
@@ -120,7 +122,7 @@ pub(super) fn group(
     vertices.iter_mut().for_each(|vertex| vertex.path = places[vertex.path as usize]);
     let sorted: Vec<PathVertex> = order.iter().map(|&path| entry_points[path as usize]).collect();
     entry_points.copy_from_slice(&sorted);
-    order.iter().map(|&path| masks[path as usize]).collect()
+    (order.iter().map(|&path| masks[path as usize]).collect(), order)
 }
 
 impl LightPaths {
@@ -200,7 +202,16 @@ impl LightPaths {
             steps.push(PathStep { material, weight: vertex.weight, slot });
             before = Some((vertex, is_head));
         }
-        Self { steps, colours, deposits, first_deposits, groups: Vec::new(), arrivals, lost }
+        Self {
+            steps,
+            colours,
+            deposits,
+            first_deposits,
+            groups: Vec::new(),
+            names: Vec::new(),
+            arrivals,
+            lost,
+        }
     }
 }
 

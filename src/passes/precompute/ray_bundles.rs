@@ -190,6 +190,24 @@ impl RayBundles {
         Ok(())
     }
 
+    /// The bundles of a cache point; none where there is no such point.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn of_point(&self, point: u32) -> Result<Vec<RayBundle>> {
+        let Some(part) = self.parts.iter().find(|part| part.points.contains(&point)) else {
+            return Ok(Vec::new());
+        };
+        let first = (point - part.points.start) as usize;
+        let ends: Vec<u32> = part.first_bundles.read_range(first, 2)?;
+        part.bundles.read_range(ends[0] as usize, (ends[1] - ends[0]) as usize)
+    }
+
+    /// The reflector that a bundle reads.
+    pub fn reflector_of(&self, bundle: &RayBundle) -> u32 {
+        bundle.reflector & 1_u32.checked_shl(self.reflector_bits).map_or(u32::MAX, |end| end - 1)
+    }
+
     /// Bytes of all parts.
     pub fn bytes(&self) -> u64 {
         self.parts

@@ -1,0 +1,49 @@
+//! What is kept: the edited scene, the picture.
+
+use std::path::{Path, PathBuf};
+
+use super::session::Session;
+use crate::app::output::OutputFile;
+use crate::error::{Error, Result};
+use crate::image::{ExrLayer, write_exr, write_png};
+use crate::renderer::Layer;
+use crate::scene::{Light, save::Edited};
+
+/// Saves the scene as it is edited; returns what to say of it.
+pub(super) fn save_scene(session: &Session, to: &str) -> Result<String> {
+    let path = Path::new(to);
+    if path.extension().is_none_or(|extension| extension != "toml") {
+        return Err(Error::output(path, "is no name of a scene file: let it end in .toml"));
+    }
+    let output = OutputFile::check(path)?;
+    let lights: Vec<Light> = session.document.lights.iter().map(|entry| entry.light.clone()).collect();
+    let mut materials = session.scene.materials.clone();
+    session.document.finish(&mut materials);
+    let edited = Edited { camera: &session.camera, lights: &lights, materials: &materials };
+    let text = session.text.as_ref().map_err(|why| Error::Usage(why.clone()))?;
+    let text = text.with_edits(&edited, path)?;
+    output.write(|out| std::io::Write::write_all(out, text.as_bytes()))?;
+    Ok(format!("saved {}", path.display()))
+}
+
+/// Saves the picture, as it is shown in a PNG and in numbers in an EXR file, beside the scene; returns what to say of it.
+pub(super) fn save_picture(session: &Session, scene_to: &str) -> Result<String> {
+    let renderer = session.renderer().ok_or_else(|| {
+        Error::Usage("the picture can be saved when the light paths are traced".to_owned())
+    })?;
+    let size = renderer.size();
+    let stem = Path::new(scene_to).with_extension("");
+    let free = |number: u32| PathBuf::from(format!("{}-{number:03}.png", stem.display()));
+    let png = (1..).map(free).find(|path| !path.exists()).expect("numbers do not end");
+    let exr = png.with_extension("exr");
+    let outputs = [OutputFile::check(&png)?, OutputFile::check(&exr)?];
+    let display = renderer.display()?;
+    outputs[0].write(|out| write_png(out, size, &display))?;
+    let [beauty, direct, indirect] = [Layer::Beauty, Layer::Direct, Layer::Indirect];
+    let layers = [renderer.layer(beauty)?, renderer.layer(direct)?, renderer.layer(indirect)?];
+    let named = ["", "direct", "indirect"].into_iter().zip(&layers);
+    let named = named.map(|(name, pixels)| ExrLayer { name, channels: &["R", "G", "B"], pixels });
+    let named: Vec<_> = named.collect();
+    outputs[1].write(|out| write_exr(out, size, &named))?;
+    Ok(format!("saved {} and {}", png.display(), exr.display()))
+}

@@ -1,0 +1,136 @@
+//! Films in the window: played on the scene that is open, recorded from what is done with it.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use super::document::{Document, Finish};
+use super::session::Session;
+use crate::app::output::OutputFile;
+use crate::error::{Error, Result};
+use crate::scene::film::{Film, Recording, Reflectance, Snapshot, builtin};
+use crate::scene::{Camera, Light};
+
+/// Frames a second of a recorded film.
+const FPS: f64 = 24.0;
+
+/// A film that plays.
+pub(super) struct Player {
+    film: Film,
+    /// Of the film's scene, in its order.
+    lights: Vec<Light>,
+    materials: Vec<String>,
+    start: Instant,
+    /// What was there before, and comes back.
+    before: (Document, Camera),
+}
+
+impl Player {
+    /// Begins to play: the file if there is one, else the built-in film of the scene's name.
+    pub(super) fn begin(session: &Session, recorded: Option<&Path>) -> Result<Self> {
+        let spec = match recorded {
+            Some(path) => path.display().to_string(),
+            None if builtin::NAMES.contains(&session.source.spec.as_str()) => session.source.spec.clone(),
+            None => {
+                let none = "there is no film of this scene: record one (Ctrl+R)";
+                return Err(Error::Usage(none.to_owned()));
+            }
+        };
+        let (film, scene) = Film::load(&spec, &session.source.options)?;
+        Ok(Self {
+            film,
+            lights: scene.lights,
+            materials: scene.materials.into_iter().map(|material| material.name).collect(),
+            start: Instant::now(),
+            before: (session.document.clone(), session.camera.clone()),
+        })
+    }
+
+    /// Brings the scene to where the film is now. False where it has ended.
+    pub(super) fn advance(&self, session: &mut Session) -> bool {
+        let frame = (self.start.elapsed().as_secs_f64() * self.film.fps) as u32;
+        if frame >= self.film.frame_count {
+            return false;
+        }
+        let state = self.film.state(frame);
+        session.camera = Camera { size: session.camera.size, ..state.camera };
+        for (index, kind, is_on) in state.lights {
+            let light = Light { kind, is_on, ..self.lights[index].clone() };
+            let lights = &mut session.document.lights;
+            match lights.iter().position(|entry| entry.light.name == light.name) {
+                Some(place) => lights[place].light = light,
+                // One that the film adds, from when it is on.
+                None if is_on => drop(session.document.add(light)),
+                None => (),
+            }
+        }
+        for state in state.materials {
+            let name = &self.materials[state.material];
+            let named = session.scene.materials.iter().zip(&mut session.document.materials);
+            for (_, finish) in named.filter(|(material, _)| material.name == *name) {
+                let (diffuse, specular, exponent) = (state.diffuse, state.specular, state.exponent);
+                *finish = Finish { diffuse, specular, exponent };
+            }
+        }
+        true
+    }
+
+    /// The scene as it was before the film began.
+    pub(super) fn end(self, session: &mut Session) {
+        let size = session.camera.size;
+        (session.document, session.camera) = self.before;
+        session.camera.size = size;
+    }
+}
+
+/// What is done, as it is done.
+pub(super) struct Recorder {
+    recording: Recording,
+    start: Instant,
+    version: u64,
+}
+
+impl Recorder {
+    pub(super) fn begin(session: &Session) -> Self {
+        let first = Snapshot::of(&session.scene);
+        let recording = Recording::new(&session.source.spec, &first, session.scene.origin, FPS);
+        let mut recorder = Self { recording, start: Instant::now(), version: u64::MAX };
+        recorder.note(session);
+        recorder
+    }
+
+    /// Takes down how things are, where there is another picture.
+    pub(super) fn note(&mut self, session: &Session) {
+        if self.version == session.version {
+            return;
+        }
+        let is_first = self.version == u64::MAX;
+        self.version = session.version;
+        let seconds = if is_first { 0.0 } else { self.start.elapsed().as_secs_f64() };
+        self.recording.add(seconds, &snapshot(session));
+    }
+
+    /// Saves the film beside the scene; returns where.
+    pub(super) fn end(mut self, session: &Session, scene_to: &str) -> Result<PathBuf> {
+        self.recording.add(self.start.elapsed().as_secs_f64(), &snapshot(session));
+        let path = PathBuf::from(format!("{}-film.toml", Path::new(scene_to).with_extension("").display()));
+        let output = OutputFile::check(&path)?;
+        let text = self.recording.finish(&path)?;
+        output.write(|out| std::io::Write::write_all(out, text.as_bytes()))?;
+        Ok(path)
+    }
+}
+
+fn snapshot(session: &Session) -> Snapshot {
+    let materials = session.scene.materials.iter().zip(&session.document.materials);
+    let materials = materials.map(|(material, finish)| Reflectance {
+        name: material.name.clone(),
+        diffuse: finish.diffuse,
+        specular: finish.specular,
+        exponent: finish.exponent,
+    });
+    Snapshot {
+        camera: session.camera.clone(),
+        lights: session.document.lights.iter().map(|entry| entry.light.clone()).collect(),
+        materials: materials.collect(),
+    }
+}

@@ -1,0 +1,147 @@
+//! Monte Carlo beside ours: a path tracer that refines in a thread of its own for as long as it is looked at.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use super::session::{Session, Wanted};
+use super::stage::Wake;
+use crate::cpu::tonemap::display_value;
+use crate::error::{Error, Result};
+use crate::gpu::Context;
+use crate::passes::precompute::Silent;
+use crate::reference::{PathTracer, Progressive};
+use crate::scene::Scene;
+
+/// How often the thread asks whether it is still wanted when it has nothing to do.
+const PATIENCE: Duration = Duration::from_millis(200);
+/// Samples after which it has refined enough.
+const MOST_SAMPLES: u32 = 4096;
+
+/// The thread, and what it has found.
+pub(super) struct Reference {
+    worker: Option<JoinHandle<()>>,
+    orders: Option<Sender<Box<Scene>>>,
+    shared: Arc<Shared>,
+    /// What was ordered last.
+    wanted: Option<Wanted>,
+}
+
+struct Shared {
+    found: Mutex<Result<Option<Found>>>,
+    is_cancelled: AtomicBool,
+}
+
+/// The picture so far.
+#[derive(Clone, Default)]
+pub(super) struct Found {
+    pub(super) size: [u32; 2],
+    pub(super) samples: u32,
+    /// Each half by itself, W/m²/sr.
+    pub(super) halves: [Vec<[f32; 3]>; 2],
+}
+
+impl Found {
+    /// For eyes: sRGB codes R, G, B, 255, as bright as the picture beside it.
+    pub(super) fn display(&self, exposure_stops: f32) -> Vec<[u8; 4]> {
+        let scale = 0.5 * exposure_stops.exp2();
+        let both = self.halves[0].iter().zip(&self.halves[1]);
+        both.map(|(a, b)| {
+            let [r, g, b] = [0, 1, 2].map(|channel| display_value(scale * (a[channel] + b[channel])));
+            [r, g, b, 255]
+        })
+        .collect()
+    }
+}
+
+impl Reference {
+    pub(super) fn new(context: &Arc<Context>, wake: &Wake) -> Result<Self> {
+        let (orders, ordered) = channel();
+        let shared = Arc::new(Shared { found: Mutex::new(Ok(None)), is_cancelled: AtomicBool::new(false) });
+        let (context, wake, told) = (context.clone(), wake.clone(), shared.clone());
+        let work = move || {
+            if let Err(error) = refine(&context, &ordered, &told, &wake) {
+                *told.found.lock().expect("no holder panics") = Err(error);
+                wake();
+            }
+        };
+        let worker = std::thread::Builder::new().name("Monte Carlo".into()).spawn(work);
+        let worker = worker.map_err(|error| Error::Usage(format!("no thread for Monte Carlo: {error}")))?;
+        Ok(Self { worker: Some(worker), orders: Some(orders), shared, wanted: None })
+    }
+
+    /// Begins anew where what is shown has changed.
+    pub(super) fn follow(&mut self, session: &Session) {
+        let Some(wanted) = session.shown() else { return };
+        let is_same = |known: &Wanted| known.document == wanted.document && known.camera == wanted.camera;
+        if self.wanted.as_ref().is_some_and(is_same) {
+            return;
+        }
+        self.wanted = Some(wanted.clone());
+        if let Ok(found) = &mut *self.shared.found.lock().expect("no holder panics") {
+            *found = None;
+        }
+        let mut scene = session.scene.clone();
+        scene.cameras[0] = wanted.camera.clone();
+        scene.lights = wanted.document.lights.iter().map(|entry| entry.light.clone()).collect();
+        wanted.document.finish(&mut scene.materials);
+        scene.materials.iter_mut().for_each(|material| drop(material.conserve_energy()));
+        if let Some(orders) = &self.orders {
+            // Where the thread has failed, what it found says so.
+            let _ = orders.send(Box::new(scene));
+        }
+    }
+
+    /// The picture so far, once there are two samples of each pixel.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub(super) fn found(&self) -> Result<Option<Found>> {
+        let mut found = self.shared.found.lock().expect("no holder panics");
+        std::mem::replace(&mut *found, Ok(None))
+    }
+}
+
+impl Drop for Reference {
+    fn drop(&mut self) {
+        self.shared.is_cancelled.store(true, Ordering::Relaxed);
+        drop(self.orders.take());
+        if let Some(worker) = self.worker.take() {
+            let _ = worker.join();
+        }
+    }
+}
+
+/// The thread: the newest scene, two samples at a time.
+fn refine(
+    context: &Arc<Context>,
+    ordered: &Receiver<Box<Scene>>,
+    shared: &Shared,
+    wake: &Wake,
+) -> Result<()> {
+    let mut tracer: Option<PathTracer> = None;
+    while !shared.is_cancelled.load(Ordering::Relaxed) {
+        let is_done = tracer.as_ref().is_none_or(|tracer| tracer.samples() >= MOST_SAMPLES);
+        let first = match ordered.recv_timeout(if is_done { PATIENCE } else { Duration::ZERO }) {
+            Ok(scene) => Some(scene),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        };
+        if let Some(scene) = ordered.try_iter().last().or(first) {
+            // One at a time: both may not fit the device.
+            drop(tracer.take());
+            tracer = Some(PathTracer::new(context, *scene, &mut Silent)?);
+        } else if is_done {
+            continue;
+        }
+        let Some(tracer) = &mut tracer else { continue };
+        tracer.add_samples(2)?;
+        let size = tracer.traced_scene().size();
+        let found = Found { size, samples: tracer.samples(), halves: tracer.halves()? };
+        *shared.found.lock().expect("no holder panics") = Ok(Some(found));
+        wake();
+    }
+    Ok(())
+}

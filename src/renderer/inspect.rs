@@ -1,1 +1,0 @@
-//! What the renderer knows about a place: for eyes.

@@ -1,0 +1,68 @@
+//! A light path, vertex by vertex. Positions are not kept: the path is traced again, with the same random numbers. What arrives at its
+//! vertices is.
+
+use super::super::Renderer;
+use crate::error::Result;
+use crate::passes::precompute::light_paths::{self, PathState};
+use crate::types::Deposit;
+use glam::Vec3;
+
+/// A vertex of a light path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathPoint {
+    /// Point on a surface.
+    pub position: Vec3,
+    /// Unit geometric normal on the side that it lies on.
+    pub normal: Vec3,
+    /// Base cluster that takes what arrives; none inside solids, where parts reach into each other.
+    pub cluster: Option<u32>,
+    /// Share of the path's flux that arrives here, per channel, as materials were in the last frame; of a path whose entry point may
+    /// shine, of the flux that it carries on from there. Zero where no cluster takes it.
+    pub throughput: Vec3,
+}
+
+impl Renderer {
+    /// The entry point nearest to a place, which is the number of its path; none where there are none. Reads them all.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn entry_point_near(&self, position: Vec3) -> Result<Option<u32>> {
+        let points = self.form_factors.entry_points()?;
+        let distances = points.iter().map(|point| point.position.distance_squared(position));
+        let nearest = (0..).zip(distances).min_by(|(_, a), (_, b)| a.total_cmp(b));
+        Ok(nearest.map(|(index, _)| index))
+    }
+
+    /// The path that begins at that entry point, which comes first; empty where there is no such entry point. Reads the
+    /// steps of all paths before.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn light_path_of(&self, entry_point: u32) -> Result<Vec<PathPoint>> {
+        let steps = self.path_scan.steps_of(entry_point)?;
+        let Some(head) = steps.first() else { return Ok(Vec::new()) };
+        let entry = self.form_factors.entry_point(entry_point)?;
+        let name = self.path_names.get(entry_point as usize).copied().unwrap_or(entry_point);
+        let vertices = light_paths::retrace(
+            &self.context,
+            &self.buffers,
+            &self.traced_with,
+            PathState::at(name, entry.position, entry.side, head.weight),
+            self.scene.quality.seed,
+        )?;
+        let geometry = self.geometry()?;
+        let deposits = &self.path_scan.deposits;
+        steps
+            .iter()
+            .zip(vertices)
+            .map(|(step, (position, side))| {
+                let cluster = self.base_cluster_at(geometry, position, side);
+                let throughput = match cluster {
+                    Some(_) => deposits.read_one::<Deposit>(step.slot)?.throughput,
+                    None => Vec3::ZERO,
+                };
+                Ok(PathPoint { position, normal: geometry.normal(side), cluster, throughput })
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,187 @@
+//! The gather rays of a cache point. Where they went is not kept: they are traced again, along the same directions. What they read
+//! is: the point's bundles name its reflectors.
+//!
+//! A ray that meets a cluster reads the cluster itself; or a *view* of it, what shows of it towards the ray's bin of directions; or a
+//! *part* of it, which the point sees from nearby; or a *slot* of it, where it shines, towards a direction. A bundle names what is
+//! read, not which rays do: where several reflectors of a point stand for the cluster that a ray met, the direction decides. Two rays of one
+//! bin may so be taken to read one view although one of them, along which nothing can hide a part of the cluster, reads the cluster.
+
+use super::super::Renderer;
+use crate::cpu::gather_rays::{Ray, Tracing};
+use crate::cpu::hemisphere::Strata;
+use crate::cpu::rays::Hit;
+use crate::error::Result;
+use crate::passes::frame::gloss::GlossSlot;
+use crate::passes::precompute::gather_rays::{Hemisphere, LEAST_ENTRY_POINTS};
+use crate::passes::precompute::rays::{RayAnswer, RayQuery};
+use crate::scene::directions::Directions;
+use crate::types::{CachePoint, NO_SIDE};
+use glam::{DVec3, Vec3};
+
+/// A gather ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GatherRaySegment {
+    /// Where it starts, off the surface of its cache point.
+    pub origin: Vec3,
+    /// Where it goes; unit.
+    pub direction: Vec3,
+    /// Where it met a surface; none where it left the scene.
+    pub hit: Option<Vec3>,
+    /// The cluster, of any level, that stands for what it met; none where it left the scene or met a side without light.
+    pub cluster: Option<u32>,
+    /// Which reflector it reads: the cluster with the material that it met, or its view, part or slot.
+    pub reflector: Option<u32>,
+    /// Radiance that the last frame to gather took from there, W/m²/sr; zero where nothing is read, and before the first frame.
+    pub radiance: Vec3,
+}
+
+/// What a reflector is.
+enum Kind {
+    Cluster,
+    Part,
+    View(u32),
+    /// Towards a direction.
+    Slot(Vec3),
+}
+
+/// A reflector that some rays of a point read.
+struct Reading {
+    reflector: u32,
+    material: u32,
+    kind: Kind,
+    /// What it may stand for; views that weigh the same clusters alike are one.
+    clusters: Vec<u32>,
+}
+
+impl Renderer {
+    /// The gather rays of a cache point, without those that would start into its surface; none where there is no such point. Traces them
+    /// again, and reads the radiance of all reflectors.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn gather_rays_of(&self, point: u32) -> Result<Vec<GatherRaySegment>> {
+        if point >= self.gather.point_count() {
+            return Ok(Vec::new());
+        }
+        let place = self.gather.cache_points.read_range::<CachePoint>(point as usize, 1)?[0];
+        let Hemisphere { rings, sectors } = self.gather.hemisphere;
+        let tracing = Tracing {
+            geometry: self.geometry()?,
+            hvds: &self.cluster_tables.hvds,
+            strata: Strata { rings, sectors },
+            seed: self.scene.quality.seed,
+            entry_points: &self.cluster_tables.entry_points,
+            least_entry_points: LEAST_ENTRY_POINTS,
+        };
+        let rays = (0..tracing.strata.rays()).filter_map(|ray| tracing.ray(&place, point, ray));
+        let rays: Vec<Ray> = rays.collect();
+        let query = |ray: &Ray| RayQuery { origin: ray.origin, direction: ray.direction.as_vec3() };
+        let queries: Vec<RayQuery> = rays.iter().map(query).collect();
+        let answers = self.closed.rays.trace(&self.buffers, &queries)?;
+        let readings = self.readings(point)?;
+        let radiances = self.reflected()?;
+
+        let segment = |(ray, answer): (&Ray, &RayAnswer)| {
+            let direction = ray.direction.as_vec3();
+            let mut segment = GatherRaySegment {
+                origin: ray.origin,
+                direction,
+                hit: None,
+                cluster: None,
+                reflector: None,
+                radiance: Vec3::ZERO,
+            };
+            if answer.side == NO_SIDE {
+                return segment;
+            }
+            let hit = hit(&tracing, ray, answer);
+            segment.hit = Some(hit.position.as_vec3());
+            let Some((cluster, material)) = tracing.target(&hit, ray.direction, hit.t * ray.width) else {
+                return segment;
+            };
+            segment.cluster = Some(cluster);
+            segment.reflector = self.reading_of(&readings, [cluster, material], -ray.direction);
+            if let Some(reflector) = segment.reflector {
+                let colour = tracing.geometry.colour(hit.triangle, hit.barycentric).as_vec3();
+                let [matt, shine] = radiances
+                    .each_ref()
+                    .map(|list| list.get(reflector as usize).copied().unwrap_or(Vec3::ZERO));
+                segment.radiance = self.lights.tint * (colour * matt + shine);
+            }
+            segment
+        };
+        Ok(rays.iter().zip(&answers).map(segment).collect())
+    }
+
+    /// What reflectors send back: evenly, and by their lobes, if there are any.
+    fn reflected(&self) -> Result<[Vec<Vec3>; 2]> {
+        let [matt, shine] = self.gather.radiances();
+        let count = if self.has_picture() { self.gather.bundles.reflector_count as usize } else { 0 };
+        let shines = if self.shine.is_some() { count } else { 0 };
+        Ok([matt.read_range(0, count)?, shine.read_range(0, shines)?])
+    }
+
+    /// The reflectors of a cache point.
+    fn readings(&self, point: u32) -> Result<Vec<Reading>> {
+        let bundles = &self.gather.bundles;
+        let of_point = bundles.of_point(point)?;
+        let mut reflectors: Vec<u32> = of_point.iter().map(|bundle| bundles.reflector_of(bundle)).collect();
+        reflectors.sort_unstable();
+        reflectors.dedup();
+        let targets: Vec<u32> = bundles.reflectors.read()?;
+        let slots: Vec<GlossSlot> = match &self.shine {
+            Some(shine) => shine.clusters.slots.read()?,
+            None => Vec::new(),
+        };
+        let (views, parts) = (self.views.tables(), self.scopes.near_parts());
+        let first_view = self.views.first();
+        let first_part = first_view + views.map_or(0, |views| views.count());
+        let first_slot = first_part + parts.len() as u32;
+        let bits = self.gather.code.cluster_bits;
+        let reading = |reflector: u32| {
+            let target = targets[reflector as usize];
+            let read = target & ((1 << bits) - 1);
+            let (kind, clusters) = if read < first_view {
+                (Kind::Cluster, vec![read])
+            } else if read < first_part {
+                let view = read - first_view;
+                let pairs = views.iter().flat_map(|views| &views.pairs).filter(|pair| pair[2] == view);
+                (Kind::View(view), pairs.map(|pair| pair[0]).collect())
+            } else if read < first_slot {
+                (Kind::Part, vec![parts[(read - first_part) as usize].cluster])
+            } else {
+                let slot = slots[(read - first_slot) as usize];
+                (Kind::Slot(slot.direction), vec![slot.cluster])
+            };
+            Reading { reflector, material: target >> bits, kind, clusters }
+        };
+        Ok(reflectors.into_iter().map(reading).collect())
+    }
+
+    /// The reflector that a ray reads that met this cluster and material, seen along `back`.
+    fn reading_of(&self, readings: &[Reading], [cluster, material]: [u32; 2], back: DVec3) -> Option<u32> {
+        let bin = Directions::new(self.scene.quality.directions).bin(back);
+        let view = self.views.tables().and_then(|views| views.view_of(cluster, bin));
+        let fits = |found: &&Reading| found.material == material && found.clusters.contains(&cluster);
+        // At most 1 for what another direction may read better.
+        let fitness = |found: &Reading| match found.kind {
+            Kind::View(own) if Some(own) == view => 3.0,
+            Kind::View(_) => -2.0,
+            Kind::Cluster | Kind::Part => 2.0,
+            Kind::Slot(direction) => direction.as_dvec3().dot(back),
+        };
+        let fitting = readings.iter().filter(fits);
+        let best = fitting.max_by(|a, b| fitness(a).total_cmp(&fitness(b)));
+        best.map(|found| found.reflector)
+    }
+}
+
+/// Where a ray met a triangle, from what the device found.
+fn hit(tracing: &Tracing<'_>, ray: &Ray, answer: &RayAnswer) -> Hit {
+    let (t, triangle) = (f64::from(answer.t), answer.side / 2);
+    let along = ray.origin.as_dvec3() + t * ray.direction;
+    let barycentric = tracing.geometry.barycentric_at(triangle, along);
+    let [p0, p1, p2] = tracing.geometry.triangles[triangle as usize].positions.map(Vec3::as_dvec3);
+    let position = barycentric.x * p0 + barycentric.y * p1 + barycentric.z * p2;
+    Hit { t, triangle, barycentric, position }
+}

@@ -1,0 +1,272 @@
+//! What the renderer says about a place, against what frames read.
+
+use crate::common::{assert_silent, context};
+use glam::Vec3;
+use lightpaths::renderer::{Layer, PathPoint, Renderer, Silent};
+use lightpaths::scene::{LoadOptions, Quality, Scene};
+use lightpaths::types::{CachePoint, Deposit, DepositRun, RayBundle, Record};
+use std::collections::BTreeMap;
+
+const SMALL: Quality = Quality {
+    preset: "test",
+    entry_points: 20_000,
+    cache_points: 1_500,
+    gather_rays: 64,
+    cells: 16,
+    ..Quality::DRAFT
+};
+
+/// The built-in Box, 64×48 pixels.
+fn the_box() -> Scene {
+    let set = vec!["camera.size=[64,48]".to_owned()];
+    let mut scene = Scene::load("box", &LoadOptions { set, ..LoadOptions::default() }).unwrap();
+    scene.quality = SMALL;
+    scene
+}
+
+/// With a teapot that may be edited, so that paths stand in another order than they were traced in, and that shines.
+fn shining_box() -> Scene {
+    let mut scene = the_box();
+    let teapot = scene.materials.iter_mut().find(|material| material.name == "teapot").unwrap();
+    (teapot.editable, teapot.specular, teapot.exponent) = (true, Vec3::splat(0.3), 20.0);
+    teapot.diffuse *= 0.5;
+    scene
+}
+
+fn prepare(scene: Scene) -> Renderer {
+    Renderer::new(&context(), scene, &mut Silent).unwrap()
+}
+
+/// After its first frames: all records are current.
+fn render(scene: Scene) -> Renderer {
+    let mut renderer = prepare(scene);
+    (0..2).for_each(|_| drop(renderer.frame().unwrap()));
+    renderer
+}
+
+fn pixels() -> impl Iterator<Item = [u32; 2]> {
+    (0..48).flat_map(|y| (0..64).map(move |x| [x, y]))
+}
+
+#[test]
+fn a_pixel_tells_its_surface_and_its_records() {
+    let mut renderer = prepare(the_box());
+    assert_eq!(renderer.surface_at([32, 24]).unwrap(), None, "there is no picture yet");
+    assert!(renderer.records_at([32, 24]).unwrap().is_empty());
+    renderer.frame().unwrap();
+    let [normals, depths, albedos] =
+        [Layer::Normal, Layer::Depth, Layer::Albedo].map(|layer| renderer.layer(layer).unwrap());
+    let points: Vec<CachePoint> = renderer.stages().cache_points.read().unwrap();
+    let scene = renderer.scene();
+    let (mut seen, mut covered) = (0, 0);
+    for (index, pixel) in pixels().enumerate() {
+        let found = renderer.surface_at(pixel).unwrap();
+        assert_eq!(found.is_some(), depths[index][0].is_finite());
+        let records = renderer.records_at(pixel).unwrap();
+        let Some(found) = found else {
+            assert!(records.is_empty());
+            continue;
+        };
+        seen += 1;
+        assert_eq!((found.depth_m, found.normal.to_array()), (depths[index][0], normals[index]));
+        assert_eq!(scene.materials[found.material].diffuse.to_array(), albedos[index]);
+        let triangle = &scene.triangles[found.triangle as usize];
+        assert_eq!(triangle.material as usize, found.material);
+        let plane = triangle.geometric_normal();
+        assert!((found.position - triangle.positions[0]).dot(plane).abs() < 1e-4);
+        assert_eq!(found.is_back, plane.dot(found.normal) < 0.0);
+
+        let sum: f32 = records.iter().map(|record| record.share).sum();
+        assert!((sum - 1.0).abs() < 1e-5 && records.iter().all(|record| record.share >= 0.0));
+        let is_near = |record: u32| {
+            let point = &points[record as usize];
+            point.position.distance(found.position) <= point.radius && point.normal.dot(found.normal) > 0.0
+        };
+        covered += u32::from(records.iter().all(|record| is_near(record.record)));
+    }
+    assert!(seen > 1_000 && covered * 10 > seen * 9, "{covered} of {seen} pixels");
+    assert_eq!(renderer.surface_at([64, 0]).unwrap(), None);
+    assert_eq!(renderer.surface_at([0, 48]).unwrap(), None);
+    for (index, point) in (0..).zip(&points).step_by(97) {
+        let nearest = renderer.nearest_cache_point(point.position, point.normal).unwrap();
+        assert_eq!(nearest, Some(index));
+    }
+    renderer.resize([32, 24]).unwrap();
+    assert_eq!(renderer.surface_at([16, 12]).unwrap(), None, "there is no picture of this size");
+    assert_silent(&context());
+}
+
+/// How many rays of a point read each reflector.
+fn stored(renderer: &Renderer, point: u32) -> BTreeMap<u32, u32> {
+    let bundles = renderer.stages().ray_bundles;
+    let part = bundles.parts.iter().find(|part| part.points.contains(&point)).unwrap();
+    let first: Vec<u32> = part.first_bundles.read().unwrap();
+    let row = (point - part.points.start) as usize;
+    let list: Vec<RayBundle> = part.bundles.read().unwrap();
+    let mut counts = BTreeMap::new();
+    for bundle in &list[first[row] as usize..first[row + 1] as usize] {
+        let [count, reflector] =
+            [bundle.reflector >> bundles.reflector_bits, bundle.reflector % (1 << bundles.reflector_bits)];
+        *counts.entry(reflector).or_insert(0) += count + 1;
+    }
+    counts
+}
+
+/// Where nothing but clusters is read, those that rays meet when they are traced again are those of the bundles.
+#[test]
+fn gather_rays_meet_the_clusters_that_bundles_name() {
+    let mut scene = the_box();
+    (scene.quality.occlusion, scene.quality.gap_rounds) = (false, 0);
+    let renderer = render(scene);
+    let reflectors: Vec<u32> = renderer.stages().ray_bundles.reflectors.read().unwrap();
+    let (mut rays, mut apart, mut hits) = (0, 0, 0);
+    for point in (0..1_000).step_by(83) {
+        let segments = renderer.gather_rays_of(point).unwrap();
+        let mut counts = BTreeMap::new();
+        for segment in &segments {
+            hits += usize::from(segment.hit.is_some());
+            if let Some(reflector) = segment.reflector {
+                *counts.entry(reflector).or_insert(0) += 1;
+                // A target is a cluster and, in the bits above, a material.
+                let cluster = segment.cluster.unwrap();
+                assert_eq!((reflectors[reflector as usize] ^ cluster).trailing_zeros().min(12), 12);
+            }
+            assert!(segment.cluster.is_none() || segment.hit.is_some());
+            assert!((segment.direction.length() - 1.0).abs() < 1e-5);
+        }
+        let stored = stored(&renderer, point);
+        rays += stored.values().sum::<u32>();
+        let missing = stored
+            .iter()
+            .map(|(reflector, &count)| count - counts.get(reflector).copied().unwrap_or(0).min(count));
+        apart += missing.sum::<u32>();
+    }
+    println!("{apart} of {rays} rays meet something else");
+    // Rays on an edge of a triangle or a cell.
+    assert!(rays > 500 && apart * 500 <= rays && hits > 500, "{apart} of {rays}");
+    assert!(renderer.gather_rays_of(u32::MAX).unwrap().is_empty());
+    assert_silent(&context());
+}
+
+/// Views, parts and slots take the place of clusters: the irradiance of a record is the sum of what its rays bring all the same.
+#[test]
+fn gather_rays_bring_what_records_gathered() {
+    for (what, scene) in [("matt", the_box()), ("shining", shining_box())] {
+        let renderer = render(scene);
+        let tint = renderer.stages().tint;
+        let records: Vec<Record> = renderer.stages().gathered.read().unwrap();
+        let (mut rays, mut apart, mut unread) = (0, 0, 0);
+        let (mut sum, mut error) = (Vec3::ZERO, Vec3::ZERO);
+        for point in (0..records.len() as u32).step_by(37) {
+            let segments = renderer.gather_rays_of(point).unwrap();
+            let expected = tint * records[point as usize].irradiance;
+            let radiance: Vec3 = segments.iter().map(|segment| segment.radiance).sum();
+            let found = radiance * (std::f32::consts::PI / 64.0);
+            sum += expected;
+            error += (found - expected).abs();
+            unread +=
+                segments.iter().filter(|found| found.cluster.is_some() && found.reflector.is_none()).count();
+            let mut left = stored(&renderer, point);
+            rays += left.values().sum::<u32>();
+            for reflector in segments.iter().filter_map(|segment| segment.reflector) {
+                left.entry(reflector).and_modify(|count| *count = count.saturating_sub(1));
+            }
+            apart += left.values().sum::<u32>();
+        }
+        println!("{what}: {apart} of {rays} rays read something else, {unread} nothing; {error} of {sum}");
+        assert!(sum.min_element() > 0.0 && error.max_element() < 3e-3 * sum.max_element());
+        assert!(rays > 1_000 && apart * 50 <= rays && unread as u32 * 500 <= rays);
+    }
+    assert_silent(&context());
+}
+
+/// Clusters of a path's deposits, and what they hold, in a fixed order.
+fn deposited(deposits: &[Deposit], runs: &[DepositRun], path: u32) -> Vec<(u32, [u32; 3])> {
+    let mut found = Vec::new();
+    for (cluster, run) in (0..).zip(runs).filter(|(_, run)| run.is_whole == 0) {
+        let own = &deposits[run.first as usize..run.end as usize];
+        let of_path = own.iter().filter(|deposit| deposit.path() == path);
+        found.extend(of_path.map(|deposit| (cluster, bits(deposit.throughput))));
+    }
+    found.sort_unstable();
+    found
+}
+
+fn bits(value: Vec3) -> [u32; 3] {
+    value.to_array().map(f32::to_bits)
+}
+
+#[test]
+fn paths_traced_again_lie_where_they_deposited() {
+    for (what, scene) in [("matt", the_box()), ("shining", shining_box())] {
+        let mut renderer = render(scene);
+        // Materials that are not editable were others when the paths were traced.
+        renderer.set_diffuse(0, Vec3::new(0.2, 0.3, 0.1)).unwrap();
+        renderer.frame().unwrap();
+        let deposits: Vec<Deposit> = renderer.stages().deposits.read().unwrap();
+        let runs: Vec<DepositRun> = renderer.stages().deposit_runs.read().unwrap();
+        let mut vertices = 0;
+        for path in (11..20_000).step_by(1_777) {
+            let points: Vec<PathPoint> = renderer.light_path_of(path).unwrap();
+            vertices += points.len();
+            let held = points.iter().filter_map(|point| Some((point.cluster?, bits(point.throughput))));
+            let mut held: Vec<_> = held.collect();
+            held.sort_unstable();
+            assert_eq!(held, deposited(&deposits, &runs, path), "{what}, path {path}");
+            let nearest = renderer.entry_point_near(points[0].position).unwrap().unwrap();
+            let again = renderer.light_path_of(nearest).unwrap()[0];
+            assert_eq!(again.position, points[0].position);
+            for pair in points.windows(2) {
+                let way = pair[1].position - pair[0].position;
+                assert!(way.dot(pair[0].normal) > -1e-5 && way.dot(pair[1].normal) < 1e-5);
+            }
+        }
+        assert!(vertices > 24, "{what}: {vertices} vertices");
+        assert!(renderer.light_path_of(u32::MAX).unwrap().is_empty());
+    }
+    assert_silent(&context());
+}
+
+#[test]
+fn levels_of_clusters_nest_under_the_picture() {
+    let mut renderer = prepare(the_box());
+    assert!(renderer.cluster_colours(0).unwrap().iter().all(Option::is_none), "there is no picture yet");
+    renderer.frame().unwrap();
+    let picture = renderer.layer(Layer::Beauty).unwrap();
+    let levels = renderer.hvds_level_count();
+    let of_levels: Vec<_> = (0..levels).map(|level| renderer.cluster_colours(level).unwrap()).collect();
+    renderer.set_exposure(1.0);
+    renderer.frame().unwrap();
+    assert!(renderer.layer(Layer::Beauty).unwrap() == picture, "nothing was changed by it");
+
+    let surfaces: Vec<_> = pixels().map(|pixel| renderer.surface_at(pixel).unwrap()).collect();
+    let mut count_before = usize::MAX;
+    for (level, clusters) in (0..).zip(&of_levels) {
+        let mut boxes: BTreeMap<u32, (Vec3, Vec3)> = BTreeMap::new();
+        for (surface, cluster) in surfaces.iter().zip(clusters) {
+            assert_eq!(surface.is_some(), cluster.is_some());
+            let (Some(surface), Some(cluster)) = (surface, cluster) else { continue };
+            let point = surface.position;
+            let found = boxes.entry(cluster.cluster).or_insert((point, point));
+            *found = (found.0.min(point), found.1.max(point));
+            assert!(cluster.irradiance.is_finite() && cluster.irradiance.min_element() >= 0.0);
+        }
+        let cell = renderer.hvds_cell_size_m(level) as f32;
+        let widest = boxes.values().map(|(low, high)| (high - low).max_element()).fold(0.0, f32::max);
+        assert!(widest <= 1.01 * cell, "level {level}: {widest} m in cells of {cell} m");
+        assert!(boxes.len() <= count_before && boxes.len() > 1);
+        count_before = boxes.len();
+    }
+    // One for each way that surfaces face.
+    assert!(count_before <= 52, "{count_before} clusters at the root");
+    assert_eq!(renderer.cluster_colours(u32::MAX).unwrap(), of_levels[levels as usize - 1]);
+    // What nothing reads is as current as in frames that leave nothing out.
+    renderer.set_skipping(false);
+    renderer.frame().unwrap();
+    let irradiance: Vec<Vec3> = renderer.stages().cluster_irradiance.read().unwrap();
+    let tint = renderer.stages().tint;
+    for found in of_levels.iter().flatten().flatten() {
+        assert_eq!(bits(found.irradiance), bits(tint * irradiance[found.cluster as usize]));
+    }
+    assert_silent(&context());
+}

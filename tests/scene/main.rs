@@ -14,6 +14,7 @@ use refused::message;
 mod box_model;
 mod film;
 mod places;
+mod recording;
 mod refused;
 mod save;
 mod textures;

@@ -2,8 +2,10 @@
 //! by any number of machines.
 
 pub mod builtin;
+mod channels;
 mod curve;
 mod read;
+mod thin;
 mod tracks;
 mod write;
 
@@ -12,6 +14,7 @@ use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 use std::path::PathBuf;
 use tracks::{CameraTrack, LightTrack, MaterialTrack};
+pub use write::{Recording, Reflectance, Snapshot};
 
 /// Most frames that a film can have.
 const MOST_FRAMES: f64 = 1e6;

@@ -1,1 +1,343 @@
 //! Films from what was done in the window.
+//!
+//! A recording is a row of samples. The film that comes of it shows each of them at its time, places within a millimetre (a thousandth of
+//! the way from the camera to its target in small scenes), all else within a thousandth; what was left alone for a while does not move at
+//! all. What a film cannot say is lost: the camera's roll (`up`) and the size of its image.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use glam::{DVec3, Vec3};
+
+use super::channels::{Form, channels, place_tolerance_m, vector_line};
+use super::thin::{self, Look};
+use crate::Result;
+use crate::scene::{Camera, Light, LightKind, Material, Scene, builtin, numbers, save};
+
+/// What a film can change of a scene, at some time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snapshot {
+    /// The camera, recentred as the scene is.
+    pub camera: Camera,
+    /// All lights, told apart by name, kind and number of samples.
+    pub lights: Vec<Light>,
+    /// What each material reflects, in the scene's order.
+    pub materials: Vec<Reflectance>,
+}
+
+/// What a material reflects at some time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reflectance {
+    /// The material's name.
+    pub name: String,
+    /// Diffuse albedo, which an image of it is multiplied with.
+    pub diffuse: Vec3,
+    /// Specular albedo.
+    pub specular: Vec3,
+    /// Phong exponent.
+    pub exponent: f32,
+}
+
+impl Snapshot {
+    /// The scene as it is, seen by its first camera.
+    pub fn of(scene: &Scene) -> Self {
+        let reflectance = |material: &Material| Reflectance {
+            name: material.name.clone(),
+            diffuse: material.diffuse,
+            specular: material.specular,
+            exponent: material.exponent,
+        };
+        Self {
+            camera: scene.cameras[0].clone(),
+            lights: scene.lights.clone(),
+            materials: scene.materials.iter().map(reflectance).collect(),
+        }
+    }
+}
+
+/// What was done, sample by sample.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    scene: String,
+    origin: DVec3,
+    fps: f64,
+    first: Snapshot,
+    /// Of the samples, seconds; rising.
+    times: Vec<f64>,
+    camera: Series<(Vec3, Vec3, f32)>,
+    lights: Vec<RecordedLight>,
+    /// As many as the scene has.
+    materials: Vec<Series<Look>>,
+}
+
+/// A light of one kind; where a light becomes another one, the film has two.
+#[derive(Clone, Debug)]
+struct RecordedLight {
+    /// What it is called in the window.
+    name: String,
+    /// What it is called in the film.
+    film_name: String,
+    /// As the scene has it; none where it was added.
+    base: Option<Light>,
+    /// The first one, for its kind and number of samples.
+    kind: LightKind,
+    /// Where it is there, and whether it is on.
+    series: Series<Option<(LightKind, bool)>>,
+}
+
+/// A value that changes at some samples.
+#[derive(Clone, Debug)]
+struct Series<V> {
+    /// From that sample on it is that.
+    changes: Vec<(usize, V)>,
+}
+
+impl<V: Copy + PartialEq> Series<V> {
+    fn new() -> Self {
+        Self { changes: Vec::new() }
+    }
+
+    fn record(&mut self, sample: usize, value: V) {
+        if self.changes.last().is_none_or(|(_, last)| *last != value) {
+            self.changes.push((sample, value));
+        }
+    }
+
+    /// Sample and value from the first on, up to so many samples.
+    fn all(&self, count: usize) -> impl Iterator<Item = (usize, V)> + '_ {
+        let ends = self.changes.iter().skip(1).map(|(sample, _)| *sample).chain([count]);
+        self.changes.iter().zip(ends).flat_map(|(&(start, value), end)| (start..end).map(move |i| (i, value)))
+    }
+}
+
+/// The keys of one thing: lines of a table, by sample.
+type Keys = BTreeMap<usize, Vec<String>>;
+/// The same by time in seconds.
+type Timed = Vec<(f64, Vec<String>)>;
+
+impl Recording {
+    /// `scene` is how a film is to name the scene: a built-in one, or the path of a file from the current directory. `first` is what that
+    /// file holds: what never differs from it gets no key. `origin` is the scene's.
+    pub fn new(scene: &str, first: &Snapshot, origin: DVec3, fps: f64) -> Self {
+        let mut recording = Self {
+            scene: scene.to_owned(),
+            origin,
+            fps,
+            first: first.clone(),
+            times: Vec::new(),
+            camera: Series::new(),
+            lights: Vec::new(),
+            materials: vec![Series::new(); first.materials.len()],
+        };
+        for light in &first.lights {
+            recording.add_light(light, Some(light.clone()));
+        }
+        recording
+    }
+
+    /// How things are at a time, seconds from the recording's start. What is not later than the sample before it is passed over.
+    pub fn add(&mut self, time_s: f64, now: &Snapshot) {
+        if !(time_s >= 0.0 && self.times.last().is_none_or(|last| time_s > *last)) {
+            return;
+        }
+        let sample = self.times.len();
+        self.times.push(time_s);
+        let camera = &now.camera;
+        self.camera.record(sample, (camera.position, camera.target, camera.fov_y_degrees));
+        for (series, it) in self.materials.iter_mut().zip(&now.materials) {
+            series.record(sample, look(it));
+        }
+        let mut is_there = vec![false; self.lights.len()];
+        for light in &now.lights {
+            let known = self.lights.iter().position(|it| it.is(light));
+            let index = known.unwrap_or_else(|| self.add_light(light, None));
+            is_there.resize(self.lights.len(), false);
+            is_there[index] = true;
+            self.lights[index].series.record(sample, Some((light.kind, light.is_on)));
+        }
+        let gone = self.lights.iter_mut().zip(is_there).filter(|(_, is_there)| !is_there);
+        gone.for_each(|(light, _)| light.series.record(sample, None));
+    }
+
+    fn add_light(&mut self, light: &Light, base: Option<Light>) -> usize {
+        let is_taken = |name: &str| {
+            self.lights.iter().any(|it| it.film_name == name)
+                || base.is_none() && self.first.lights.iter().any(|it| it.name == name)
+        };
+        let numbered = (2..).map(|number: u32| format!("{} {number}", light.name));
+        let mut names = std::iter::once(light.name.clone()).chain(numbered);
+        let film_name = names.find(|name| !is_taken(name)).expect("numbers do not end");
+        let (name, kind) = (light.name.clone(), light.kind);
+        self.lights.push(RecordedLight { name, film_name, base, kind, series: Series::new() });
+        self.lights.len() - 1
+    }
+
+    /// The film's file, to be saved at `to`. Its last frame is the last sample.
+    ///
+    /// A light that was removed is switched off; one that became another kind of light, or got another number of samples, is switched off
+    /// and another one added. Of materials that share a name the first that changes speaks for all.
+    ///
+    /// # Errors
+    /// [`crate::Error::Output`] where the scene cannot be named in that file.
+    pub fn finish(&self, to: &Path) -> Result<String> {
+        let is_built_in = builtin::NAMES.contains(&self.scene.as_str());
+        let scene = match is_built_in {
+            true => self.scene.clone(),
+            false => save::relative_to(Path::new(&self.scene), to)?,
+        };
+        let end = self.times.last().copied().unwrap_or(0.0) + 1.0 / self.fps;
+        let [fps, duration] = [self.fps, end].map(numbers::text);
+        let mut film = format!("scene = {}\nfps = {fps}\nduration = {duration}\n", quoted(&scene));
+        if !self.times.is_empty() {
+            write_keys(&mut film, "camera", None, self.timed(self.camera_keys()));
+            for light in &self.lights {
+                write_keys(&mut film, "light", Some(&light.film_name), self.timed(self.light_keys(light)));
+            }
+            let mut said: Vec<&str> = Vec::new();
+            for (material, series) in self.first.materials.iter().zip(&self.materials) {
+                let keys = self.material_keys(series, look(material));
+                if !keys.is_empty() && !said.contains(&material.name.as_str()) {
+                    said.push(&material.name);
+                    write_keys(&mut film, "material", Some(&material.name), keys);
+                }
+            }
+        }
+        Ok(film)
+    }
+
+    fn timed(&self, keys: Keys) -> Timed {
+        keys.into_iter().map(|(sample, lines)| (self.times[sample], lines)).collect()
+    }
+
+    fn camera_keys(&self) -> Keys {
+        let base = &self.first.camera;
+        let mut keys = Keys::new();
+        let all: Vec<_> = self.camera.all(self.times.len()).collect();
+        type Part = fn((Vec3, Vec3, f32)) -> Vec3;
+        let channels: [(Form, Vec3, Part); 3] = [
+            (Form::Place("position"), base.position, |it| it.0),
+            (Form::Place("target"), base.target, |it| it.1),
+            (Form::FieldOfView, Vec3::splat(base.fov_y_degrees), |it| Vec3::splat(it.2)),
+        ];
+        for (form, base, part) in channels {
+            let samples: Vec<_> = all.iter().map(|&(sample, it)| (sample, part(it))).collect();
+            self.write_channel(&mut keys, form, Some(base), &samples);
+        }
+        keys
+    }
+
+    fn light_keys(&self, light: &RecordedLight) -> Keys {
+        let mut keys = Keys::new();
+        let all: Vec<_> = light.series.all(self.times.len()).collect();
+        let there: Vec<_> = all.iter().filter_map(|&(sample, it)| Some((sample, it?.0))).collect();
+        let mut is_on = light.base.as_ref().is_none_or(|base| base.is_on);
+        if light.base.is_none()
+            && let Some(&(first, kind)) = there.first()
+        {
+            let mut lines = vec![format!("kind = {}", quoted(kind.word()))];
+            if let LightKind::Area { samples, .. } = kind {
+                lines.push(format!("samples = {samples}"));
+            }
+            keys.insert(first, lines);
+        }
+        for &(sample, it) in &all {
+            let wanted = it.is_some_and(|(_, is_on)| is_on);
+            if wanted != is_on {
+                keys.entry(sample).or_default().push(format!("on = {wanted}"));
+            }
+            is_on = wanted;
+        }
+        let bases = light.base.as_ref().map(|base| channels(base.kind));
+        for (index, (form, _)) in channels(light.kind).into_iter().enumerate() {
+            let base = bases.as_ref().map(|channels| channels[index].1);
+            let samples: Vec<_> =
+                there.iter().map(|&(sample, kind)| (sample, channels(kind)[index].1)).collect();
+            self.write_channel(&mut keys, form, base, &samples);
+        }
+        keys
+    }
+
+    /// Keys of one value, which is `base` in the scene; none is the value of a light that is added, and has to be stated.
+    fn write_channel(&self, keys: &mut Keys, form: Form, base: Option<Vec3>, samples: &[(usize, Vec3)]) {
+        if samples.is_empty() || base.is_some_and(|base| samples.iter().all(|(_, value)| *value == base)) {
+            return;
+        }
+        let sample = |&(sample, value): &(usize, Vec3)| (self.times[sample], form.number(value, self.origin));
+        let values: Vec<(f64, DVec3)> = samples.iter().map(sample).collect();
+        let camera = &self.first.camera;
+        let place_m = place_tolerance_m(camera.position.distance(camera.target));
+        let excess = |wanted, found| form.excess(wanted, found, place_m);
+        let mut found = thin::keys(&values, form.curve(), &excess);
+        if base.is_none() && found[0] != 0 {
+            found.insert(0, 0);
+        }
+        for index in found {
+            keys.entry(samples[index].0).or_default().push(form.line(values[index].1));
+        }
+    }
+
+    fn material_keys(&self, series: &Series<Look>, base: Look) -> Timed {
+        let mut keys = Timed::new();
+        let samples: Vec<_> =
+            series.all(self.times.len()).map(|(sample, look)| (self.times[sample], look)).collect();
+        if samples.is_empty() {
+            return keys;
+        }
+        let changes = thin::fades(&samples, base);
+        for (index, &[start, end]) in changes.iter().enumerate() {
+            let (from, to) = match start == end {
+                true => (start.checked_sub(1).map_or(base, |before| samples[before].1), samples[end].1),
+                false => (samples[start].1, samples[end].1),
+            };
+            let mut lines = Vec::new();
+            if start < end {
+                lines.push(format!("fade = {}", numbers::text(samples[end].0 - samples[start].0)));
+            }
+            let nothing = lines.len();
+            let vectors = [("diffuse", from.diffuse, to.diffuse), ("specular", from.specular, to.specular)];
+            lines.extend(vectors.iter().filter(|it| it.1 != it.2).map(|it| vector_line(it.0, it.2)));
+            if from.exponent != to.exponent {
+                lines.push(format!("exponent = {}", numbers::text(to.exponent)));
+            }
+            if lines.len() > nothing {
+                // Only one change can begin at a time: one at once comes between two samples where another one follows.
+                let is_followed = start == end && changes.get(index + 1).is_some_and(|next| next[0] == end);
+                let before = start.checked_sub(1).filter(|_| is_followed);
+                let time = samples[start].0;
+                keys.push((before.map_or(time, |before| 0.5 * (samples[before].0 + time)), lines));
+            }
+        }
+        keys
+    }
+}
+
+impl RecordedLight {
+    fn is(&self, light: &Light) -> bool {
+        let samples = |kind: LightKind| match kind {
+            LightKind::Area { samples, .. } => samples,
+            _ => 0,
+        };
+        let is_alike = |a: LightKind, b: LightKind| a.word() == b.word() && samples(a) == samples(b);
+        self.name == light.name && is_alike(self.kind, light.kind)
+    }
+}
+
+fn look(it: &Reflectance) -> Look {
+    let albedo = |albedo: Vec3| DVec3::from(albedo.to_array().map(numbers::plain));
+    let exponent = numbers::plain(it.exponent);
+    Look { diffuse: albedo(it.diffuse), specular: albedo(it.specular), exponent }
+}
+
+fn write_keys(film: &mut String, list: &str, name: Option<&str>, keys: Timed) {
+    let name = name.map_or_else(String::new, |name| format!("name = {}\n", quoted(name)));
+    for (time, lines) in keys {
+        let (time, lines) = (numbers::text(time), lines.join("\n"));
+        let written = writeln!(film, "\n[[{list}]]\n{name}time = {time}\n{lines}");
+        written.expect("strings take all that is written");
+    }
+}
+
+fn quoted(text: &str) -> String {
+    toml_edit::Value::from(text).to_string()
+}

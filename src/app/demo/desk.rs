@@ -60,6 +60,8 @@ pub(super) struct Desk {
     pub(super) text_scale: f32,
     pub(super) is_recording: bool,
     pub(super) is_playing: bool,
+    /// What Monte Carlo says: samples, error of ours, its own noise; both relMSE.
+    pub(super) verdict: Option<(u32, f64, f64)>,
 }
 
 /// A place on a surface.
@@ -87,6 +89,7 @@ impl Desk {
             text_scale: 1.0,
             is_recording: false,
             is_playing: false,
+            verdict: None,
         }
     }
 }

@@ -29,7 +29,7 @@ impl Player {
     pub(super) fn begin(session: &Session, recorded: Option<&Path>) -> Result<Self> {
         let spec = match recorded {
             Some(path) => path.display().to_string(),
-            None if builtin::NAMES.contains(&session.source.spec.as_str()) => session.source.spec.clone(),
+            None if builtin::names().contains(&session.source.spec.as_str()) => session.source.spec.clone(),
             None => {
                 let none = "there is no film of this scene: record one (Ctrl+R)";
                 return Err(Error::Usage(none.to_owned()));

@@ -1,7 +1,10 @@
 //! `lightpaths demo`: the window.
 
+mod cells;
 mod desk;
 mod document;
+mod files;
+mod films;
 mod handles;
 mod navigate;
 mod overlays;

@@ -23,7 +23,9 @@ const MOST_SAMPLES: u32 = 4096;
 /// The thread, and what it has found.
 pub(super) struct Reference {
     worker: Option<JoinHandle<()>>,
-    orders: Option<Sender<Box<Scene>>>,
+    orders: Option<Sender<(u64, Box<Scene>)>>,
+    /// Counts orders.
+    epoch: u64,
     shared: Arc<Shared>,
     /// What was ordered last.
     wanted: Option<Wanted>,
@@ -38,6 +40,8 @@ struct Shared {
 #[derive(Clone, Default)]
 pub(super) struct Found {
     pub(super) size: [u32; 2],
+    /// Of the order that it answers.
+    epoch: u64,
     pub(super) samples: u32,
     /// Each half by itself, W/m²/sr.
     pub(super) halves: [Vec<[f32; 3]>; 2],
@@ -69,17 +73,18 @@ impl Reference {
         };
         let worker = std::thread::Builder::new().name("Monte Carlo".into()).spawn(work);
         let worker = worker.map_err(|error| Error::Usage(format!("no thread for Monte Carlo: {error}")))?;
-        Ok(Self { worker: Some(worker), orders: Some(orders), shared, wanted: None })
+        Ok(Self { worker: Some(worker), orders: Some(orders), shared, epoch: 0, wanted: None })
     }
 
-    /// Begins anew where what is shown has changed.
-    pub(super) fn follow(&mut self, session: &Session) {
-        let Some(wanted) = session.shown() else { return };
+    /// Begins anew where what is shown has changed. True where it has.
+    pub(super) fn follow(&mut self, session: &Session) -> bool {
+        let Some(wanted) = session.shown() else { return false };
         let is_same = |known: &Wanted| known.document == wanted.document && known.camera == wanted.camera;
         if self.wanted.as_ref().is_some_and(is_same) {
-            return;
+            return false;
         }
         self.wanted = Some(wanted.clone());
+        self.epoch += 1;
         if let Ok(found) = &mut *self.shared.found.lock().expect("no holder panics") {
             *found = None;
         }
@@ -90,8 +95,9 @@ impl Reference {
         scene.materials.iter_mut().for_each(|material| drop(material.conserve_energy()));
         if let Some(orders) = &self.orders {
             // Where the thread has failed, what it found says so.
-            let _ = orders.send(Box::new(scene));
+            let _ = orders.send((self.epoch, Box::new(scene)));
         }
+        true
     }
 
     /// The picture so far, once there are two samples of each pixel.
@@ -100,7 +106,9 @@ impl Reference {
     /// The device lacks memory or failed.
     pub(super) fn found(&self) -> Result<Option<Found>> {
         let mut found = self.shared.found.lock().expect("no holder panics");
-        std::mem::replace(&mut *found, Ok(None))
+        let found = std::mem::replace(&mut *found, Ok(None))?;
+        // What was under way when the scene changed shows what it was.
+        Ok(found.filter(|found| found.epoch == self.epoch))
     }
 }
 
@@ -117,19 +125,21 @@ impl Drop for Reference {
 /// The thread: the newest scene, two samples at a time.
 fn refine(
     context: &Arc<Context>,
-    ordered: &Receiver<Box<Scene>>,
+    ordered: &Receiver<(u64, Box<Scene>)>,
     shared: &Shared,
     wake: &Wake,
 ) -> Result<()> {
     let mut tracer: Option<PathTracer> = None;
+    let mut epoch = 0;
     while !shared.is_cancelled.load(Ordering::Relaxed) {
         let is_done = tracer.as_ref().is_none_or(|tracer| tracer.samples() >= MOST_SAMPLES);
         let first = match ordered.recv_timeout(if is_done { PATIENCE } else { Duration::ZERO }) {
-            Ok(scene) => Some(scene),
+            Ok(order) => Some(order),
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
         };
-        if let Some(scene) = ordered.try_iter().last().or(first) {
+        if let Some((number, scene)) = ordered.try_iter().last().or(first) {
+            epoch = number;
             // One at a time: both may not fit the device.
             drop(tracer.take());
             tracer = Some(PathTracer::new(context, *scene, &mut Silent)?);
@@ -139,7 +149,7 @@ fn refine(
         let Some(tracer) = &mut tracer else { continue };
         tracer.add_samples(2)?;
         let size = tracer.traced_scene().size();
-        let found = Found { size, samples: tracer.samples(), halves: tracer.halves()? };
+        let found = Found { size, epoch, samples: tracer.samples(), halves: tracer.halves()? };
         *shared.found.lock().expect("no holder panics") = Ok(Some(found));
         wake();
     }

@@ -10,7 +10,7 @@ use super::stage::{Preparing, Progressed, Ready, Wake};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::renderer::{Columns, FrameReport, Renderer};
-use crate::scene::{Camera, LoadOptions, Scene};
+use crate::scene::{Camera, LoadOptions, Scene, save::SceneText};
 
 /// Frames whose times are kept.
 pub(super) const FRAMES: usize = 200;
@@ -52,6 +52,8 @@ pub(super) struct Session {
     pub(super) source: Source,
     /// As it was loaded.
     pub(super) scene: Scene,
+    /// Its file, to be saved with edits; or why there is none.
+    pub(super) text: std::result::Result<SceneText, String>,
     pub(super) document: Document,
     pub(super) history: History,
     /// From where it is seen, and how large the picture is.
@@ -87,6 +89,7 @@ impl Session {
             stage: Stage::Preparing(Preparing::new(context, &scene, &wake)?),
             shown: None,
             files: watched(&source.spec),
+            text: SceneText::new(&source.spec, &source.options, &scene).map_err(|error| error.to_string()),
             context: context.clone(),
             wake,
             source,

@@ -1,5 +1,6 @@
 //! The window and its events.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -11,8 +12,12 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::{Fullscreen, Window, WindowId};
 
 use super::Demo;
-use super::desk::{Desk, Request};
+use super::cells;
+use super::desk::{Desk, Request, View};
+use super::files;
+use super::films::{Player, Recorder};
 use super::panels::{self, WIDTH};
+use super::reference::Reference;
 use super::session::{Session, Source};
 use super::shortcuts;
 use super::stage::Wake;
@@ -20,8 +25,10 @@ use super::overlays::Overlays;
 use super::viewport::{Textures, Viewport};
 use crate::app::note;
 use crate::error::{Error, Result};
-use crate::gpu::Context;
+use crate::gpu::{Buffer, Context};
 use crate::gpu::window::{Painting, PictureId, Shown, WindowPainter};
+use crate::metrics::{debiased_relmse, half_noise};
+use crate::renderer::Layer;
 use crate::scene::Scene;
 
 /// How often the scene's files are looked at, and how long nothing must happen before work is done ahead.
@@ -48,6 +55,16 @@ struct Open {
     picture: PictureId,
     /// The picture that the painter has.
     shown: u64,
+    /// Colours of cells; of which picture and level.
+    over: Layered<(u64, u32)>,
+    /// Monte Carlo.
+    beside: Layered<()>,
+    reference: Option<Reference>,
+    player: Option<Player>,
+    recorder: Option<Recorder>,
+    /// The film that was recorded last.
+    recorded: Option<PathBuf>,
+    wake: Wake,
     viewport: Viewport,
     overlays: Overlays,
     desk: Desk,
@@ -60,6 +77,13 @@ struct Open {
     was_ready: bool,
     context: Arc<Context>,
     window: Arc<Window>,
+}
+
+/// A picture that is made on the host, when there is one.
+struct Layered<Of> {
+    picture: Option<PictureId>,
+    /// What it shows; none where it is not to be seen.
+    of: Option<Of>,
 }
 
 impl App {
@@ -172,6 +196,13 @@ impl Open {
             painter,
             picture,
             shown: 0,
+            over: Layered { picture: None, of: None },
+            beside: Layered { picture: None, of: None },
+            reference: None,
+            player: None,
+            recorder: None,
+            recorded: None,
+            wake: wake.clone(),
             viewport: Viewport::new(),
             overlays: Overlays::default(),
             desk,
@@ -229,7 +260,13 @@ impl Open {
     fn draw(&mut self) -> Result<bool> {
         let input = self.panels.take_egui_input(&self.window);
         let egui = self.panels.egui_ctx().clone();
-        let textures = Textures { picture: self.painter.texture(self.picture), over: None, beside: None };
+        self.play();
+        self.follow_reference()?;
+        let textures = Textures {
+            picture: self.painter.texture(self.picture),
+            over: self.over.texture(&self.painter),
+            beside: self.beside.texture(&self.painter),
+        };
         let mut shown = Ok(());
         let output = egui.run_ui(input, |ui| {
             let actions = ui.input_mut(shortcuts::pressed);
@@ -259,6 +296,10 @@ impl Open {
             self.painter.resize_picture(self.picture, size)?;
             self.painter.show(self.picture, pixels);
         }
+        if let Some(recorder) = &mut self.recorder {
+            recorder.note(&self.session);
+        }
+        self.colour_cells()?;
         let delay = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
         self.again = delay.and_then(|delay| Instant::now().checked_add(delay));
         let painting = Painting {
@@ -296,13 +337,127 @@ impl Open {
                 self.window.set_fullscreen((!fills).then_some(Fullscreen::Borderless(None)));
             }
             Request::Memory => self.say_memory(),
-            Request::Save | Request::Screenshot | Request::Record | Request::Play => (),
+            Request::Save => {
+                let saved = files::save_scene(&self.session, &self.desk.save_to);
+                self.say(saved);
+            }
+            Request::Screenshot => {
+                let saved = files::save_picture(&self.session, &self.desk.save_to);
+                self.say(saved);
+            }
+            Request::Record => self.record(),
+            Request::Play => self.play_or_stop(),
         }
         self.window.request_redraw();
         Ok(true)
     }
 
+    /// What became of something that may fail without harm.
+    fn say(&mut self, done: Result<String>) {
+        self.session.said.push(done.unwrap_or_else(|error| error.to_string()));
+    }
+
+    fn record(&mut self) {
+        match self.recorder.take() {
+            None => self.recorder = Some(Recorder::begin(&self.session)),
+            Some(recorder) => {
+                let saved = recorder.end(&self.session, &self.desk.save_to);
+                self.recorded = saved.as_ref().ok().cloned().or(self.recorded.take());
+                self.say(saved.map(|path| format!("saved {}", path.display())));
+            }
+        }
+        self.desk.is_recording = self.recorder.is_some();
+    }
+
+    fn play_or_stop(&mut self) {
+        match self.player.take() {
+            Some(player) => player.end(&mut self.session),
+            None => match Player::begin(&self.session, self.recorded.as_deref()) {
+                Ok(player) => self.player = Some(player),
+                Err(error) => self.say(Err(error)),
+            },
+        }
+        self.desk.is_playing = self.player.is_some();
+    }
+
+    /// Brings a film that plays to where it is now.
+    fn play(&mut self) {
+        let Some(player) = &self.player else { return };
+        if player.advance(&mut self.session) {
+            self.window.request_redraw();
+        } else {
+            self.play_or_stop();
+        }
+    }
+
+    /// Monte Carlo, where it is to be seen: for what is shown, and the newest picture of it.
+    fn follow_reference(&mut self) -> Result<()> {
+        if self.desk.split.is_none() {
+            (self.reference, self.beside.of, self.desk.verdict) = (None, None, None);
+            return Ok(());
+        }
+        if self.session.renderer().is_none() {
+            return Ok(());
+        }
+        if self.reference.is_none() {
+            self.reference = Some(Reference::new(&self.context, &self.wake)?);
+        }
+        let Some(reference) = &mut self.reference else { return Ok(()) };
+        if reference.follow(&self.session) {
+            (self.beside.of, self.desk.verdict) = (None, None);
+        }
+        let Some(found) = reference.found()? else { return Ok(()) };
+        let pixels = found.display(self.session.exposure_stops);
+        self.beside.show(&self.context, &mut self.painter, (), found.size, &pixels)?;
+        let ours = match self.session.renderer() {
+            Some(renderer) if renderer.size() == found.size => renderer.layer(Layer::Beauty)?,
+            _ => return Ok(()),
+        };
+        let halves = [&found.halves[0][..], &found.halves[1][..]];
+        self.desk.verdict = Some((found.samples, debiased_relmse(&ours, halves), half_noise(halves)));
+        Ok(())
+    }
+
+    /// Colours of the cells that the picture's surfaces lie in, where they are to be seen.
+    fn colour_cells(&mut self) -> Result<()> {
+        let (View::Cells(level), Some(renderer)) = (self.desk.view, self.session.renderer()) else {
+            self.over.of = None;
+            return Ok(());
+        };
+        let of = (self.session.version, level);
+        if self.over.of != Some(of) {
+            let pixels = cells::colours(renderer, level, self.session.exposure_stops)?;
+            self.over.show(&self.context, &mut self.painter, of, renderer.size(), &pixels)?;
+            self.window.request_redraw();
+        }
+        Ok(())
+    }
+
     fn say_memory(&self) {
         note(&format!("lightpaths: device memory {} bytes\n", self.context.memory().current_bytes));
+    }
+}
+
+impl<Of> Layered<Of> {
+    fn texture(&self, painter: &WindowPainter) -> Option<egui::TextureId> {
+        self.of.as_ref().and(self.picture).map(|picture| painter.texture(picture))
+    }
+
+    fn show(
+        &mut self,
+        context: &Arc<Context>,
+        painter: &mut WindowPainter,
+        of: Of,
+        size: [u32; 2],
+        pixels: &[[u8; 4]],
+    ) -> Result<()> {
+        let picture = match self.picture {
+            Some(picture) => picture,
+            None => painter.add_picture(size)?,
+        };
+        painter.resize_picture(picture, size)?;
+        painter.show(picture, &Buffer::from_slice(context, "picture from the host", pixels)?);
+        (self.picture, self.of) = (Some(picture), Some(of));
+        Ok(())
     }
 }

@@ -153,6 +153,8 @@ fn gather_rays_meet_the_clusters_that_bundles_name() {
 fn gather_rays_bring_what_records_gathered() {
     for (what, scene) in [("matt", the_box()), ("shining", shining_box())] {
         let renderer = render(scene);
+        let counts = renderer.statistics().unwrap().counts;
+        assert!(counts["gather rays that read views"] > 0 && counts["gather rays that read near parts"] > 0);
         let tint = renderer.stages().tint;
         let records: Vec<Record> = renderer.stages().gathered.read().unwrap();
         let (mut rays, mut apart, mut unread) = (0, 0, 0);

@@ -4,10 +4,11 @@ CARGO ?= cargo
 # rustup puts cargo here; a shell that was open before the installation does not know yet.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help run test stress lint bench tables figures film scale peers spirv setup clean
+.PHONY: help run demo test stress lint bench tables figures film scale peers spirv setup clean
 
 help:
 	@echo 'make run    build, render the Box to out/box.png and time it'
+	@echo 'make demo   open the window'
 	@echo 'make test   all tests'
 	@echo 'make stress built-in scenes of ten million triangles (8 GB of memory)'
 	@echo 'make lint   formatting, lints, documentation, tree checks'
@@ -28,6 +29,10 @@ run:
 	@$(CARGO) run --quiet --release --locked -- render box -o out/box.png
 	@$(CARGO) run --quiet --release --locked -- time box --frames 5 --lights 1
 	@echo && echo 'The picture is in out/box.png.'
+
+demo:
+	@scripts/setup.sh
+	$(CARGO) run --release --locked -- demo
 
 test:
 	@scripts/setup.sh --tests

@@ -49,8 +49,7 @@ impl Preview {
         let surfaces: Vec<_> =
             scene.triangles.iter().map(|triangle| surfaces::surface(triangle, [true; 2])).collect();
         let (triangles, coordinates) = (&scene.triangles, &scene.texture_coordinates);
-        let buffers =
-            SceneBuffers::new(context, &bvh, triangles, &surfaces, coordinates, &scene.materials)?;
+        let buffers = SceneBuffers::new(context, &bvh, triangles, &surfaces, coordinates, &scene.materials)?;
         let image = Image::new(context, &buffers, scene.cameras[0].size)?;
         Ok(Self { context: context.clone(), buffers, image })
     }

@@ -11,7 +11,7 @@ mod harness;
 mod keys;
 mod monkey;
 mod picture;
-// mod scenarios;
+mod scenarios;
 mod toy;
 
 use std::thread::sleep;

@@ -35,11 +35,15 @@ const ASIDE: Point = (SIDE as i32 - 2, SIDE as i32 - 2);
 const READY: Duration = Duration::from_secs(300);
 const SOON: Duration = Duration::from_secs(60);
 
-/// The Box in a window that is ready for input.
+/// The Box in a window that is ready for input: its panels hidden, so that the picture fills it.
 fn open(display: &Display) -> Demo<'_> {
     let demo = Demo::start(display, &BOX);
     demo.wait_for_line("lightpaths: ready", READY);
-    assert_eq!(demo.client().size(), (SIDE, SIDE));
+    let (width, height) = demo.client().size();
+    assert!(width > SIDE && height == SIDE, "a picture of that size, and panels beside it");
+    demo.client().tap(&[], keys::of('p'));
+    demo.client().resize((SIDE, SIDE));
+    demo.assert_presents(SOON);
     demo
 }
 

@@ -37,6 +37,8 @@ pub(super) enum Request {
     Fullscreen,
     /// Says how much device memory is in use.
     Memory,
+    /// Traces the light paths anew with that preset.
+    Preset(&'static str),
     Quit,
 }
 

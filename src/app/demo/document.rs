@@ -72,6 +72,7 @@ impl Finish {
 }
 
 /// Copies of the document as it was, and as it was before something was taken back.
+#[derive(Clone)]
 pub(super) struct History {
     past: Vec<Document>,
     future: Vec<Document>,

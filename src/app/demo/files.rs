@@ -28,9 +28,9 @@ pub(super) fn save_scene(session: &Session, to: &str) -> Result<String> {
 
 /// Saves the picture, as it is shown in a PNG and in numbers in an EXR file, beside the scene; returns what to say of it.
 pub(super) fn save_picture(session: &Session, scene_to: &str) -> Result<String> {
-    let renderer = session.renderer().ok_or_else(|| {
-        Error::Usage("the picture can be saved when the light paths are traced".to_owned())
-    })?;
+    let renderer = session
+        .renderer()
+        .ok_or_else(|| Error::Usage("the picture can be saved when the light paths are traced".to_owned()))?;
     let size = renderer.size();
     let stem = Path::new(scene_to).with_extension("");
     let free = |number: u32| PathBuf::from(format!("{}-{number:03}.png", stem.display()));

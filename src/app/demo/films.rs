@@ -8,7 +8,7 @@ use super::session::Session;
 use crate::app::output::OutputFile;
 use crate::error::{Error, Result};
 use crate::scene::film::{Film, Recording, Reflectance, Snapshot, builtin};
-use crate::scene::{Camera, Light};
+use crate::scene::{Camera, Light, Scene};
 
 /// Frames a second of a recorded film.
 const FPS: f64 = 24.0;
@@ -25,8 +25,9 @@ pub(super) struct Player {
 }
 
 impl Player {
-    /// Begins to play: the file if there is one, else the built-in film of the scene's name.
-    pub(super) fn begin(session: &Session, recorded: Option<&Path>) -> Result<Self> {
+    /// Begins to play: the file if there is one, else the built-in film of the scene's name. With a scene, that must be prepared first:
+    /// the film lets something shine that the open one knows as matt.
+    pub(super) fn begin(session: &Session, recorded: Option<&Path>) -> Result<(Self, Option<Scene>)> {
         let spec = match recorded {
             Some(path) => path.display().to_string(),
             None if builtin::names().contains(&session.source.spec.as_str()) => session.source.spec.clone(),
@@ -36,13 +37,16 @@ impl Player {
             }
         };
         let (film, scene) = Film::load(&spec, &session.source.options)?;
-        Ok(Self {
+        let player = Self {
             film,
-            lights: scene.lights,
-            materials: scene.materials.into_iter().map(|material| material.name).collect(),
+            lights: scene.lights.clone(),
+            materials: scene.materials.iter().map(|material| material.name.clone()).collect(),
             start: Instant::now(),
             before: (session.document.clone(), session.camera.clone()),
-        })
+        };
+        let pairs = || scene.materials.iter().zip(&session.scene.materials);
+        let must_prepare = pairs().any(|(film, open)| film.may_shine() && !open.may_shine());
+        Ok((player, must_prepare.then_some(scene)))
     }
 
     /// Brings the scene to where the film is now. False where it has ended.

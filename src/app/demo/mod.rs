@@ -1,12 +1,15 @@
 //! `lightpaths demo`: the window.
 
+mod actions;
 mod cells;
 mod desk;
 mod document;
 mod files;
 mod films;
 mod handles;
+mod layered;
 mod navigate;
+mod open;
 mod overlays;
 mod panels;
 mod reference;

@@ -92,7 +92,9 @@ impl Reference {
         scene.cameras[0] = wanted.camera.clone();
         scene.lights = wanted.document.lights.iter().map(|entry| entry.light.clone()).collect();
         wanted.document.finish(&mut scene.materials);
-        scene.materials.iter_mut().for_each(|material| drop(material.conserve_energy()));
+        for material in &mut scene.materials {
+            material.conserve_energy();
+        }
         if let Some(orders) = &self.orders {
             // Where the thread has failed, what it found says so.
             let _ = orders.send((self.epoch, Box::new(scene)));

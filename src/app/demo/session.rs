@@ -41,7 +41,7 @@ pub(super) struct Wanted {
 }
 
 enum Stage {
-    Preparing(Preparing),
+    Preparing(Box<Preparing>),
     Ready(Box<Ready>),
 }
 
@@ -86,7 +86,7 @@ impl Session {
             version: 0,
             costs: VecDeque::new(),
             last: None,
-            stage: Stage::Preparing(Preparing::new(context, &scene, &wake)?),
+            stage: Stage::Preparing(Box::new(Preparing::new(context, &scene, &wake)?)),
             shown: None,
             files: watched(&source.spec),
             text: SceneText::new(&source.spec, &source.options, &scene).map_err(|error| error.to_string()),
@@ -173,23 +173,37 @@ impl Session {
         self.files.iter().any(|(file, time)| modified(file) != *time)
     }
 
-    /// Loads the scene again and keeps the camera. A scene that cannot be read is left alone, with a line that says why.
+    /// Loads the scene again. A scene that cannot be read is left alone, with a line that says why.
     pub(super) fn reload(&mut self) -> Result<()> {
         let Source { spec, options } = self.source.clone();
         let loaded = Scene::load(&spec, &options);
         self.files = watched(&spec);
-        let scene = match loaded {
-            Ok(scene) => scene,
-            Err(error) => {
-                self.said.push(format!("not reloaded: {error}"));
-                return Ok(());
+        match loaded {
+            Ok(scene) => {
+                self.replace(scene)?;
+                self.said.push(format!("{spec} has changed and was loaded again"));
             }
-        };
-        let (camera, exposure) = (self.camera.clone(), self.exposure_stops);
+            Err(error) => self.said.push(format!("not loaded again: {error}")),
+        }
+        Ok(())
+    }
+
+    /// Traces the light paths of the scene anew, with another preset; what was edited stays.
+    pub(super) fn choose_preset(&mut self, preset: &str) -> Result<()> {
+        self.source.options.preset = Some(preset.to_owned());
+        let scene = Scene::load(&self.source.spec, &self.source.options)?;
+        let (document, history) = (self.document.clone(), self.history.clone());
+        self.replace(scene)?;
+        (self.document, self.history) = (document, history);
+        Ok(())
+    }
+
+    /// Another scene, or the same with other materials or lights; the camera stays.
+    pub(super) fn replace(&mut self, scene: Scene) -> Result<()> {
         let next = Self::new(&self.context, self.source.clone(), scene, self.wake.clone())?;
-        let version = std::mem::replace(self, next).version;
-        (self.camera, self.exposure_stops, self.version) = (camera, exposure, version);
-        self.said.push(format!("{spec} has changed and was loaded again"));
+        let before = std::mem::replace(self, next);
+        (self.camera, self.exposure_stops, self.version) =
+            (before.camera.clone(), before.exposure_stops, before.version);
         Ok(())
     }
 

@@ -85,8 +85,7 @@ impl Preparing {
     /// Makes direct light ready to be seen, and sets out to trace the light paths.
     pub(super) fn new(context: &Arc<Context>, scene: &Scene, wake: &Wake) -> Result<Self> {
         let preview = Preview::new(context, scene.clone())?;
-        let shared =
-            Arc::new(Shared { progress: Mutex::default(), is_cancelled: AtomicBool::new(false) });
+        let shared = Arc::new(Shared { progress: Mutex::default(), is_cancelled: AtomicBool::new(false) });
         let mut told = Told { shared: shared.clone(), wake: wake.clone() };
         let (context, scene) = (context.clone(), scene.clone());
         let work = move || {

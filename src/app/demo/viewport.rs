@@ -5,13 +5,11 @@ use std::time::Instant;
 use egui::{CentralPanel, Color32, Frame, Key, PointerButton, Rect, Response, Sense, Ui, pos2};
 use glam::{Vec2, Vec3};
 
-use super::desk::{Chosen, Desk, Place, Request, View};
+use super::desk::{Chosen, Desk, Place, View};
 use super::handles::{Drag, Lens, Part, handles, hit};
 use super::navigate::{self, Held};
 use super::overlays;
-use super::panels::fresh_light;
 use super::session::Session;
-use super::shortcuts::Action;
 use crate::error::Result;
 use crate::scene::Camera;
 
@@ -62,65 +60,13 @@ pub(super) struct Textures {
 }
 
 impl Viewport {
-    pub(super) fn new() -> Self {
-        Self { size: ([0, 0], Instant::now()), hold: None, anchor: Vec3::ZERO }
+    /// Lets go of what the pointer holds.
+    pub(super) fn let_go(&mut self) {
+        self.hold = None;
     }
 
-    /// Does what a key asks for.
-    pub(super) fn act(&mut self, action: Action, session: &mut Session, desk: &mut Desk) {
-        let size = session.camera.size;
-        match action {
-            Action::Help => desk.shows_help = !desk.shows_help,
-            Action::Panels => desk.shows_panels = !desk.shows_panels,
-            Action::Undo | Action::Redo => {
-                // What is being dragged would come back at once.
-                self.hold = None;
-                let history = &mut session.history;
-                let document = &mut session.document;
-                if action == Action::Undo { history.undo(document) } else { history.redo(document) };
-            }
-            Action::Save => desk.requests.push(Request::Save),
-            Action::Screenshot => desk.requests.push(Request::Screenshot),
-            Action::Record => desk.requests.push(Request::Record),
-            Action::Play => desk.requests.push(Request::Play),
-            Action::Vsync => desk.requests.push(Request::Vsync),
-            Action::Fullscreen => desk.requests.push(Request::Fullscreen),
-            Action::Memory => desk.requests.push(Request::Memory),
-            Action::Quit => desk.requests.push(Request::Quit),
-            Action::Beauty => desk.view = View::Beauty,
-            Action::Direct => desk.view = View::Direct,
-            Action::Indirect => desk.view = View::Indirect,
-            Action::CachePoints => desk.view = View::CachePoints,
-            Action::Cells => desk.view = next_level(desk.view, session),
-            Action::Inspect => desk.view = View::Inspect,
-            Action::Split => desk.split = if desk.split.is_some() { None } else { Some(0.5) },
-            Action::FrameAll => {
-                let (low, high) = session.scene.bounds();
-                navigate::frame_box(&mut session.camera, low, high);
-            }
-            Action::ResetCamera => session.camera = Camera { size, ..session.scene.cameras[0].clone() },
-            Action::AddLight => {
-                let light = fresh_light(session, "point");
-                let place = session.document.add(light);
-                desk.chosen = Chosen::Light(session.document.lights[place].id);
-            }
-            Action::RemoveLight => {
-                if let Chosen::Light(chosen) = desk.chosen {
-                    session.document.lights.retain(|entry| entry.id != chosen);
-                    desk.chosen = Chosen::Nothing;
-                }
-            }
-            Action::SwitchLight => {
-                if let Chosen::Light(chosen) = desk.chosen {
-                    let light = session.document.lights.iter_mut().find(|entry| entry.id == chosen);
-                    light.into_iter().for_each(|entry| entry.light.is_on = !entry.light.is_on);
-                }
-            }
-            Action::Brighter => session.exposure_stops += 0.5,
-            Action::Darker => session.exposure_stops -= 0.5,
-            Action::Larger => desk.text_scale = (desk.text_scale * 1.1).min(3.0),
-            Action::Smaller => desk.text_scale = (desk.text_scale / 1.1).max(0.5),
-        }
+    pub(super) fn new() -> Self {
+        Self { size: ([0, 0], Instant::now()), hold: None, anchor: Vec3::ZERO }
     }
 
     /// The picture fills what the panels leave.
@@ -311,14 +257,7 @@ impl Viewport {
     }
 
     /// A mark for each light, and the handles of the chosen one.
-    fn draw_lights(
-        &mut self,
-        ui: &Ui,
-        response: &Response,
-        lens: Lens,
-        session: &Session,
-        desk: &Desk,
-    ) {
+    fn draw_lights(&mut self, ui: &Ui, response: &Response, lens: Lens, session: &Session, desk: &Desk) {
         let painter = ui.painter_at(response.rect);
         if self.hold.is_none() {
             self.anchor = lens.eye() + 0.15 * size(session) * lens.forward();
@@ -357,25 +296,13 @@ fn surface(session: &Session, lens: Lens, pointer: Vec2) -> Result<Option<Place>
     let size = renderer.size();
     let pixel = lens.pixel(pointer, size);
     let found = renderer.surface_at(pixel)?;
-    Ok(found.map(|found| Place {
-        position: found.position,
-        normal: found.normal,
-        material: found.material as usize,
-    }))
+    Ok(found.map(|found| Place { position: found.position, normal: found.normal, material: found.material }))
 }
 
 /// The scene's diagonal, metres.
 fn size(session: &Session) -> f32 {
     let (low, high) = session.scene.bounds();
     (high - low).length()
-}
-
-fn next_level(view: View, session: &Session) -> View {
-    let levels = session.renderer().map_or(1, crate::renderer::Renderer::hvds_level_count);
-    match view {
-        View::Cells(level) => View::Cells((level + 1) % levels.max(1)),
-        _ => View::Cells(0),
-    }
 }
 
 /// The picture, what lies over it, and what is beside it, right of the wipe.

@@ -88,9 +88,7 @@ impl WindowPainter {
             ty: vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
             descriptor_count: MOST_PICTURES,
         }];
-        let info = vk::DescriptorPoolCreateInfo::default()
-            .max_sets(MOST_PICTURES)
-            .pool_sizes(&sizes);
+        let info = vk::DescriptorPoolCreateInfo::default().max_sets(MOST_PICTURES).pool_sizes(&sizes);
         let set_pool =
             unsafe { context.device.create_descriptor_pool(&info, None) }.vk("vkCreateDescriptorPool")?;
         // Pixels are shown as they are.

@@ -7,7 +7,7 @@ mod scene;
 mod timing;
 mod views;
 
-use egui::{Align, Color32, CollapsingHeader, Layout, RichText, Ui};
+use egui::{Align, CollapsingHeader, Color32, Layout, RichText, Ui};
 
 use super::desk::Desk;
 use super::session::Session;

@@ -17,6 +17,14 @@ pub(super) fn scene(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
             }
         });
     }
+    let current = session.scene.quality.preset;
+    row(ui, "Preset", |ui| {
+        for preset in ["draft", "paper", "high"] {
+            if ui.selectable_label(current == preset, preset).clicked() && current != preset {
+                desk.requests.push(Request::Preset(preset));
+            }
+        }
+    });
     row(ui, "File", |ui| ui.add(TextEdit::singleline(&mut desk.save_to).desired_width(180.0)));
     ui.horizontal_wrapped(|ui| {
         let recording = if desk.is_recording { "End recording" } else { "Record film" };

@@ -80,7 +80,13 @@ fn chart(ui: &mut Ui, session: &Session) {
     }
     let text = ui.visuals().text_color();
     let font = egui::FontId::proportional(10.0);
-    painter.text(area.left_top() + vec2(3.0, 1.0), egui::Align2::LEFT_TOP, format!("{most:.1} ms"), font, text);
+    painter.text(
+        area.left_top() + vec2(3.0, 1.0),
+        egui::Align2::LEFT_TOP,
+        format!("{most:.1} ms"),
+        font,
+        text,
+    );
 }
 
 fn bar(painter: &egui::Painter, corner: Pos2, size: Vec2, colour: Color32) {

@@ -28,7 +28,9 @@ pub(super) fn views(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
         row(ui, "Level", |ui| ui.add(Slider::new(level, 0..=levels.saturating_sub(1))));
     }
     if desk.view == View::Inspect && desk.place.is_none() {
-        ui.small("Click a surface: gather rays of the nearest cache point, light path of the nearest entry point.");
+        ui.small(
+            "Click a surface: gather rays of the nearest cache point, light path of the nearest entry point.",
+        );
     }
     let stops = &mut session.exposure_stops;
     row(ui, "Exposure", |ui| ui.add(Slider::new(stops, EXPOSURE).step_by(0.25).suffix(" stops")));

@@ -3,6 +3,7 @@
 use crate::common::{assert_silent, context};
 use crate::world::textured;
 use glam::Vec3;
+use lightpaths::reference::TracedScene;
 use lightpaths::renderer::{Renderer, Silent, Work};
 use lightpaths::scene::{Light, LightKind, Quality, Scene, shapes};
 
@@ -186,5 +187,21 @@ fn lights_that_stay_trace_nothing() {
         assert_eq!(rays, [samples * 3_000, samples * 33 * 17], "light {light}");
         assert!(report.lights_unchanged.iter().all(|share| (share - 2.0 / 3.0).abs() < 1e-9));
     }
+    assert_silent(&context);
+}
+
+/// A light that the scene has off is traced by nothing until it is switched on.
+#[test]
+fn lights_that_the_scene_has_off_do_not_shine() {
+    let context = context();
+    let mut scene = scene();
+    scene.lights.push(Light { name: "off".to_owned(), kind: area_light(Vec3::ONE), is_on: false });
+    assert_eq!(TracedScene::new(&context, scene.clone()).unwrap().light_sources.len(), 1);
+    let mut renderer = Renderer::new(&context, scene, &mut Silent).unwrap();
+    assert_eq!(renderer.frame().unwrap().rays["form_factors"], 3_000);
+    assert!(!renderer.light_is_on(1));
+    renderer.switch_light(1, true).unwrap();
+    assert_eq!(renderer.frame().unwrap().rays["form_factors"], 20 * 3_000);
+    assert!(renderer.scene().lights[1].is_on);
     assert_silent(&context);
 }

@@ -190,7 +190,7 @@ intensity = [1, 2.50, 3e0]
 kind = \"spot\"
 position = [0, 1, 0]
 direction = [0, -2, 0.1]
-angle = 30
+angle = 30 # half
 intensity = [1, 1, 1]
 
 [[material]]
@@ -217,12 +217,17 @@ fn what_is_not_edited_stays_as_it_is_written() {
     assert_eq!(again(&text, &scene, &file, &triangles).1, COMMENTED);
     scene.lights[0].kind = scene.lights[0].kind.with_emission(Vec3::new(1.0, 0.1, 3.0));
     scene.lights[1].is_on = false;
+    let LightKind::Spot { angle, .. } = &mut scene.lights[1].kind else { panic!("the second is a spot") };
+    *angle = 31.0_f64.to_radians() as f32;
     scene.cameras[0].fov_y_degrees = 33.3;
     scene.materials[0].diffuse.z = 0.7;
     let expected = COMMENTED
         .replace("2.50, 3e0", "0.1, 3e0")
         .replace("# aligned\n", "# aligned\nfov_y = 33.3\n")
-        .replace("angle = 30\nintensity = [1, 1, 1]\n", "angle = 30\nintensity = [1, 1, 1]\non = false\n")
+        .replace(
+            "angle = 30 # half\nintensity = [1, 1, 1]\n",
+            "angle = 31.0 # half\nintensity = [1, 1, 1]\non = false\n",
+        )
         .replace("0.2, 0.1] # brown", "0.2, 0.7] # brown");
     assert_eq!(again(&text, &scene, &file, &triangles).1, expected);
     // What moves up keeps the name that it had by its number.

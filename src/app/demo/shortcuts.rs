@@ -76,7 +76,7 @@ pub(super) const BINDINGS: [Binding; 31] = [
     key(Key::F, Action::FrameAll, "Look at all of the scene"),
     key(Key::Home, Action::ResetCamera, "Back to the scene's camera"),
     key(Key::R, Action::ResetCamera, "Back to the scene's camera"),
-    key(Key::L, Action::AddLight, "Add a light above what the pointer is on"),
+    key(Key::L, Action::AddLight, "Add a light in the middle of the view"),
     key(Key::Delete, Action::RemoveLight, "Remove the chosen light"),
     key(Key::X, Action::RemoveLight, "Remove the chosen light"),
     key(Key::O, Action::SwitchLight, "Switch the chosen light off or on"),

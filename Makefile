@@ -4,11 +4,12 @@ CARGO ?= cargo
 # rustup puts cargo here; a shell that was open before the installation does not know yet.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help run demo test stress lint bench tables figures film scale peers spirv setup clean
+.PHONY: help run demo screenshots test stress lint bench tables figures film scale peers spirv setup clean
 
 help:
 	@echo 'make run    build, render the Box to out/box.png and time it'
 	@echo 'make demo   open the window'
+	@echo 'make screenshots pictures of the window, into docs/images'
 	@echo 'make test   all tests'
 	@echo 'make stress built-in scenes of ten million triangles (8 GB of memory)'
 	@echo 'make lint   formatting, lints, documentation, tree checks'
@@ -33,6 +34,11 @@ run:
 demo:
 	@scripts/setup.sh
 	$(CARGO) run --release --locked -- demo
+
+# Pictures of the window into docs/images.
+screenshots:
+	@scripts/setup.sh --tests
+	$(CARGO) test --locked --test window -- --ignored screenshots
 
 test:
 	@scripts/setup.sh --tests

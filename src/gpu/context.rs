@@ -59,6 +59,7 @@ pub struct Context {
     pub(super) debug_utils: Option<ash::ext::debug_utils::Device>,
     pub(super) memory: Mutex<MemoryUse>,
     pub(super) has_hazard_check: bool,
+    has_window: bool,
     pub(super) queue_family: u32,
     queue: Mutex<vk::Queue>,
     /// None only while the context goes.
@@ -128,6 +129,7 @@ impl Context {
                 .then(|| ash::ext::debug_utils::Device::new(&instance.raw, &device)),
             memory: Mutex::default(),
             has_hazard_check: options.hazard_check,
+            has_window: shows.is_some(),
             queue: Mutex::new(unsafe { device.get_device_queue(queue_family, 0) }),
             queue_family,
             allocator: Mutex::new(Some(allocator)),
@@ -176,6 +178,12 @@ impl Context {
     pub fn waiting_group(&self) -> (&'static str, u32) {
         let size = if self.is_cpu() { self.limits().subgroup_size } else { 64 };
         (LOCAL_SIZE[0], size)
+    }
+
+    /// Whether timestamps wait for a barrier before they are taken: lavapipe puts them in line with what it draws, once it has drawn
+    /// to a window.
+    pub(super) fn delays_timestamps(&self) -> bool {
+        self.has_window && self.is_cpu()
     }
 
     /// Memory in use by buffers, and its peak.

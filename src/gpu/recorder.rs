@@ -148,6 +148,9 @@ impl Recorder {
         if let Err(error) = submission.timestamps.write(&self.context, self.commands) {
             self.failure.get_or_insert(error);
         }
+        if self.context.delays_timestamps() {
+            self.pipeline_barrier(SUBMISSION);
+        }
     }
 
     /// Shows the hazard check one command's uses, if it is on.

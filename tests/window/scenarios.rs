@@ -253,21 +253,64 @@ fn a_monkey_does_no_harm() {
     close(&demo);
 }
 
-/// Pictures of the window for the documentation: the key that leads to a view from the one before, and the file.
-const SHOTS: [(u32, &str); 1] = [(keys::HOME, "window.png")];
+/// What leads from one picture of the documentation to the next.
+enum Act {
+    Key(u32),
+    Click(Point),
+    /// For what is never done.
+    Wait(u64),
+}
+
+/// Pictures of the window for the documentation: how to get there from the one before, and the file.
+const SHOTS: [(&[Act], &str); 9] = [
+    (&[], "window-box.png"),
+    (&[Act::Key(b'2' as u32)], "window-direct.png"),
+    (&[Act::Key(b'3' as u32)], "window-indirect.png"),
+    (&[Act::Key(b'4' as u32)], "window-cache-points.png"),
+    (&[Act::Key(b'5' as u32)], "window-cells.png"),
+    (&[Act::Key(b'5' as u32), Act::Key(b'5' as u32), Act::Key(b'5' as u32)], "window-cells-coarse.png"),
+    (&[Act::Key(b'6' as u32), Act::Click((250, 410))], "window-rays.png"),
+    (
+        &[Act::Key(b'1' as u32), Act::Click((300, 400)), Act::Key(b'm' as u32), Act::Wait(45)],
+        "window-monte-carlo.png",
+    ),
+    (&[Act::Key(b'm' as u32), Act::Key(keys::function(1))], "window-keys.png"),
+];
+
+/// Takes pictures of the window for the documentation, after each of which what leads to it was done.
+fn photograph(demo: &Demo, shots: &[(&[Act], &str)]) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
+    std::fs::create_dir_all(&folder).unwrap();
+    for (acts, file) in shots {
+        let mut is_endless = false;
+        for act in *acts {
+            match *act {
+                Act::Key(key) => demo.client().tap(&[], key),
+                Act::Click(place) => demo.client().click(1, place),
+                Act::Wait(seconds) => {
+                    sleep(Duration::from_secs(seconds));
+                    is_endless = true;
+                }
+            }
+            sleep(Duration::from_millis(500));
+        }
+        demo.client().move_to((300, 200));
+        let picture = if is_endless { demo.capture() } else { demo.wait_until_still(None, READY) };
+        picture.save(folder.join(file)).unwrap();
+    }
+}
 
 #[test]
 #[ignore = "writes docs/images"]
 fn screenshots() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
-    std::fs::create_dir_all(&folder).unwrap();
     let display = Display::start();
-    let demo = Demo::start(&display, &["box", "--size", "1024x768"]);
-    demo.wait_for_line("lightpaths: ready", READY);
-    for (key, file) in SHOTS {
-        demo.client().tap(&[], key);
-        demo.client().move_to((2, 2));
-        demo.wait_until_still(None, READY).save(folder.join(file)).unwrap();
+    for (args, shots) in [
+        (["room", "--preset", "draft", "--size", "640x480"], &[(&[] as &[Act], "window.png")][..]),
+        (["box", "--preset", "draft", "--size", "512x512"], &SHOTS[..]),
+    ] {
+        let demo = Demo::start(&display, &args);
+        demo.wait_for_line("lightpaths: ready", READY);
+        photograph(&demo, shots);
+        close(&demo);
     }
-    close(&demo);
 }

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::document::{Document, Finish};
 use super::session::Wanted;
@@ -11,6 +11,9 @@ use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::renderer::{FrameReport, Preview, Progress, Renderer};
 use crate::scene::{Material, Scene};
+
+/// How often the window shows how far the worker is, at most: drawing takes time from the work.
+const BREATH: Duration = Duration::from_millis(100);
 
 /// Called, from any thread, when there is something new to show.
 pub(super) type Wake = Arc<dyn Fn() + Send + Sync>;
@@ -51,19 +54,23 @@ pub(super) struct Ready {
 struct Told {
     shared: Arc<Shared>,
     wake: Wake,
+    woken: Instant,
 }
 
 /// What a worker that is not needed any more ends with.
 struct Cancelled;
 
 impl Told {
-    fn tell(&self, change: impl FnOnce(&mut Progressed)) {
+    fn tell(&mut self, change: impl FnOnce(&mut Progressed)) {
         if self.shared.is_cancelled.load(Ordering::Relaxed) {
             // Everything on the way up gives back what it holds; nobody waits for a result.
             std::panic::resume_unwind(Box::new(Cancelled));
         }
         change(&mut self.shared.progress.lock().expect("no holder panics"));
-        (self.wake)();
+        if self.woken.elapsed() > BREATH {
+            self.woken = Instant::now();
+            (self.wake)();
+        }
     }
 }
 
@@ -86,7 +93,7 @@ impl Preparing {
     pub(super) fn new(context: &Arc<Context>, scene: &Scene, wake: &Wake) -> Result<Self> {
         let preview = Preview::new(context, scene.clone())?;
         let shared = Arc::new(Shared { progress: Mutex::default(), is_cancelled: AtomicBool::new(false) });
-        let mut told = Told { shared: shared.clone(), wake: wake.clone() };
+        let mut told = Told { shared: shared.clone(), wake: wake.clone(), woken: Instant::now() };
         let (context, scene) = (context.clone(), scene.clone());
         let work = move || {
             let made = Renderer::new(&context, scene, &mut told);

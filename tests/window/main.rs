@@ -10,6 +10,7 @@ mod display;
 mod harness;
 mod keys;
 mod monkey;
+mod photographs;
 mod picture;
 mod scenarios;
 mod toy;

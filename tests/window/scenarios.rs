@@ -10,6 +10,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use image::RgbImage;
+use lightpaths::scene::film::Film;
 use lightpaths::scene::{LoadOptions, Scene};
 use lightpaths::types::View;
 
@@ -19,6 +20,7 @@ use crate::display::Display;
 use crate::keys::{self, Chord};
 use crate::monkey::Monkey;
 use crate::picture::{Area, changed_pixels, colours, mean_difference};
+use crate::until;
 
 const SIDE: u32 = 512;
 const BOX: [&str; 6] = ["box", "--preset", "draft", "--size", "512x512", "--validation"];
@@ -32,7 +34,7 @@ const RIGHT: Area = Area { x: SIDE / 2, ..LEFT };
 const ASIDE: Point = (SIDE as i32 - 2, SIDE as i32 - 2);
 
 /// Precomputation and frames on a processor that emulates a device, with validation, on a machine that does something else, too.
-const READY: Duration = Duration::from_secs(300);
+pub const READY: Duration = Duration::from_secs(300);
 const SOON: Duration = Duration::from_secs(60);
 
 /// The Box in a window that is ready for input: its panels hidden, so that the picture fills it.
@@ -83,7 +85,7 @@ fn no_complaints(demo: &Demo) {
 }
 
 /// Closes the window and demands a clean end.
-fn close(demo: &Demo) {
+pub fn close(demo: &Demo) {
     demo.client().close();
     assert_eq!(demo.exit_code(SOON), Some(0));
     no_complaints(demo);
@@ -138,6 +140,98 @@ fn a_dragged_light_changes_the_room_and_can_be_taken_back() {
     demo.client().tap(&[keys::CONTROL, keys::SHIFT], keys::of('z'));
     let redone = changed(&demo, &undone);
     assert_eq!(changed_pixels(&after, &redone, PICTURE, 0), 0, "redone");
+    close(&demo);
+}
+
+/// The Box with its panels, in a folder of its own.
+fn open_in<'a>(display: &'a Display, folder: &Path, scene: &str) -> Demo<'a> {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
+    command.arg("demo").arg(scene).args(&BOX[1..]).current_dir(folder);
+    let demo = Demo::run(Some(display), command);
+    demo.wait_for_line("lightpaths: ready", READY);
+    demo
+}
+
+#[test]
+fn a_material_is_chosen_by_a_click_edited_and_taken_back() {
+    // Where the panel shows the first channel of the chosen material's albedo.
+    const ALBEDO: Point = (690, 154);
+    let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
+    let demo = open_in(&display, folder.path(), "box");
+    demo.client().click(1, (250, 410));
+    let before = settled(&demo);
+    demo.client().drag(1, ALBEDO, (ALBEDO.0 - 60, ALBEDO.1), 12);
+    let after = changed(&demo, &before);
+    let teapot = Area { x: 190, y: 380, width: 120, height: 60 };
+    assert!(mean_difference(&before, &after, teapot) > 4.0, "the teapot has another colour");
+    demo.client().tap(&[keys::CONTROL], keys::of('z'));
+    let undone = changed(&demo, &after);
+    assert_eq!(changed_pixels(&before, &undone, PICTURE, 0), 0, "undone");
+    close(&demo);
+}
+
+#[test]
+fn scene_picture_and_film_are_saved_as_they_were_edited() {
+    let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
+    let demo = open_in(&display, folder.path(), "box");
+    let file = |name: &str| folder.path().join(name);
+    let appears = |name: &str| until(name, SOON, || file(name).exists().then_some(()));
+    let before = settled(&demo);
+    demo.client().tap(&[keys::CONTROL], keys::of('r'));
+    drag_light(&demo);
+    let after = changed(&demo, &before);
+    demo.client().tap(&[keys::CONTROL], keys::of('r'));
+    appears("box-edited-film.toml");
+    demo.client().tap(&[keys::CONTROL], keys::of('s'));
+    appears("box-edited.toml");
+    demo.client().tap(&[keys::CONTROL], keys::of('p'));
+    appears("box-edited-001.png");
+    appears("box-edited-001.exr");
+    close(&demo);
+
+    let options = LoadOptions { preset: Some("draft".into()), ..LoadOptions::default() };
+    let load = |spec: &str| Scene::load(spec, &options).unwrap();
+    let place = |scene: &Scene| scene.lights[0].kind.position().unwrap();
+    let saved = load(file("box-edited.toml").to_str().unwrap());
+    let moved = place(&saved) - place(&load("box"));
+    assert!(moved.length() > 0.05, "the light was dragged: {moved}");
+    let (film, scene) = Film::load(file("box-edited-film.toml").to_str().unwrap(), &options).unwrap();
+    let at = |frame: u32| film.state(frame).lights.first().and_then(|light| light.1.position());
+    assert!(at(0).unwrap().distance(place(&scene)) < 2e-3, "it begins where the light was");
+    assert!(at(film.frame_count - 1).unwrap().distance(place(&saved)) < 2e-3, "and ends where it is");
+    let picture = image::open(file("box-edited-001.png")).unwrap().into_rgb8();
+    assert_eq!(picture.dimensions(), (SIDE, SIDE));
+    let shown = image::imageops::crop_imm(&after, 0, 300, SIDE, 200).to_image();
+    let saved = image::imageops::crop_imm(&picture, 0, 300, SIDE, 200).to_image();
+    assert_eq!(changed_pixels(&shown, &saved, Area::of(&saved), 0), 0, "what is saved is what was shown");
+}
+
+#[test]
+fn a_scene_that_changes_on_disk_is_loaded_again() {
+    let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
+    let file = folder.path().join("s.toml");
+    let scene = |intensity: &str| {
+        format!(
+            "[[model]]\nbuilt_in = \"box\"\n[camera]\nposition = [0.0, 1.0, 3.4]\ntarget = [0.0, 1.0, 0.0]\n\
+             [[light]]\nkind = \"point\"\nposition = [0.0, 1.75, 0.2]\nintensity = {intensity}\n"
+        )
+    };
+    std::fs::write(&file, scene("[1.5, 1.5, 1.5]")).unwrap();
+    let demo = open_in(&display, folder.path(), "s.toml");
+    let before = settled(&demo);
+    // One that cannot be read is passed over.
+    std::fs::write(&file, "[[model]\n").unwrap();
+    sleep(Duration::from_secs(3));
+    assert_eq!(changed_pixels(&before, &settled(&demo), PICTURE, 0), 0);
+    let mark = demo.mark();
+    std::fs::write(&file, scene("[0.2, 0.2, 1.5]")).unwrap();
+    demo.wait_for_line_since(mark, "lightpaths: ready", READY);
+    let after = settled(&demo);
+    let blue = |picture: &RgbImage| {
+        let pixel = picture.get_pixel(SIDE / 2, 300).0.map(f64::from);
+        pixel[2] / pixel[0]
+    };
+    assert!(blue(&after) > 1.5 * blue(&before), "{} {}", blue(&before), blue(&after));
     close(&demo);
 }
 
@@ -251,66 +345,4 @@ fn a_monkey_does_no_harm() {
     assert!(memory[1] <= memory[0], "device memory grows: {memory:?}");
     no_complaints(&demo);
     close(&demo);
-}
-
-/// What leads from one picture of the documentation to the next.
-enum Act {
-    Key(u32),
-    Click(Point),
-    /// For what is never done.
-    Wait(u64),
-}
-
-/// Pictures of the window for the documentation: how to get there from the one before, and the file.
-const SHOTS: [(&[Act], &str); 9] = [
-    (&[], "window-box.png"),
-    (&[Act::Key(b'2' as u32)], "window-direct.png"),
-    (&[Act::Key(b'3' as u32)], "window-indirect.png"),
-    (&[Act::Key(b'4' as u32)], "window-cache-points.png"),
-    (&[Act::Key(b'5' as u32)], "window-cells.png"),
-    (&[Act::Key(b'5' as u32), Act::Key(b'5' as u32), Act::Key(b'5' as u32)], "window-cells-coarse.png"),
-    (&[Act::Key(b'6' as u32), Act::Click((250, 410))], "window-rays.png"),
-    (
-        &[Act::Key(b'1' as u32), Act::Click((300, 400)), Act::Key(b'm' as u32), Act::Wait(45)],
-        "window-monte-carlo.png",
-    ),
-    (&[Act::Key(b'm' as u32), Act::Key(keys::function(1))], "window-keys.png"),
-];
-
-/// Takes pictures of the window for the documentation, after each of which what leads to it was done.
-fn photograph(demo: &Demo, shots: &[(&[Act], &str)]) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
-    std::fs::create_dir_all(&folder).unwrap();
-    for (acts, file) in shots {
-        let mut is_endless = false;
-        for act in *acts {
-            match *act {
-                Act::Key(key) => demo.client().tap(&[], key),
-                Act::Click(place) => demo.client().click(1, place),
-                Act::Wait(seconds) => {
-                    sleep(Duration::from_secs(seconds));
-                    is_endless = true;
-                }
-            }
-            sleep(Duration::from_millis(500));
-        }
-        demo.client().move_to((300, 200));
-        let picture = if is_endless { demo.capture() } else { demo.wait_until_still(None, READY) };
-        picture.save(folder.join(file)).unwrap();
-    }
-}
-
-#[test]
-#[ignore = "writes docs/images"]
-fn screenshots() {
-    let display = Display::start();
-    for (args, shots) in [
-        (["room", "--preset", "draft", "--size", "640x480"], &[(&[] as &[Act], "window.png")][..]),
-        (["box", "--preset", "draft", "--size", "512x512"], &SHOTS[..]),
-    ] {
-        let demo = Demo::start(&display, &args);
-        demo.wait_for_line("lightpaths: ready", READY);
-        photograph(&demo, shots);
-        close(&demo);
-    }
 }

@@ -1,0 +1,73 @@
+//! Pictures of the window for the documentation: `make screenshots`.
+
+use std::path::Path;
+use std::thread::sleep;
+use std::time::Duration;
+
+use crate::client::Point;
+use crate::demo::Demo;
+use crate::display::Display;
+use crate::keys;
+use crate::scenarios::{READY, close};
+
+/// What leads from one picture of the documentation to the next.
+enum Act {
+    Key(u32),
+    Click(Point),
+    /// For what is never done.
+    Wait(u64),
+}
+
+/// Pictures of the window for the documentation: how to get there from the one before, and the file.
+const SHOTS: [(&[Act], &str); 9] = [
+    (&[], "window-box.png"),
+    (&[Act::Key(b'2' as u32)], "window-direct.png"),
+    (&[Act::Key(b'3' as u32)], "window-indirect.png"),
+    (&[Act::Key(b'4' as u32)], "window-cache-points.png"),
+    (&[Act::Key(b'5' as u32)], "window-cells.png"),
+    (&[Act::Key(b'5' as u32), Act::Key(b'5' as u32), Act::Key(b'5' as u32)], "window-cells-coarse.png"),
+    (&[Act::Key(b'6' as u32), Act::Click((250, 410))], "window-rays.png"),
+    (
+        &[Act::Key(b'1' as u32), Act::Click((300, 400)), Act::Key(b'm' as u32), Act::Wait(45)],
+        "window-monte-carlo.png",
+    ),
+    (&[Act::Key(b'm' as u32), Act::Key(keys::function(1))], "window-keys.png"),
+];
+
+/// Takes pictures of the window for the documentation, after each of which what leads to it was done.
+fn photograph(demo: &Demo, shots: &[(&[Act], &str)]) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
+    std::fs::create_dir_all(&folder).unwrap();
+    for (acts, file) in shots {
+        let mut is_endless = false;
+        for act in *acts {
+            match *act {
+                Act::Key(key) => demo.client().tap(&[], key),
+                Act::Click(place) => demo.client().click(1, place),
+                Act::Wait(seconds) => {
+                    sleep(Duration::from_secs(seconds));
+                    is_endless = true;
+                }
+            }
+            sleep(Duration::from_millis(500));
+        }
+        demo.client().move_to((300, 200));
+        let picture = if is_endless { demo.capture() } else { demo.wait_until_still(None, READY) };
+        picture.save(folder.join(file)).unwrap();
+    }
+}
+
+#[test]
+#[ignore = "writes docs/images"]
+fn screenshots() {
+    let display = Display::start();
+    for (args, shots) in [
+        (["room", "--preset", "draft", "--size", "640x480"], &[(&[] as &[Act], "window.png")][..]),
+        (["box", "--preset", "draft", "--size", "512x512"], &SHOTS[..]),
+    ] {
+        let demo = Demo::start(&display, &args);
+        demo.wait_for_line("lightpaths: ready", READY);
+        photograph(&demo, shots);
+        close(&demo);
+    }
+}

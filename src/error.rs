@@ -32,6 +32,9 @@ pub enum Error {
     /// No Vulkan device can be used: what was found, why it was refused, what to install.
     #[error("no usable Vulkan device: {0}")]
     NoDevice(String),
+    /// There is no display to open a window on: why, and what to run instead.
+    #[error("no window can be opened: {0}; `lightpaths render` and `lightpaths film` need no display")]
+    NoDisplay(String),
     /// The device lacks room: what was needed, what there is, which setting to lower.
     #[error("out of device resources: {0}")]
     OutOfMemory(String),
@@ -69,12 +72,12 @@ impl Error {
         Self::Output { file: file.as_ref().to_owned(), message: message.into() }
     }
 
-    /// The process exit code: 1 comparison failed, 2 bad input, 3 no device, 4 device failure.
+    /// The process exit code: 1 comparison failed, 2 bad input, 3 no device or display, 4 device failure.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Comparison(_) => 1,
             Self::Usage(_) | Self::Input { .. } | Self::Output { .. } => 2,
-            Self::NoDevice(_) => 3,
+            Self::NoDevice(_) | Self::NoDisplay(_) => 3,
             Self::OutOfMemory(_) | Self::Vulkan { .. } => 4,
         }
     }

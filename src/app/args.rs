@@ -73,6 +73,12 @@ impl SceneArgs {
 }
 
 impl DeviceArgs {
+    /// Whether nothing is to be said that was not asked for.
+    #[cfg(feature = "window")]
+    pub(super) fn is_quiet(&self) -> bool {
+        self.quiet
+    }
+
     /// Opens the device.
     pub(super) fn open(&self) -> Result<Arc<Context>> {
         Context::new(&self.context_options())

@@ -9,6 +9,7 @@ mod demo;
 mod display;
 mod harness;
 mod keys;
+mod looking;
 mod monkey;
 mod photographs;
 mod picture;

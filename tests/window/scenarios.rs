@@ -22,11 +22,11 @@ use crate::monkey::Monkey;
 use crate::picture::{Area, changed_pixels, colours, mean_difference};
 use crate::until;
 
-const SIDE: u32 = 512;
+pub const SIDE: u32 = 512;
 const BOX: [&str; 6] = ["box", "--preset", "draft", "--size", "512x512", "--validation"];
 
 /// The part of the picture that nothing covers: neither panels nor numbers that change by themselves.
-const PICTURE: Area = Area { x: 0, y: 160, width: SIDE, height: SIDE - 160 };
+pub const PICTURE: Area = Area { x: 0, y: 160, width: SIDE, height: SIDE - 160 };
 const LEFT: Area = Area { width: SIDE / 2, ..PICTURE };
 const RIGHT: Area = Area { x: SIDE / 2, ..LEFT };
 
@@ -35,10 +35,10 @@ const ASIDE: Point = (SIDE as i32 - 2, SIDE as i32 - 2);
 
 /// Precomputation and frames on a processor that emulates a device, with validation, on a machine that does something else, too.
 pub const READY: Duration = Duration::from_secs(300);
-const SOON: Duration = Duration::from_secs(60);
+pub const SOON: Duration = Duration::from_secs(60);
 
 /// The Box in a window that is ready for input: its panels hidden, so that the picture fills it.
-fn open(display: &Display) -> Demo<'_> {
+pub fn open(display: &Display) -> Demo<'_> {
     let demo = Demo::start(display, &BOX);
     demo.wait_for_line("lightpaths: ready", READY);
     let (width, height) = demo.client().size();
@@ -50,13 +50,13 @@ fn open(display: &Display) -> Demo<'_> {
 }
 
 /// The picture when all that was asked for is done.
-fn settled(demo: &Demo) -> RgbImage {
+pub fn settled(demo: &Demo) -> RgbImage {
     demo.client().move_to(ASIDE);
     demo.wait_until_still(Some(PICTURE), SOON)
 }
 
 /// The picture after it has changed from `before` and come to rest.
-fn changed(demo: &Demo, before: &RgbImage) -> RgbImage {
+pub fn changed(demo: &Demo, before: &RgbImage) -> RgbImage {
     demo.wait_for_change(before, PICTURE, SOON);
     settled(demo)
 }

@@ -51,19 +51,15 @@ pub(super) struct Demo {
 impl Demo {
     pub(super) fn run(self) -> Result<()> {
         let scene = self.scene_args.load(&self.scene)?;
-        let events = EventLoop::<Woken>::with_user_event().build().map_err(|error| no_display(&error))?;
+        let events = EventLoop::<Woken>::with_user_event()
+            .build()
+            .map_err(|error| Error::NoDisplay(error.to_string()))?;
         // The window says how large pictures are.
         let options = LoadOptions { size: None, ..self.scene_args.options() };
         let source = Source { spec: self.scene.clone(), options };
         let mut app = App::new(self, source, scene, events.create_proxy());
         let ended = events.run_app(&mut app);
         app.into_result()?;
-        ended.map_err(|error| Error::NoDevice(format!("the window stopped: {error}")))
+        ended.map_err(|error| Error::NoDisplay(error.to_string()))
     }
-}
-
-fn no_display(error: &winit::error::EventLoopError) -> Error {
-    Error::NoDevice(format!(
-        "no window can be opened ({error}); `lightpaths render` and `lightpaths film` need no display",
-    ))
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use egui::ViewportId;
-use winit::dpi::{LogicalSize, PhysicalSize};
+use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::{Fullscreen, Window};
@@ -32,6 +32,9 @@ use crate::gpu::window::{Painting, PictureId, Shown, WindowPainter};
 use crate::metrics::{debiased_relmse, half_noise};
 use crate::renderer::Layer;
 use crate::scene::Scene;
+
+/// When a frame that the system did not take is offered again.
+const RETRY: Duration = Duration::from_millis(100);
 
 /// How often the scene's files are looked at, and how long nothing must happen before work is done ahead.
 const GLANCE: Duration = Duration::from_millis(1000);
@@ -65,6 +68,7 @@ pub(super) struct Open {
     last_event: Instant,
     last_glance: Instant,
     is_hidden: bool,
+    is_quiet: bool,
     was_ready: bool,
     pub(super) context: Arc<Context>,
     pub(super) window: Arc<Window>,
@@ -78,14 +82,17 @@ impl Open {
         scene: Scene,
         proxy: &EventLoopProxy<Woken>,
     ) -> Result<Self> {
-        let size = args.scene_args.size().unwrap_or(scene.cameras[0].size).map(f64::from);
+        let [width, height] = args.scene_args.size().unwrap_or(scene.cameras[0].size);
+        let with_panels = |scale: f64| PhysicalSize::new(width + (f64::from(WIDTH) * scale) as u32, height);
         let attributes = Window::default_attributes()
             .with_title(format!("{} – lightpaths", scene.name))
             .with_fullscreen(args.fullscreen.then_some(Fullscreen::Borderless(None)))
-            .with_inner_size(LogicalSize::new(size[0] + f64::from(WIDTH), size[1]));
-        let window = events
-            .create_window(attributes)
-            .map_err(|error| Error::NoDevice(format!("no window can be opened: {error}")))?;
+            .with_inner_size(with_panels(1.0));
+        let window = events.create_window(attributes).map_err(|error| Error::NoDisplay(error.to_string()))?;
+        if window.scale_factor() != 1.0 && !args.fullscreen {
+            // How large panels are is known only where the window is. What the system does not grant stays as it is.
+            let _ = window.request_inner_size(with_panels(window.scale_factor()));
+        }
         let window = Arc::new(window);
         let (context, surface) = Context::for_window(&args.device_args.context_options(), &window)?;
         let PhysicalSize { width, height } = window.inner_size();
@@ -124,6 +131,7 @@ impl Open {
             last_event: now,
             last_glance: now,
             is_hidden: false,
+            is_quiet: args.device_args.is_quiet(),
             was_ready: false,
             context,
             window,
@@ -166,7 +174,8 @@ impl Open {
                 next = next.min(self.last_event + REST);
             }
         }
-        Ok(self.again.map_or(next, |again| next.min(again)))
+        let again = self.again.filter(|_| !self.is_hidden);
+        Ok(again.map_or(next, |again| next.min(again)))
     }
 
     /// One frame: panels first, for what they change is to be seen in it.
@@ -226,9 +235,14 @@ impl Open {
         self.panels.handle_platform_output(&self.window, output.platform_output);
         self.window.pre_present_notify();
         let shown = self.painter.paint(painting, &self.window)?;
+        if shown == Shown::NotNow {
+            self.again = Instant::now().checked_add(RETRY);
+        }
         if shown == Shown::Yes && !self.was_ready && self.session.renderer().is_some() {
             self.was_ready = true;
-            note("lightpaths: ready\n");
+            if !self.is_quiet {
+                note("lightpaths: ready\n");
+            }
             self.window.request_redraw();
         }
         let requests = std::mem::take(&mut self.desk.requests);

@@ -35,7 +35,9 @@ impl App {
     pub(super) fn into_result(mut self) -> Result<()> {
         if let Some(open) = self.open.take() {
             let (context, device_args) = (open.context.clone(), &self.args.device_args);
-            open.say_memory();
+            if !device_args.is_quiet() {
+                open.say_memory();
+            }
             drop(open);
             device_args.report_validation(&context);
         }

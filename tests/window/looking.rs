@@ -1,0 +1,96 @@
+//! What the window can show besides the picture, and what moves the camera.
+
+use crate::client::Point;
+use crate::demo::Demo;
+use crate::display::Display;
+use crate::keys;
+use crate::picture::{Area, changed_pixels, mean_difference};
+use crate::scenarios::{PICTURE, READY, SIDE, SOON, changed, close, open, settled};
+
+/// On a wall, off every handle.
+const WALL: Point = (400, 300);
+
+fn tap(demo: &Demo, key: char) {
+    demo.client().tap(&[], keys::of(key));
+}
+
+#[test]
+fn every_view_is_another_one_and_the_picture_comes_back() {
+    let display = Display::start();
+    let demo = open(&display);
+    let picture = settled(&demo);
+    let mut seen = vec![picture.clone()];
+    for key in ['2', '3', '4', '5', '6'] {
+        tap(&demo, key);
+        if key == '6' {
+            // Rays and paths of what is clicked.
+            demo.client().click(1, WALL);
+        }
+        let view = changed(&demo, seen.last().unwrap());
+        for other in &seen {
+            assert!(changed_pixels(&view, other, PICTURE, 8) > 500, "view {key} shows something of its own");
+        }
+        seen.push(view);
+    }
+    tap(&demo, '1');
+    let back = changed(&demo, seen.last().unwrap());
+    assert_eq!(changed_pixels(&picture, &back, PICTURE, 0), 0, "the picture is what it was");
+    close(&demo);
+}
+
+#[test]
+fn the_camera_turns_flies_and_comes_home() {
+    let display = Display::start();
+    let demo = open(&display);
+    let home = settled(&demo);
+    demo.client().drag(1, WALL, (WALL.0 - 40, WALL.1 + 10), 6);
+    let turned = changed(&demo, &home);
+    assert!(mean_difference(&home, &turned, PICTURE) > 2.0, "turned");
+    demo.client().scroll(WALL, 3);
+    let near = changed(&demo, &turned);
+    demo.client().key_down(keys::of('w'));
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    demo.client().key_up(keys::of('w'));
+    let flown = changed(&demo, &near);
+    demo.client().tap(&[], keys::HOME);
+    let back = changed(&demo, &flown);
+    assert_eq!(changed_pixels(&home, &back, PICTURE, 0), 0, "home");
+    close(&demo);
+}
+
+#[test]
+fn monte_carlo_stands_right_of_the_wipe_and_ours_left() {
+    let display = Display::start();
+    let demo = open(&display);
+    let ours = settled(&demo);
+    let left = Area { width: SIDE / 2 - 8, ..PICTURE };
+    let right = Area { x: SIDE / 2 + 8, ..left };
+    tap(&demo, 'm');
+    let both = demo.wait_for_change(&ours, right, READY);
+    assert_eq!(changed_pixels(&ours, &both, left, 0), 0, "ours stays");
+    let differs = mean_difference(&ours, &both, right);
+    assert!(differs > 0.5 && differs < 40.0, "the same light, and noise: {differs}");
+    tap(&demo, 'm');
+    let back = changed(&demo, &both);
+    assert_eq!(changed_pixels(&ours, &back, PICTURE, 0), 0);
+    close(&demo);
+}
+
+#[test]
+fn a_film_plays_and_leaves_the_scene_as_it_was() {
+    let display = Display::start();
+    let demo = open(&display);
+    let before = settled(&demo);
+    let mark = demo.mark();
+    tap(&demo, ' ');
+    // Its teapot gets to shine, which takes other light paths.
+    demo.wait_for_line_since(mark, "lightpaths: ready", READY);
+    let first = demo.wait_for_change(&before, PICTURE, SOON);
+    let next = demo.wait_for_change(&first, PICTURE, SOON);
+    demo.wait_for_change(&next, PICTURE, SOON);
+    tap(&demo, ' ');
+    let after = settled(&demo);
+    let differs = mean_difference(&before, &after, PICTURE);
+    assert!(differs < 3.0, "as it was, by other light paths: {differs}");
+    close(&demo);
+}

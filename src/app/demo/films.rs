@@ -44,9 +44,14 @@ impl Player {
             start: Instant::now(),
             before: (session.document.clone(), session.camera.clone()),
         };
-        let pairs = || scene.materials.iter().zip(&session.scene.materials);
-        let must_prepare = pairs().any(|(film, open)| film.may_shine() && !open.may_shine());
-        Ok((player, must_prepare.then_some(scene)))
+        let mut open = session.scene.clone();
+        let mut must_prepare = false;
+        for (film, open) in scene.materials.iter().zip(&mut open.materials) {
+            if film.may_shine() && !open.may_shine() {
+                (open.editable, must_prepare) = (true, true);
+            }
+        }
+        Ok((player, must_prepare.then_some(open)))
     }
 
     /// Brings the scene to where the film is now. False where it has ended.

@@ -310,7 +310,7 @@ impl Open {
                 Ok((player, None)) => self.player = Some(player),
                 Ok((_, Some(scene))) => {
                     // It plays when its light paths are traced.
-                    self.session.replace(scene)?;
+                    self.session.prepare_again(scene)?;
                     (self.plays_when_ready, self.was_ready) = (true, false);
                 }
                 Err(error) => self.say(Err(error)),

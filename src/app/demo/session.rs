@@ -192,14 +192,19 @@ impl Session {
     pub(super) fn choose_preset(&mut self, preset: &str) -> Result<()> {
         self.source.options.preset = Some(preset.to_owned());
         let scene = Scene::load(&self.source.spec, &self.source.options)?;
+        self.prepare_again(scene)
+    }
+
+    /// The same scene, to be prepared in another way; what was edited stays.
+    pub(super) fn prepare_again(&mut self, scene: Scene) -> Result<()> {
         let (document, history) = (self.document.clone(), self.history.clone());
         self.replace(scene)?;
         (self.document, self.history) = (document, history);
         Ok(())
     }
 
-    /// Another scene, or the same with other materials or lights; the camera stays.
-    pub(super) fn replace(&mut self, scene: Scene) -> Result<()> {
+    /// Another scene; the camera stays.
+    fn replace(&mut self, scene: Scene) -> Result<()> {
         let next = Self::new(&self.context, self.source.clone(), scene, self.wake.clone())?;
         let before = std::mem::replace(self, next);
         (self.camera, self.exposure_stops, self.version) =

@@ -2,7 +2,7 @@
 //!
 //! A test that fails leaves the window's last picture in `target/window-failures`.
 #![cfg(all(target_os = "linux", feature = "window"))]
-#![allow(unreachable_pub, clippy::unwrap_used, reason = "a test may panic, and uses a part")]
+#![allow(unreachable_pub, clippy::unwrap_used, reason = "a test may panic")]
 
 mod client;
 mod demo;

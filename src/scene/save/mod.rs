@@ -1,7 +1,7 @@
 //! The scene as it is now back into a file: the text that it was loaded from, with what has changed since replaced.
 //!
 //! Loading the saved file gives the same scene to the bit: triangles, origin, lights, materials, cameras, quality. Only far from the
-//! world's origin some coordinates next to zero are out of reach of a file, see [`super::numbers::place`].
+//! world's origin some coordinates next to zero are out of reach of a file, see `scene/numbers.rs`.
 
 mod edits;
 mod paths;

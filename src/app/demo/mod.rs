@@ -51,15 +51,32 @@ pub(super) struct Demo {
 impl Demo {
     pub(super) fn run(self) -> Result<()> {
         let scene = self.scene_args.load(&self.scene)?;
-        let events = EventLoop::<Woken>::with_user_event()
-            .build()
-            .map_err(|error| Error::NoDisplay(error.to_string()))?;
+        let events =
+            EventLoop::<Woken>::with_user_event().build().map_err(|error| no_display(&error.to_string()))?;
         // The window says how large pictures are.
         let options = LoadOptions { size: None, ..self.scene_args.options() };
         let source = Source { spec: self.scene.clone(), options };
         let mut app = App::new(self, source, scene, events.create_proxy());
         let ended = events.run_app(&mut app);
         app.into_result()?;
-        ended.map_err(|error| Error::NoDisplay(error.to_string()))
+        ended.map_err(|error| no_display(&error.to_string()))
+    }
+}
+
+/// Why there is no window, without the place in the library that noticed.
+fn no_display(said: &str) -> Error {
+    let after_place = said.rsplit_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
+    Error::NoDisplay(after_place.map_or(said, |(_, why)| why).trim_end_matches('.').to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_users_read_names_no_line_of_a_library() {
+        let line = no_display("os error at a/b-1.0/src/mod.rs:765: DISPLAY is not set.").to_string();
+        assert!(line.contains("no window can be opened: DISPLAY is not set; `lightpaths render`"), "{line}");
+        assert!(no_display("exit code 3").to_string().contains("opened: exit code 3;"));
     }
 }

@@ -10,7 +10,6 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::{Fullscreen, Window};
 
-use super::Demo;
 use super::actions;
 use super::cells;
 use super::desk::{Desk, Request, View};
@@ -25,8 +24,9 @@ use super::shortcuts;
 use super::stage::Wake;
 use super::viewport::{Textures, Viewport};
 use super::window::Woken;
+use super::{Demo, no_display};
 use crate::app::note;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::Context;
 use crate::gpu::window::{Painting, PictureId, Shown, WindowPainter};
 use crate::metrics::{debiased_relmse, half_noise};
@@ -38,7 +38,7 @@ const RETRY: Duration = Duration::from_millis(100);
 
 /// How often the scene's files are looked at, and how long nothing must happen before work is done ahead.
 const GLANCE: Duration = Duration::from_millis(1000);
-const REST: Duration = Duration::from_millis(400);
+const REST: Duration = Duration::from_millis(1000);
 
 /// A window with all that it shows. Fields go in this order: what draws to the window goes before it.
 pub(super) struct Open {
@@ -68,6 +68,8 @@ pub(super) struct Open {
     last_event: Instant,
     last_glance: Instant,
     is_hidden: bool,
+    /// A button of the pointer is pressed.
+    is_held: bool,
     is_quiet: bool,
     was_ready: bool,
     pub(super) context: Arc<Context>,
@@ -88,7 +90,7 @@ impl Open {
             .with_title(format!("{} – lightpaths", scene.name))
             .with_fullscreen(args.fullscreen.then_some(Fullscreen::Borderless(None)))
             .with_inner_size(with_panels(1.0));
-        let window = events.create_window(attributes).map_err(|error| Error::NoDisplay(error.to_string()))?;
+        let window = events.create_window(attributes).map_err(|error| no_display(&error.to_string()))?;
         if window.scale_factor() != 1.0 && !args.fullscreen {
             // How large panels are is known only where the window is. What the system does not grant stays as it is.
             let _ = window.request_inner_size(with_panels(window.scale_factor()));
@@ -131,6 +133,7 @@ impl Open {
             last_event: now,
             last_glance: now,
             is_hidden: false,
+            is_held: false,
             is_quiet: args.device_args.is_quiet(),
             was_ready: false,
             context,
@@ -161,13 +164,14 @@ impl Open {
         if now >= self.last_glance + GLANCE {
             self.last_glance = now;
             if self.session.files_changed() {
+                (self.player, self.recorder, self.was_ready) = (None, None, false);
+                (self.desk.is_playing, self.desk.is_recording) = (false, false);
                 self.session.reload()?;
-                self.was_ready = false;
                 self.window.request_redraw();
             }
         }
         let mut next = self.last_glance + GLANCE;
-        if self.session.is_behind() {
+        if self.session.is_behind() && !self.is_held {
             if now >= self.last_event + REST {
                 self.session.rest()?;
             } else {
@@ -205,8 +209,9 @@ impl Open {
             panels::help(ui.ctx(), &mut self.desk.shows_help);
         });
         shown?;
-        let is_editing = egui.input(|input| input.pointer.any_down()) || egui.egui_wants_keyboard_input();
-        if !is_editing {
+        self.is_held = egui.input(|input| input.pointer.any_down());
+        // A film is no edit.
+        if !self.is_held && !egui.egui_wants_keyboard_input() && self.player.is_none() {
             self.session.history.settle(&self.session.document);
         }
         if egui.zoom_factor() != self.desk.text_scale {

@@ -94,3 +94,27 @@ fn a_film_plays_and_leaves_the_scene_as_it_was() {
     assert!(differs < 3.0, "as it was, by other light paths: {differs}");
     close(&demo);
 }
+
+/// Processor time of a process so far, clock ticks.
+fn ticks(process: u32) -> u64 {
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
+    // The name in brackets may hold anything; user and system time are the 12th and 13th fields behind it.
+    let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
+    fields[11].parse::<u64>().unwrap() + fields[12].parse::<u64>().unwrap()
+}
+
+#[test]
+fn a_window_left_alone_takes_no_time() {
+    const WATCHED_S: u64 = 4;
+    let display = Display::start();
+    let demo = open(&display);
+    settled(&demo);
+    // Work is done ahead for the camera first.
+    std::thread::sleep(std::time::Duration::from_secs(8));
+    let before = ticks(demo.process());
+    std::thread::sleep(std::time::Duration::from_secs(WATCHED_S));
+    // A tenth of a second each second, of a hundred ticks.
+    let taken = ticks(demo.process()) - before;
+    assert!(taken < 10 * WATCHED_S, "{taken} ticks in {WATCHED_S} s");
+    close(&demo);
+}

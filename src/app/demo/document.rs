@@ -85,16 +85,17 @@ impl History {
         Self { past: Vec::new(), future: Vec::new(), now: document.clone() }
     }
 
-    /// An edit has ended: what it changed is one step. Nothing, if it changed nothing.
-    pub(super) fn settle(&mut self, document: &Document) {
+    /// An edit has ended: what it changed is one step. Nothing, and false, if it changed nothing.
+    pub(super) fn settle(&mut self, document: &Document) -> bool {
         if *document == self.now {
-            return;
+            return false;
         }
         self.past.push(std::mem::replace(&mut self.now, document.clone()));
         self.future.clear();
         if self.past.len() > MOST_STEPS {
             self.past.remove(0);
         }
+        true
     }
 
     /// Takes the last edit back, one that is under way first. False where there is none.

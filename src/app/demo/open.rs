@@ -33,7 +33,7 @@ use crate::metrics::{debiased_relmse, half_noise};
 use crate::renderer::Layer;
 use crate::scene::Scene;
 
-/// When a frame that the system did not take is offered again.
+/// When a frame that the system did not take is offered again, and how often the precomputation is asked whether it is done.
 const RETRY: Duration = Duration::from_millis(100);
 
 /// How often the scene's files are looked at, and how long nothing must happen before work is done ahead.
@@ -144,7 +144,8 @@ impl Open {
     /// False where the window is to close.
     pub(super) fn on_event(&mut self, event: &WindowEvent) -> Result<bool> {
         let response = self.panels.on_window_event(&self.window, event);
-        if response.repaint {
+        // The panels want to be drawn when they are: that is no event.
+        if response.repaint && !matches!(event, WindowEvent::RedrawRequested) {
             self.last_event = Instant::now();
             self.window.request_redraw();
         }
@@ -212,13 +213,18 @@ impl Open {
         self.is_held = egui.input(|input| input.pointer.any_down());
         // A film is no edit.
         if !self.is_held && !egui.egui_wants_keyboard_input() && self.player.is_none() {
-            self.session.history.settle(&self.session.document);
+            if self.session.history.settle(&self.session.document) {
+                self.window.request_redraw();
+            }
         }
         if egui.zoom_factor() != self.desk.text_scale {
             egui.set_zoom_factor(self.desk.text_scale);
         }
         self.session.shares = self.desk.view.shares();
-        self.session.update()?;
+        if self.session.update()? {
+            // What it cost can be said in the next frame.
+            self.window.request_redraw();
+        }
         if self.shown != self.session.version {
             self.shown = self.session.version;
             let (pixels, size) = self.session.picture();
@@ -240,8 +246,10 @@ impl Open {
         self.panels.handle_platform_output(&self.window, output.platform_output);
         self.window.pre_present_notify();
         let shown = self.painter.paint(painting, &self.window)?;
-        if shown == Shown::NotNow {
-            self.again = Instant::now().checked_add(RETRY);
+        if shown == Shown::NotNow || self.session.progress().is_some() {
+            // The worker's last word may come before it is done.
+            let soon = Instant::now() + RETRY;
+            self.again = Some(self.again.map_or(soon, |again| again.min(soon)));
         }
         if shown == Shown::Yes && !self.was_ready && self.session.renderer().is_some() {
             self.was_ready = true;

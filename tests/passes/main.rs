@@ -37,6 +37,7 @@ mod photon_gather;
 mod photons;
 mod pixels;
 mod prefix_sum;
+mod preview;
 mod ray_bundles;
 mod rays;
 mod reads;

@@ -1,0 +1,54 @@
+//! Direct light before there are light paths: to the bit what the renderer shows of direct light alone.
+
+use crate::common::{assert_silent, context};
+use crate::world::textured;
+use glam::Vec3;
+use lightpaths::renderer::{Preview, Renderer, Silent};
+use lightpaths::scene::{Camera, Light, LightKind, Quality, Scene, shapes};
+
+fn scene() -> Scene {
+    let mut scene = shapes::closed_box(Vec3::new(1.0, 0.8, 1.2), 0.6);
+    scene.cameras[0].size = [67, 45];
+    scene.quality =
+        Quality { entry_points: 500, cache_points: 50, edge_samples: 0, cells: 8, ..Quality::DRAFT };
+    let (edge_u, edge_v) = (Vec3::new(0.2, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.2));
+    let corner = Vec3::new(0.1, 0.3, 0.1);
+    let kind = LightKind::Area { corner, edge_u, edge_v, radiance: Vec3::new(1.0, 2.0, 3.0), samples: 20 };
+    scene.lights.push(Light { name: "large".to_owned(), kind, is_on: true });
+    scene
+}
+
+#[test]
+fn direct_light_is_what_the_renderer_shows_of_it() {
+    for (what, scene) in [("plain", scene()), ("textured", textured(scene()))] {
+        let mut preview = Preview::new(&context(), scene.clone()).unwrap();
+        let mut renderer = Renderer::new(&context(), scene.clone(), &mut Silent).unwrap();
+        renderer.set_shares([1.0, 0.0]);
+        let mut show = |camera: &Camera, lights: &[Light], stops: f32| -> [Vec<u32>; 2] {
+            preview.frame(camera, lights, &scene.materials, stops).unwrap();
+            renderer.resize(camera.size).unwrap();
+            renderer.set_camera(camera);
+            renderer.set_exposure(stops);
+            for (index, light) in lights.iter().enumerate() {
+                renderer.set_light(index, light.kind).unwrap();
+                renderer.switch_light(index, light.is_on).unwrap();
+            }
+            renderer.frame().unwrap();
+            [preview.display().read().unwrap(), renderer.display_buffer().read().unwrap()]
+        };
+        let (mut camera, mut lights) = (scene.cameras[0].clone(), scene.lights.clone());
+        let [first, expected] = show(&camera, &lights, 0.0);
+        assert!(first == expected, "{what}: as loaded");
+        lights[0].kind = lights[0].kind.moved_to(Vec3::new(0.2, 0.1, -0.1));
+        camera.position += Vec3::new(0.05, 0.02, 0.0);
+        let [moved, expected] = show(&camera, &lights, 1.0);
+        assert!(moved == expected && moved != first, "{what}: light and camera moved");
+        lights[1].is_on = false;
+        camera.size = [31, 64];
+        let [fewer, expected] = show(&camera, &lights, -0.5);
+        assert!(fewer == expected, "{what}: one light, another size");
+        let lit = fewer.iter().filter(|pixel| *pixel & 0xff_ffff != 0).count();
+        assert!(lit > fewer.len() / 2, "{what}: {lit} pixels are lit");
+    }
+    assert_silent(&context());
+}

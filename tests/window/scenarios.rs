@@ -339,6 +339,8 @@ fn a_monkey_does_no_harm() {
         monkey.run(share * seconds);
         demo.client().resize((SIDE, SIDE));
         demo.assert_presents(SOON);
+        // The picture takes its size a while after the window.
+        settled(&demo);
         device_memory(&demo)
     });
     memory[0] += memory[0] / 50;

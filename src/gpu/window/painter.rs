@@ -191,6 +191,8 @@ impl WindowPainter {
     /// The device failed.
     pub fn paint(&mut self, mut painting: Painting, window: &dyn WindowHandles) -> Result<Shown> {
         self.frame.wait()?;
+        // Nobody copies from them any more.
+        self.pictures.iter_mut().for_each(|hung| hung.picture.shown = None);
         self.update_textures(&mut painting.textures)?;
         let shown = self.try_paint(&painting, window)?;
         self.unused.extend(painting.textures.free.drain());

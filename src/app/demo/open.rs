@@ -212,10 +212,9 @@ impl Open {
         shown?;
         self.is_held = egui.input(|input| input.pointer.any_down());
         // A film is no edit.
-        if !self.is_held && !egui.egui_wants_keyboard_input() && self.player.is_none() {
-            if self.session.history.settle(&self.session.document) {
-                self.window.request_redraw();
-            }
+        let is_settled = !self.is_held && !egui.egui_wants_keyboard_input() && self.player.is_none();
+        if is_settled && self.session.history.settle(&self.session.document) {
+            self.window.request_redraw();
         }
         if egui.zoom_factor() != self.desk.text_scale {
             egui.set_zoom_factor(self.desk.text_scale);

@@ -1,5 +1,5 @@
 // Direct illumination: irradiance at surface points per unit of a light's emission. [Yue §4, Tdi] Deterministic.
-// One invocation = one point. In: points that camera rays met, a light. Out: its layer, see light_factor for units.
+// One invocation = one point, one workgroup = one batch. In: points that camera rays met, a light, its shafts. Out: its layer, see light_factor for units.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -23,27 +23,34 @@ layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 4) readonly buffer SeenPoints { PixelSurface seen_points[]; };
-layout(scalar, binding = 5) buffer LightLayer { float light_layer[]; };
+layout(scalar, binding = 5) readonly buffer ShaftRoots { uint shaft_roots[]; };
+layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
+layout(scalar, binding = 7) buffer LightLayer { float light_layer[]; };
 layout(scalar, push_constant) uniform Push { DirectPush push; };
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
 #include "include/bvh.glsl"
 #include "include/lights.glsl"
+#include "include/light_kind.glsl"
 #include "include/direct.glsl"
+#include "include/shafts.glsl"
+#include "include/shaft_rays.glsl"
 
 void main() {
-    uvec2 xy = gl_GlobalInvocationID.xy;
+    uint batch = batch_of(gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x);
+    if (batch == NO_BATCH) return;
+    uint tiles = (push.width + 7u) / 8u;
+    uvec2 xy = 8u * uvec2(batch % tiles, batch / tiles) + gl_LocalInvocationID.xy;
     uint index = xy.y * push.width + xy.x;
     if (xy.x >= push.width || index >= push.point_count) return;
     PixelSurface point = seen_points[index];
     float found = 0.0;
     // A loop that turns once or never: where no point of a group sees a surface, lavapipe skips it.
     for (bool is_due = point.side != NO_SIDE; is_due; is_due = false) {
-        vec3 normal = surface_at(point.side >> 1).normal;
-        if ((point.side & 1u) != 0u) normal = -normal;
-        found = light_factor(lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, point.normal,
-                             point.footprint);
+        vec3 normal = facing_normal(point.side);
+        found = light_factor_in(batch, lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal,
+                                point.normal, point.footprint);
     }
     light_layer[index] = (push.first_sample == 0u ? 0.0 : light_layer[index]) + found;
 }

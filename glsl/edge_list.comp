@@ -1,5 +1,5 @@
 // Antialiasing, step 2: lists the edge pixels, in order, and counts them and the workgroups that take them: four each, 64 samples
-// each and 64 each; and those that sum light of all pixels and of the edges' slots. Deterministic. One invocation = one pixel.
+// each and 64 each; those that sum light of all pixels and of the edges' slots; and those of 64 batches of samples. Deterministic. One invocation = one pixel.
 // In: edge pixels before each pixel, and the end. Out: their indices; sizes of dispatches.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -9,6 +9,7 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint GROUP_POINTS = 256;  // whose light a workgroup sums
+layout(constant_id = 1) const uint BATCH = 64;          // samples that share a shaft
 
 struct EdgeListPush {
     uint pixel_count;
@@ -43,5 +44,6 @@ void main() {
         put_groups(8u, (edge_count + 63u) / 64u);
         uint points = push.pixel_count + edge_count * slots_per_edge(edge_count, push.room);
         put_groups(12u, (points + GROUP_POINTS - 1u) / GROUP_POINTS);
+        put_groups(16u, (samples + 64u * BATCH - 1u) / (64u * BATCH));
     }
 }

@@ -44,6 +44,7 @@ layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 #include "include/bvh.glsl"
 #include "include/primary.glsl"
 #include "include/lights.glsl"
+#include "include/light_kind.glsl"
 #include "include/direct.glsl"
 #include "include/alike.glsl"
 
@@ -51,9 +52,6 @@ shared vec4 sums[64];
 
 // Cosine between shading and geometric normal below which a surface is curved.
 const float FLAT = 0.99999;
-
-// Unit geometric normal of a side.
-vec3 facing_normal(uint side) { return facet_of(surface_at(side >> 1), side); }
 
 // Where the ray of an image point meets the plane that a pixel sees; the pixel's own position where it grazes that plane.
 vec3 on_plane(View view, PixelSurface pixel, vec3 normal, vec2 point) {
@@ -114,7 +112,8 @@ void main() {
             if (found.side != NO_SIDE) normal = facing_normal(found.side);
         }
         if (found.side == NO_SIDE) continue;
-        float light = light_factor(lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, found.position, normal,
+        uint end = end_of_kind(push.first_sample, push.end_sample);
+        float light = light_factor(of_kind(lights[push.light]), push.first_sample, end, push.traces_all != 0u, found.position, normal,
                                    found.normal, found.footprint);
         uint slot = 0u;
         for (bool is_due = is_edge && light > 0.0; is_due; is_due = false) slot = slot_for(found, index, first_slot, slots);

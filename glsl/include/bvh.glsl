@@ -98,13 +98,16 @@ uint intersect_children(Node node, vec3 origin, vec3 inverse_direction, uint oct
     return hits;
 }
 
-// Closest hit in (0, t_max), or with `any_hit` the first one found. Returns whether there is one.
-bool trace(Ray ray, const bool any_hit, out Hit hit) {
+// A component of zero would turn a slab test into 0·∞; 1e-20 of a metre moves nothing.
+vec3 without_zeros(vec3 direction) {
+    return mix(direction, mix(vec3(1e-20), vec3(-1e-20), lessThan(direction, vec3(0.0))), lessThan(abs(direction), vec3(1e-20)));
+}
+
+// Closest hit in (0, t_max) with what is below a node, or with `any_hit` the first one found. Returns whether there is one.
+bool trace_from(uint root, Ray ray, const bool any_hit, out Hit hit) {
     hit = Hit(ray.t_max, 0u, vec3(0.0));
     bool found = false;
-    // A component of zero would turn a slab test into 0·∞; 1e-20 of a metre moves nothing.
-    vec3 direction = mix(ray.direction, mix(vec3(1e-20), vec3(-1e-20), lessThan(ray.direction, vec3(0.0))),
-                         lessThan(abs(ray.direction), vec3(1e-20)));
+    vec3 direction = without_zeros(ray.direction);
     vec3 inverse_direction = 1.0 / direction;
     Shear shear = shear_along(direction);
     uint octant = (direction.x < 0.0 ? 0u : 4u) | (direction.y < 0.0 ? 0u : 2u) | (direction.z < 0.0 ? 0u : 1u);
@@ -112,7 +115,7 @@ bool trace(Ray ray, const bool any_hit, out Hit hit) {
 
     uvec2 stack[STACK_SIZE];
     uint depth = 0u;
-    uvec2 group = uvec2(0u, 0x80000000u);  // first node of a group of siblings, and which of them are left
+    uvec2 group = uvec2(root, 0x80000000u);  // first node of a group of siblings, and which of them are left
     while (true) {
         uint bit = uint(findMSB(group.y));
         uint inner_mask = group.y;
@@ -137,6 +140,9 @@ bool trace(Ray ray, const bool any_hit, out Hit hit) {
     }
     return found;
 }
+
+// The same with all of the scene.
+bool trace(Ray ray, const bool any_hit, out Hit hit) { return trace_from(0u, ray, any_hit, hit); }
 
 // How far ray origins stay off surfaces: some 32 units in the last place of the scene's largest coordinate. A position is
 // rounded in such units wherever it lies, as long as some triangle there reaches out to the scene's edge; and so the

@@ -44,12 +44,16 @@ vec2 lattice_point(LightSource light, uint i) {
     return (vec2(i, (i + skipped) * light.stride % light.modulus - skipped) + 0.5) / float(light.samples);
 }
 
-// Whether nothing stands between a surface point (on the side that `normal` faces) and the light.
-bool is_lit(vec3 position, vec3 normal, LightSample light) {
+// From a surface point, on the side that `normal` faces, to a light.
+Ray shadow_ray(vec3 position, vec3 normal, LightSample light) {
     vec3 origin = offset_origin(position, normal);
-    bool is_far = light.distance >= LIGHT_FAR;
-    // The offset turns a ray to a near light: it ends at the same point of the light.
-    vec3 ray = is_far ? light.direction : position + light.distance * light.direction - origin;
+    // At infinity, or else at the same point of the light, to which the offset turns the ray.
+    if (light.distance >= LIGHT_FAR) return Ray(origin, light.direction, LIGHT_FAR);
+    return Ray(origin, position + light.distance * light.direction - origin, 0.99999);
+}
+
+// Whether nothing stands between the point and the light.
+bool is_lit(vec3 position, vec3 normal, LightSample light) {
     Hit hit;
-    return !trace(Ray(origin, ray, is_far ? LIGHT_FAR : 0.99999), true, hit);
+    return !trace(shadow_ray(position, normal, light), true, hit);
 }

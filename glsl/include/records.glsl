@@ -20,9 +20,6 @@ const Tolerance VALID = Tolerance(0.04, 0.004, FACETS_ALIKE, 8.1131);
 // Where no other record does: 45° over the plane, 30° under it, 60° between facets, 30° between normals.
 const Tolerance STRETCHED = Tolerance(0.5, 0.25, 0.5, 2.7321);
 
-// Geometric normal of a side.
-vec3 facet_of(Surface surface, uint side) { return (side & 1u) != 0u ? -surface.normal : surface.normal; }
-
 // Height of a point, by d from a record, over the plane between both: by shading normals none on a sphere, by facets none on a facet whose shading
 // normals lean.
 float height_between(vec3 d, vec3 n, vec3 facet, CachePoint record) {

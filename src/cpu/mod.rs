@@ -41,6 +41,7 @@ pub mod primary;
 pub mod rays;
 pub mod records;
 pub mod sampling;
+pub mod shafts;
 pub mod splat;
 pub mod splat_apply;
 pub mod textures;

@@ -9,7 +9,7 @@ mod scene_buffers;
 mod texture_buffers;
 
 pub use cluster_buffers::{ClusterBuffers, ClusterTables};
-pub use one_light::OneLight;
+pub use one_light::{LightKernel, OneLight};
 pub use scene_buffers::{LitScene, SceneBuffers, light_sources, reflectances};
 pub use texture_buffers::{TextureBuffers, has_textures};
 
@@ -27,6 +27,7 @@ pub fn layouts() -> Vec<Layout> {
         precompute::gather_rays::LAYOUTS,
         precompute::neighbours::LAYOUTS,
         frame::primary::LAYOUTS,
+        frame::shafts::LAYOUTS,
         frame::direct::LAYOUTS,
         frame::antialias::LAYOUTS,
         frame::form_factors::LAYOUTS,

@@ -1,6 +1,10 @@
 //! A light whose rows a pass traces, and how the work is cut into dispatches.
 
-use crate::gpu::Buffer;
+use std::sync::Arc;
+
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, Pipeline};
+use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT};
 
 /// Point samples of a light that one dispatch takes: more would keep a slow device busy for longer than watchdogs bear,
 /// and turn one shader's loops more often than lavapipe lets them.
@@ -13,6 +17,8 @@ pub struct OneLight<'a> {
     pub table: &'a Buffer,
     /// Which.
     pub index: u32,
+    /// `LIGHT_*`.
+    pub kind: u32,
     /// Point samples that stand for it.
     pub samples: u32,
     /// Traces rays although they cannot bring light: from points that face away or stand outside the light's cone.
@@ -25,5 +31,29 @@ impl OneLight<'_> {
         let samples = self.samples;
         let firsts = (0..samples).step_by(SAMPLES_A_DISPATCH as usize);
         firsts.map(move |first| (first, samples.min(first + SAMPLES_A_DISPATCH)))
+    }
+}
+
+/// A kernel that takes one light, made for each kind of light: see `glsl/include/light_kind.glsl`.
+pub struct LightKernel([Pipeline; 4]);
+
+impl LightKernel {
+    /// Makes the embedded shader of that stem ready, as [`Pipeline::new`] does.
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub fn new(context: &Arc<Context>, stem: &'static str, constants: &[(&str, u32)]) -> Result<Self> {
+        let of_kind = |kind| Pipeline::new(context, stem, &[constants, &[("LIGHT_KIND", kind)]].concat());
+        Ok(Self([
+            of_kind(LIGHT_POINT)?,
+            of_kind(LIGHT_SPOT)?,
+            of_kind(LIGHT_AREA)?,
+            of_kind(LIGHT_DIRECTIONAL)?,
+        ]))
+    }
+
+    /// The kernel for a light. Panics if there is no such kind.
+    pub fn of(&self, light: OneLight<'_>) -> &Pipeline {
+        &self.0[light.kind as usize]
     }
 }

@@ -70,6 +70,7 @@ impl Renderer {
         for pass in passes {
             let moved = match pass.name {
                 Primary::STEM => surface,
+                Direct::BATCHES_STEM => surface,
                 Direct::STEM => due_layers * (surface + 4 * pixels),
                 Direct::SUM_STEM => (4 * lights + 12) * points,
                 FormFactors::STEM => due_factors * 20 * paths,

@@ -360,8 +360,8 @@ impl Lights {
         let lights = self.sources.iter().zip(&self.rows);
         let shining = (0..).zip(lights).filter(|(_, (source, _))| self.traces_all || shines(source));
         shining.map(|(index, (source, rows))| {
-            let (table, samples, traces_all) = (&self.table, source.samples, self.traces_all);
-            (OneLight { table, index, samples, traces_all }, rows)
+            let LightSource { kind, samples, .. } = *source;
+            (OneLight { table: &self.table, index, kind, samples, traces_all: self.traces_all }, rows)
         })
     }
 }

@@ -31,7 +31,7 @@ pub use report::{Columns, FrameReport, Layer, Statistics};
 pub use twins::{Exact, Stage};
 
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER};
 use crate::gpu::{Context, Recorder};
 use crate::passes::frame::{
     antialias::Antialias,
@@ -126,7 +126,7 @@ impl Renderer {
         let pixels = size[0] * size[1];
         let antialias = Antialias::new(context, size, scene.quality.edge_samples)?;
         let direct = Direct::new(context, size, antialias.room.slots)?;
-        let form_factors = FormFactors::new(context, &made.entry_points, made.area_m2)?;
+        let form_factors = FormFactors::new(context, &made.buffers, &made.entry_points, made.area_m2)?;
         let factor_count = form_factors.point_count();
         let shines = made.gloss.is_some();
         let (paths, bits) = ((factor_count, made.area_m2), made.code.cluster_bits);
@@ -235,6 +235,8 @@ impl Renderer {
         if stages.view {
             self.primary.record(rec, &self.buffers, &self.view);
             rec.barrier(COMPUTE_TO_COMPUTE);
+            self.direct.record_batches(rec, &self.buffers, pixels);
+            rec.barrier(COMPUTE_TO_COMPUTE);
             self.antialias.record(rec, &self.buffers, &self.view, pixels);
             rec.barrier(COMPUTE_TO_INDIRECT);
             if self.buffers.textures.are_used {
@@ -258,7 +260,10 @@ impl Renderer {
         let without_factors = self.lights.without_factors();
         if !without_factors.is_empty() {
             let mut pass = rec.pass(FormFactors::STEM);
-            for (light, factors) in without_factors {
+            for (place, (light, factors)) in without_factors.into_iter().enumerate() {
+                if place > 0 {
+                    pass.barrier(COMPUTE_TO_TRANSFER);
+                }
                 self.form_factors.record(&mut pass, &self.buffers, light, factors);
             }
             pass.barrier(COMPUTE_TO_COMPUTE);
@@ -371,17 +376,23 @@ impl Renderer {
     fn record_layers(&self, rec: &mut Recorder) {
         let (lights, pixels) = (self.lights.without_layer(), &self.primary.pixels);
         let mut pass = rec.pass(Direct::STEM);
-        for &(light, layer) in &lights {
+        for (place, &(light, layer)) in lights.iter().enumerate() {
+            if place > 0 {
+                pass.barrier(COMPUTE_TO_TRANSFER);
+            }
             self.direct.record(&mut pass, &self.buffers, light, pixels, layer);
         }
         pass.barrier(COMPUTE_TO_COMPUTE);
         drop(pass);
         let mut pass = rec.pass(Antialias::SHADOW_STEM);
-        for (light, layer) in lights {
+        for (place, (light, layer)) in lights.into_iter().enumerate() {
+            if place > 0 {
+                pass.barrier(COMPUTE_TO_TRANSFER);
+            }
             let layer = (layer, self.lights.shadow_groups(light));
             self.antialias.record_light(&mut pass, &self.buffers, &self.view, light, pixels, layer);
-            pass.barrier(COMPUTE_TO_COMPUTE);
         }
+        pass.barrier(COMPUTE_TO_COMPUTE);
     }
 
     fn irradiances(&self) -> Irradiances<'_> {

@@ -2,7 +2,7 @@
 
 use super::lights::Lights;
 use crate::error::Result;
-use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER};
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::{
     antialias::Antialias,
@@ -75,13 +75,18 @@ impl Preview {
             let pixels = &image.primary.pixels;
             image.primary.record(rec, &self.buffers, &view);
             rec.barrier(COMPUTE_TO_COMPUTE);
+            image.direct.record_batches(rec, &self.buffers, pixels);
+            rec.barrier(COMPUTE_TO_COMPUTE);
             image.antialias.record(rec, &self.buffers, &view, pixels);
             rec.barrier(COMPUTE_TO_INDIRECT);
             if self.buffers.textures.are_used {
                 image.pixel_colours.record(rec, &self.buffers, &view, pixels, Some(&image.antialias));
             }
             let mut pass = rec.pass(Direct::STEM);
-            for (light, layer) in lights.without_layer() {
+            for (place, (light, layer)) in lights.without_layer().into_iter().enumerate() {
+                if place > 0 {
+                    pass.barrier(COMPUTE_TO_TRANSFER);
+                }
                 image.direct.record(&mut pass, &self.buffers, light, pixels, layer);
             }
             pass.barrier(COMPUTE_TO_COMPUTE);

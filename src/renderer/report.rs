@@ -51,6 +51,7 @@ impl Columns {
             *match pass.name {
                 Primary::STEM
                 | PixelColours::STEM
+                | Direct::BATCHES_STEM
                 | Direct::STEM
                 | Direct::SUM_STEM
                 | Antialias::STEM

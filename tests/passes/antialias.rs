@@ -63,6 +63,7 @@ impl Frame {
             .run(|rec| {
                 primary.record(rec, &world.buffers, &view);
                 rec.barrier(COMPUTE_TO_COMPUTE);
+                direct.record_batches(rec, &world.buffers, &primary.pixels);
                 antialias.record(rec, &world.buffers, &view, &primary.pixels);
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 colours.record(rec, &world.buffers, &view, &primary.pixels, Some(&antialias));
@@ -70,7 +71,13 @@ impl Frame {
             .unwrap();
         let (mut layers, mut shadow_counts, mut needs) = (Vec::new(), Vec::new(), Vec::new());
         for ((index, light), layer) in (0..).zip(lights).zip(&buffers) {
-            let light = OneLight { table: &table, index, samples: light.samples, traces_all: false };
+            let light = OneLight {
+                table: &table,
+                index,
+                kind: light.kind,
+                samples: light.samples,
+                traces_all: false,
+            };
             context
                 .run(|rec| {
                     let mut pass = rec.pass("direct");

@@ -8,7 +8,7 @@ use lightpaths::renderer::{Renderer, Silent, Work};
 use lightpaths::scene::{Light, LightKind, Quality, Scene, shapes};
 
 /// Passes of the camera.
-const VIEW: &[&str] = &["primary", "edge_samples"];
+const VIEW: &[&str] = &["primary", "pixel_batches", "edge_samples"];
 /// Passes that trace a light's layer of the picture.
 const LAYER: &[&str] = &["direct", "shadow_edges"];
 /// Passes that carry energy from the light paths to the clusters.

@@ -42,7 +42,13 @@ fn overhead(light: &LightSource, position: Vec3) -> f64 {
 }
 
 fn one<'a>(table: &'a Buffer, lights: &[LightSource], index: usize) -> OneLight<'a> {
-    OneLight { table, index: index as u32, samples: lights[index].samples, traces_all: false }
+    OneLight {
+        table,
+        index: index as u32,
+        kind: lights[index].kind,
+        samples: lights[index].samples,
+        traces_all: false,
+    }
 }
 
 #[test]
@@ -64,8 +70,8 @@ fn form_factors_equal_the_twin() {
             first.position = lights[0].position;
             last.position = lights[0].position - 1e-4 * world.geometry().normal(last.side);
         }
-        let pass = FormFactors::new(&world.context, &points, area_m2).unwrap();
-        let in_parts = FormFactors::in_parts(&world.context, &points, area_m2, 90).unwrap();
+        let pass = FormFactors::new(&world.context, &world.buffers, &points, area_m2).unwrap();
+        let in_parts = FormFactors::in_parts(&world.context, &world.buffers, &points, area_m2, 90).unwrap();
         for (index, light) in lights.iter().enumerate() {
             // What was there before does not matter.
             let factors = Buffer::from_slice(&world.context, "factors", &vec![-7.0_f32; count]).unwrap();
@@ -119,6 +125,7 @@ fn direct_layers_equal_the_twin() {
         }
         let pixels = Buffer::from_slice(&world.context, "points", &points).unwrap();
         let pass = Direct::new(&world.context, size, slot_count).unwrap();
+        world.context.run(|rec| pass.record_batches(rec, &world.buffers, &pixels)).unwrap();
         let value_count = pixel_count + slot_count as usize;
         assert_eq!(pass.point_count() as usize, value_count);
         for (index, light) in lights.iter().enumerate() {

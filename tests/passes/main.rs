@@ -43,6 +43,7 @@ mod rays;
 mod reads;
 mod resize;
 mod separated;
+mod shafts;
 mod splat;
 mod textures;
 mod tile_sort;

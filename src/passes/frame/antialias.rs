@@ -8,8 +8,12 @@ use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::frame::{light_sum::GROUP_VALUES, prefix_sum::PrefixSum};
-use crate::passes::{OneLight, SceneBuffers};
+use crate::passes::frame::{
+    light_sum::GROUP_VALUES,
+    prefix_sum::PrefixSum,
+    shafts::{BATCH, ShaftKernel, Shafts},
+};
+use crate::passes::{LightKernel, OneLight, SceneBuffers};
 use crate::types::View;
 use std::sync::Arc;
 
@@ -67,7 +71,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `edge_samples`.
+    /// Push constants of `edge_samples` and `edge_batches`.
     pub struct EdgeSamplesPush {
         /// The camera.
         pub view: View,
@@ -128,11 +132,12 @@ const SHARE: u64 = 3;
 pub const LEAST_SAMPLES: u32 = 4;
 /// But there is room for so many samples, and slots, if that is all of them: most pixels of a small picture show an edge.
 const LEAST_ROOM: u64 = 5 << 17;
-/// Where workgroups of 64 samples, of 64 edge pixels, and of pixels and then slots whose light is summed are counted, bytes; those of four
-/// edge pixels come first.
+/// Where workgroups of 64 samples, of 64 edge pixels, and of pixels and then slots whose light is summed, and of 64 batches of
+/// samples are counted, bytes; those of four edge pixels come first.
 const SAMPLE_GROUPS: u64 = 16;
 const PIXEL_GROUPS: u64 = 32;
 const POINT_GROUPS: u64 = 48;
+const BATCH_GROUPS: u64 = 64;
 
 /// The pipelines and the samples.
 pub struct Antialias {
@@ -141,9 +146,11 @@ pub struct Antialias {
     list: Pipeline,
     samples: Pipeline,
     slots: Pipeline,
-    direct: Pipeline,
+    batches: Pipeline,
+    shafts: Shafts,
+    direct: ShaftKernel,
     sums: Pipeline,
-    shadow_edges: Pipeline,
+    shadow_edges: LightKernel,
     prefix_sum: PrefixSum,
     /// Index of each edge pixel.
     pub edge_pixels: Buffer,
@@ -190,12 +197,14 @@ impl Antialias {
         Ok(Self {
             mark: Pipeline::new(context, "edge_mark", &creases)?,
             shadow_mark: Pipeline::new(context, "shadow_mark", &[("CONTRAST", CONTRAST.to_bits())])?,
-            list: Pipeline::new(context, "edge_list", &[("GROUP_POINTS", GROUP_VALUES)])?,
+            list: Pipeline::new(context, "edge_list", &[("GROUP_POINTS", GROUP_VALUES), ("BATCH", BATCH)])?,
             samples: Pipeline::new(context, Self::STEM, &[("OUTLINE_POINTS", OUTLINE_POINTS)])?,
             slots: Pipeline::new(context, "edge_slots", &[])?,
-            direct: Pipeline::new(context, "edge_direct", &[])?,
+            batches: Pipeline::new(context, "edge_batches", &[])?,
+            shafts: Shafts::new(context, room.samples.div_ceil(BATCH))?,
+            direct: ShaftKernel::new(context, "edge_direct")?,
             sums: Pipeline::new(context, "edge_sums", &more)?,
-            shadow_edges: Pipeline::new(context, Self::SHADOW_STEM, &[])?,
+            shadow_edges: LightKernel::new(context, Self::SHADOW_STEM, &[])?,
             prefix_sum: PrefixSum::new(context, pixel_count)?,
             edge_pixels: pixels("edge pixels")?,
             edge_groups: Self::groups(context)?,
@@ -264,6 +273,21 @@ impl Antialias {
                 ("EdgeSlots", &self.edge_slots),
             ],
         );
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.dispatch_indirect(
+            &self.batches,
+            (&self.edge_groups, BATCH_GROUPS),
+            &EdgeSamplesPush { view: *view, room: self.room },
+            &[
+                ("Nodes", &scene.nodes),
+                ("Triangles", &scene.triangles),
+                ("Surfaces", &scene.surfaces),
+                ("EdgeOffsets", &self.offsets),
+                ("EdgePixels", &self.edge_pixels),
+                ("EdgeSamples", &self.edge_samples),
+                ("PointBatches", &self.shafts.batches),
+            ],
+        );
     }
 
     /// A light at the edge pixels that a camera sees, and its mean over the pixels that its shadows' edges cross, in its layer;
@@ -300,11 +324,18 @@ impl Antialias {
         let samples = [
             ("EdgePixels", &self.edge_pixels),
             ("EdgeSamples", &self.edge_samples),
+            ("ShaftRoots", &self.shafts.roots),
+            ("ShaftList", &self.shafts.list),
             ("EdgeLight", &self.edge_light),
         ];
         let bindings: Vec<_> = traced.into_iter().chain(samples).collect();
+        self.shafts.record_counted(pass, scene, light, (&self.edge_groups, BATCH_GROUPS));
+        pass.barrier(COMPUTE_TO_INDIRECT);
         for span in light.spans() {
-            pass.dispatch_indirect(&self.direct, (&self.edge_groups, SAMPLE_GROUPS), &push(span), &bindings);
+            let (all, deep) = ((&self.edge_groups, SAMPLE_GROUPS), (&self.shafts.list, 0));
+            pass.dispatch_indirect(self.direct.shallow(light), all, &push(span), &bindings);
+            pass.barrier(COMPUTE_TO_COMPUTE);
+            pass.dispatch_indirect(self.direct.deep(light), deep, &push(span), &bindings);
             pass.barrier(COMPUTE_TO_COMPUTE);
         }
         pass.dispatch_indirect(
@@ -346,7 +377,7 @@ impl Antialias {
             if span.0 > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
-            pass.dispatch_indirect(&self.shadow_edges, (groups, 0), &push(span), &bindings);
+            pass.dispatch_indirect(self.shadow_edges.of(light), (groups, 0), &push(span), &bindings);
         }
     }
 
@@ -379,7 +410,7 @@ impl Antialias {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn groups(context: &Arc<Context>) -> Result<Buffer> {
-        Buffer::from_slice(context, "edge groups", &[0_u32; 16])
+        Buffer::from_slice(context, "edge groups", &[0_u32; 20])
     }
 
     /// Edge pixels that were counted there.

@@ -1,11 +1,15 @@
 //! Direct illumination of what the camera sees. [Yue §4, Tdi] In: surface points, lights. Out: a layer for each light, free of its
-//! colour; their sum, irradiance, W/m².
+//! colour; their sum, irradiance, W/m². Tiles of 8×8 pixels share a shaft to the light.
 
 use crate::error::Result;
-use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::frame::{antialias::Antialias, light_sum::LightSum};
+use crate::passes::frame::{
+    antialias::Antialias,
+    light_sum::LightSum,
+    shafts::{ShaftKernel, Shafts},
+};
 use crate::passes::{OneLight, SceneBuffers};
 use glam::Vec3;
 use std::sync::Arc;
@@ -28,12 +32,24 @@ gpu_struct! {
     }
 }
 
-/// What this pass shares with its shader.
-pub const LAYOUTS: &[Layout] = &[DirectPush::LAYOUT];
+gpu_struct! {
+    /// Push constants of `pixel_batches`.
+    pub struct PixelBatchesPush {
+        /// Points of a row.
+        pub width: u32,
+        /// Points.
+        pub point_count: u32,
+    }
+}
+
+/// What this pass shares with its shaders.
+pub const LAYOUTS: &[Layout] = &[DirectPush::LAYOUT, PixelBatchesPush::LAYOUT];
 
 /// The pipelines and the sum over all lights.
 pub struct Direct {
-    pipeline: Pipeline,
+    kernel: ShaftKernel,
+    pixel_batches: Pipeline,
+    shafts: Shafts,
     sum: LightSum,
     size: [u32; 2],
     slot_count: u32,
@@ -44,6 +60,8 @@ pub struct Direct {
 impl Direct {
     /// The name that shader, twin and timing share.
     pub const STEM: &str = "direct";
+    /// The name of the pass that bounds tiles of pixels.
+    pub const BATCHES_STEM: &str = "pixel_batches";
     /// What the sum over the lights is called in timings.
     pub const SUM_STEM: &str = "direct_sum";
 
@@ -54,7 +72,9 @@ impl Direct {
     pub fn new(context: &Arc<Context>, size: [u32; 2], slot_count: u32) -> Result<Self> {
         let points = u64::from(size[0]) * u64::from(size[1]) + u64::from(slot_count);
         Ok(Self {
-            pipeline: Pipeline::new(context, Self::STEM, &[])?,
+            kernel: ShaftKernel::new(context, Self::STEM)?,
+            pixel_batches: Pipeline::new(context, Self::BATCHES_STEM, &[])?,
+            shafts: Shafts::new(context, size[0].div_ceil(8) * size[1].div_ceil(8))?,
             sum: LightSum::new(context)?,
             size,
             slot_count,
@@ -71,8 +91,25 @@ impl Direct {
         self.size[0] * self.size[1]
     }
 
+    /// Bounds the tiles of what a camera sees: due whenever that changes.
+    pub fn record_batches(&self, rec: &mut Recorder, scene: &SceneBuffers, pixels: &Buffer) {
+        let [width, height] = self.size;
+        rec.pass(Self::BATCHES_STEM).dispatch(
+            &self.pixel_batches,
+            [width.div_ceil(8) * height.div_ceil(8), 1, 1],
+            &PixelBatchesPush { width, point_count: self.pixel_count() },
+            &[
+                ("Nodes", &scene.nodes),
+                ("Triangles", &scene.triangles),
+                ("Surfaces", &scene.surfaces),
+                ("SeenPoints", pixels),
+                ("PointBatches", &self.shafts.batches),
+            ],
+        );
+    }
+
     /// Fills a light's layer at the pixels: shadow rays from each to each of its point samples. Records into an open pass,
-    /// with barriers between its own dispatches only.
+    /// with barriers between its own dispatches only: one to transfers is due between two lights.
     pub fn record(
         &self,
         pass: &mut PassScope<'_>,
@@ -81,31 +118,31 @@ impl Direct {
         pixels: &Buffer,
         layer: &Buffer,
     ) {
-        let [width, _] = self.size;
+        let [width, height] = self.size;
+        self.shafts.record(pass, scene, light);
+        let bindings = [
+            ("Nodes", &scene.nodes),
+            ("Triangles", &scene.triangles),
+            ("Surfaces", &scene.surfaces),
+            ("Lights", light.table),
+            ("SeenPoints", pixels),
+            ("ShaftRoots", &self.shafts.roots),
+            ("ShaftList", &self.shafts.list),
+            ("LightLayer", layer),
+        ];
         for (first_sample, end_sample) in light.spans() {
-            if first_sample > 0 {
-                pass.barrier(COMPUTE_TO_COMPUTE);
-            }
-            pass.dispatch(
-                &self.pipeline,
-                [self.size[0], self.size[1], 1],
-                &DirectPush {
-                    width,
-                    point_count: self.pixel_count(),
-                    light: light.index,
-                    first_sample,
-                    end_sample,
-                    traces_all: u32::from(light.traces_all),
-                },
-                &[
-                    ("Nodes", &scene.nodes),
-                    ("Triangles", &scene.triangles),
-                    ("Surfaces", &scene.surfaces),
-                    ("Lights", light.table),
-                    ("SeenPoints", pixels),
-                    ("LightLayer", layer),
-                ],
-            );
+            let push = DirectPush {
+                width,
+                point_count: self.pixel_count(),
+                light: light.index,
+                first_sample,
+                end_sample,
+                traces_all: u32::from(light.traces_all),
+            };
+            pass.barrier(COMPUTE_TO_INDIRECT);
+            pass.dispatch(self.kernel.shallow(light), [width, height, 1], &push, &bindings);
+            pass.barrier(COMPUTE_TO_COMPUTE);
+            pass.dispatch_indirect(self.kernel.deep(light), (&self.shafts.list, 0), &push, &bindings);
         }
     }
 

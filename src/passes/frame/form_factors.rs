@@ -5,10 +5,11 @@
 //! share a colour, and so a row.
 
 use crate::error::Result;
-use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, Parts, PassScope, Pipeline, Recorder};
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
+use crate::gpu::{Buffer, Context, Part, Parts, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::light_sum::LightSum;
+use crate::passes::frame::shafts::{BATCH, ShaftKernel, Shafts};
 use crate::passes::{OneLight, SceneBuffers};
 use crate::types::PathVertex;
 use glam::Vec3;
@@ -39,21 +40,39 @@ gpu_struct! {
         pub end_sample: u32,
         /// 1: rays are traced although they cannot bring light.
         pub traces_all: u32,
+        /// First batch of the bound part.
+        pub first_batch: u32,
         /// That each entry point stands for.
         pub area_m2: f32,
     }
 }
 
-/// What this pass shares with its shader.
-pub const LAYOUTS: &[Layout] = &[EntryPoint::LAYOUT, FormFactorsPush::LAYOUT];
+gpu_struct! {
+    /// Push constants of `entry_batches`.
+    pub struct EntryBatchesPush {
+        /// First batch of the bound part of the entry points.
+        pub first_batch: u32,
+        /// Entry points in it.
+        pub point_count: u32,
+    }
+}
+
+/// What this pass shares with its shaders.
+pub const LAYOUTS: &[Layout] = &[EntryPoint::LAYOUT, FormFactorsPush::LAYOUT, EntryBatchesPush::LAYOUT];
 
 /// The pipelines and the entry points.
 pub struct FormFactors {
-    form_factors: Pipeline,
+    kernel: ShaftKernel,
+    shafts: Shafts,
     sum: LightSum,
     entry_points: Parts,
     point_count: u32,
     area_m2: f32,
+}
+
+/// Batches of so many entry points.
+fn batches(points: &[EntryPoint]) -> u32 {
+    points.len().div_ceil(BATCH as usize) as u32
 }
 
 impl FormFactors {
@@ -62,12 +81,17 @@ impl FormFactors {
     /// What the sum over the lights is called in timings.
     pub const FLUX_STEM: &str = "path_flux";
 
-    /// Uploads the entry points, each of which stands for `area_m2`.
+    /// Uploads the entry points, each of which stands for `area_m2`, and bounds batches of them.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, entry_points: &[PathVertex], area_m2: f32) -> Result<Self> {
-        Self::in_parts(context, entry_points, area_m2, Parts::longest::<EntryPoint>(context))
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &SceneBuffers,
+        entry_points: &[PathVertex],
+        area_m2: f32,
+    ) -> Result<Self> {
+        Self::in_parts(context, scene, entry_points, area_m2, Parts::longest::<EntryPoint>(context))
     }
 
     /// The same in parts of so many entry points.
@@ -76,19 +100,58 @@ impl FormFactors {
     /// The device lacks memory, or a Vulkan call failed.
     pub fn in_parts(
         context: &Arc<Context>,
+        scene: &SceneBuffers,
         entry_points: &[PathVertex],
         area_m2: f32,
         most: u32,
     ) -> Result<Self> {
         let points: Vec<EntryPoint> =
             entry_points.iter().map(|v| EntryPoint { position: v.position, side: v.side }).collect();
-        Ok(Self {
-            form_factors: Pipeline::new(context, Self::STEM, &[])?,
+        let made = Self {
+            kernel: ShaftKernel::new(context, Self::STEM)?,
+            shafts: Shafts::new(context, points.chunks(most as usize).map(batches).sum())?,
             sum: LightSum::new(context)?,
             entry_points: Parts::cut(context, "entry points", &points, most)?,
             point_count: entry_points.len() as u32,
             area_m2,
+        };
+        made.bound_batches(context, scene)?;
+        Ok(made)
+    }
+
+    /// The parts of the entry points, and the first batch of each.
+    fn parts(&self) -> impl Iterator<Item = (&Part, u32)> {
+        self.entry_points.iter().scan(0, |next, part| {
+            let first = *next;
+            *next += (part.items.len() as u32).div_ceil(BATCH);
+            Some((part, first))
         })
+    }
+
+    fn bound_batches(&self, context: &Arc<Context>, scene: &SceneBuffers) -> Result<()> {
+        let entry_batches = Pipeline::new(context, "entry_batches", &[])?;
+        context.run(|rec| {
+            let mut pass = rec.pass("entry_batches");
+            for (part, first_batch) in self.parts() {
+                let point_count = part.items.len() as u32;
+                if first_batch > 0 {
+                    pass.barrier(COMPUTE_TO_COMPUTE);
+                }
+                pass.dispatch(
+                    &entry_batches,
+                    [point_count.div_ceil(BATCH), 1, 1],
+                    &EntryBatchesPush { first_batch, point_count },
+                    &[
+                        ("Nodes", &scene.nodes),
+                        ("Triangles", &scene.triangles),
+                        ("Surfaces", &scene.surfaces),
+                        ("EntryPoints", &part.buffer),
+                        ("PointBatches", &self.shafts.batches),
+                    ],
+                );
+            }
+        })?;
+        Ok(())
     }
 
     /// Entry points.
@@ -113,7 +176,7 @@ impl FormFactors {
     }
 
     /// Fills a light's row: a shadow ray from each entry point to each of its point samples in front of it. Records into an
-    /// open pass, with barriers between its own dispatches only.
+    /// open pass, with barriers between its own dispatches only: one to transfers is due between two lights.
     pub fn record(
         &self,
         pass: &mut PassScope<'_>,
@@ -121,8 +184,9 @@ impl FormFactors {
         light: OneLight<'_>,
         factors: &Buffer,
     ) {
+        self.shafts.record(pass, scene, light);
         for (first_sample, end_sample) in light.spans() {
-            for part in self.entry_points.iter() {
+            for (part, first_batch) in self.parts() {
                 let (first_point, point_count) = (part.items.start, part.items.len() as u32);
                 let push = FormFactorsPush {
                     first_point,
@@ -131,24 +195,23 @@ impl FormFactors {
                     first_sample,
                     end_sample,
                     traces_all: u32::from(light.traces_all),
+                    first_batch,
                     area_m2: self.area_m2,
                 };
-                if first_sample + first_point > 0 {
-                    pass.barrier(COMPUTE_TO_COMPUTE);
-                }
-                pass.dispatch(
-                    &self.form_factors,
-                    [point_count, 1, 1],
-                    &push,
-                    &[
-                        ("Nodes", &scene.nodes),
-                        ("Triangles", &scene.triangles),
-                        ("Surfaces", &scene.surfaces),
-                        ("Lights", light.table),
-                        ("EntryPoints", &part.buffer),
-                        ("FormFactors", factors),
-                    ],
-                );
+                let bindings = [
+                    ("Nodes", &scene.nodes),
+                    ("Triangles", &scene.triangles),
+                    ("Surfaces", &scene.surfaces),
+                    ("Lights", light.table),
+                    ("EntryPoints", &part.buffer),
+                    ("ShaftRoots", &self.shafts.roots),
+                    ("ShaftList", &self.shafts.list),
+                    ("FormFactors", factors),
+                ];
+                pass.barrier(COMPUTE_TO_INDIRECT);
+                pass.dispatch(self.kernel.shallow(light), [point_count, 1, 1], &push, &bindings);
+                pass.barrier(COMPUTE_TO_COMPUTE);
+                pass.dispatch_indirect(self.kernel.deep(light), (&self.shafts.list, 0), &push, &bindings);
             }
         }
     }

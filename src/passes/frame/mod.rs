@@ -19,6 +19,7 @@ pub mod path_scan;
 pub mod pixel_colours;
 pub mod prefix_sum;
 pub mod primary;
+pub mod shafts;
 pub mod splat;
 pub mod tile_sort;
 pub mod tonemap;

@@ -1,0 +1,50 @@
+// Batches of edge samples. Deterministic. One invocation = one batch. In: what the samples see. Out: where their shadow rays leave.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/lists.glsl"
+#include "include/dispatch.glsl"
+#include "include/math.glsl"
+#include "include/sampling.glsl"
+#include "include/antialias.glsl"
+
+layout(local_size_x = 64) in;
+
+struct EdgeSamplesPush {
+    View view;
+    EdgeRoom room;
+};
+
+layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
+layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(scalar, binding = 3) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 4) readonly buffer EdgePixels { uint edge_pixels[]; };
+layout(scalar, binding = 5) readonly buffer EdgeSamples { EdgeSample edge_samples[]; };
+
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
+#include "include/bvh.glsl"
+#include "include/primary.glsl"
+#include "include/edge_points.glsl"
+#include "include/shafts.glsl"
+
+layout(scalar, binding = 6) writeonly buffer PointBatches { PointBatch point_batches[]; };
+layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
+
+void main() {
+    View view = push.view;
+    uint edge_count = edge_offsets[view.width * view.height];
+    uint count = samples_per_edge(edge_count, push.room);
+    uint first = flat_invocation() * BATCH;
+    if (flat_invocation() >= point_batches.length()) return;
+    PointBatch batch = no_points();
+    for (uint i = first; i < min(first + BATCH, edge_count * count); ++i) {
+        EdgeSample seen = edge_samples[i];
+        if (seen.side == NO_SIDE) continue;
+        PixelSurface point = edge_point(view, edge_pixels[i / count], seen, i % count, count);
+        batch = with_point(batch, point.position, facing_normal(point.side));
+    }
+    point_batches[flat_invocation()] = batch;
+}

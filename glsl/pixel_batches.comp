@@ -1,0 +1,44 @@
+// Batches of pixels, a tile of 8×8 each. Deterministic. One invocation = one batch. In: what pixels see. Out: where their shadow rays leave.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/lists.glsl"
+#include "include/dispatch.glsl"
+
+layout(local_size_x = 64) in;
+
+struct PixelBatchesPush {
+    uint width;        // points of a row
+    uint point_count;
+};
+
+layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
+layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(scalar, binding = 3) readonly buffer SeenPoints { PixelSurface seen_points[]; };
+
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
+#include "include/bvh.glsl"
+#include "include/shafts.glsl"
+
+layout(scalar, binding = 4) writeonly buffer PointBatches { PointBatch point_batches[]; };
+layout(scalar, push_constant) uniform Push { PixelBatchesPush push; };
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= point_batches.length()) return;
+    uint tiles = (push.width + 7u) / 8u;
+    uvec2 corner = 8u * uvec2(index % tiles, index / tiles);
+    PointBatch batch = no_points();
+    for (uint i = 0u; i < BATCH; ++i) {
+        uvec2 xy = corner + uvec2(i % 8u, i / 8u);
+        uint place = xy.y * push.width + xy.x;
+        if (xy.x >= push.width || place >= push.point_count) continue;
+        PixelSurface point = seen_points[place];
+        if (point.side == NO_SIDE) continue;
+        batch = with_point(batch, point.position, facing_normal(point.side));
+    }
+    point_batches[index] = batch;
+}

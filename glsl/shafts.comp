@@ -1,0 +1,208 @@
+// Shafts between a light and batches of points: what may stand between. [Haines] Deterministic. One invocation = one batch.
+// In: batches, the light, the tree. Out: for each batch the nodes and triangles from which its shadow rays start; those with nodes, listed
+// in any order; workgroups that take one each.
+//
+// A shaft is the convex hull of two boxes, that of the rays' origins and that of the light: what lies within the box around both and
+// within the planes through two edges, one of each box, that are parallel to the same axis.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/lists.glsl"
+#include "include/dispatch.glsl"
+
+layout(local_size_x = 64) in;
+
+struct ShaftsPush {
+    uint light;
+    uint traces_all;  // 1: rays start from the tree's root
+};
+
+layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
+layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(scalar, binding = 2) readonly buffer Lights { LightSource lights[]; };
+
+#include "include/triangles.glsl"
+#include "include/bvh.glsl"
+#include "include/shafts.glsl"
+
+layout(scalar, binding = 3) readonly buffer PointBatches { PointBatch point_batches[]; };
+layout(scalar, binding = 4) writeonly buffer ShaftRoots { uint shaft_roots[]; };
+layout(scalar, binding = 5) buffer ShaftList { uint shaft_list[]; };
+layout(scalar, push_constant) uniform Push { ShaftsPush push; };
+
+// Nodes that a shaft opens at most.
+const uint MOST_OPENED = 48u;
+// Workgroups along x, fewer than any device takes; the rest goes along y.
+const uint ROW = 1024u;
+
+struct Box {
+    vec3 low;
+    vec3 high;
+};
+
+struct Shaft {
+    Box points;
+    Box light;
+    Box around;        // both, and a clear distance more, which is more than rounding takes
+    vec3 planes[12];   // four for each pair of axes k, k + 1: normal along these, offset; all zero where there is none
+    float clear;
+};
+
+// The box of a light as it is seen from others: at infinity it is theirs, moved out of the scene.
+Box light_box(LightSource light, Box points, float far) {
+    if (light.kind == LIGHT_DIRECTIONAL) return Box(points.low - far * light.axis, points.high - far * light.axis);
+    vec3 low = light.position + min(light.edge_u, vec3(0.0)) + min(light.edge_v, vec3(0.0));
+    vec3 high = light.position + max(light.edge_u, vec3(0.0)) + max(light.edge_v, vec3(0.0));
+    return Box(low, high);
+}
+
+Shaft shaft_between(Box points, Box light, float clear) {
+    Shaft shaft;
+    shaft.points = points;
+    shaft.light = light;
+    shaft.around = Box(min(points.low, light.low) - clear, max(points.high, light.high) + clear);
+    shaft.clear = clear;
+    for (uint k = 0u; k < 3u; ++k) {
+        uint l = (k + 1u) % 3u;
+        for (uint quadrant = 0u; quadrant < 4u; ++quadrant) {
+            // The corners of both boxes that lie furthest towards the quadrant, seen along the third axis.
+            bvec2 is_high = bvec2((quadrant & 1u) != 0u, (quadrant & 2u) != 0u);
+            vec2 sign = mix(vec2(-1.0), vec2(1.0), is_high);
+            vec2 near = mix(vec2(points.low[k], points.low[l]), vec2(points.high[k], points.high[l]), is_high) + clear * sign;
+            vec2 far = mix(vec2(light.low[k], light.low[l]), vec2(light.high[k], light.high[l]), is_high) + clear * sign;
+            vec2 along = (far - near) * sign;
+            // The line through both bounds the hull if its normal points into the quadrant.
+            vec2 normal = along.x * along.y < 0.0 ? abs(along.yx) * sign : vec2(0.0);
+            shaft.planes[4u * k + quadrant] = vec3(normal, dot(normal, near));
+        }
+    }
+    return shaft;
+}
+
+bool is_outside(Shaft shaft, vec3 low, vec3 high) {
+    if (any(greaterThan(low, shaft.around.high)) || any(lessThan(high, shaft.around.low))) return true;
+    bool found = false;
+    for (uint k = 0u; k < 3u; ++k) {
+        uint l = (k + 1u) % 3u;
+        for (uint quadrant = 0u; quadrant < 4u; ++quadrant) {
+            vec3 plane = shaft.planes[4u * k + quadrant];
+            vec2 least = vec2((quadrant & 1u) != 0u ? low[k] : high[k], (quadrant & 2u) != 0u ? low[l] : high[l]);
+            found = found || dot(plane.xy, least) > plane.z;
+        }
+    }
+    return found;
+}
+
+// Least and greatest value of across·(x - origin) in a box, with what rounding may take from or add to it: `blur` a metre, and `slack`.
+vec2 extent(Box box, vec3 across, vec3 origin, float blur, float slack) {
+    vec3 middle = 0.5 * (box.low + box.high) - origin;
+    vec3 reach = 0.5 * (box.high - box.low);
+    float most = dot(abs(across), reach) + blur * (length(middle) + length(reach)) + slack;
+    return dot(across, middle) + vec2(-most, most);
+}
+
+// False where no ray from the points to the light can meet a triangle.
+bool may_hide(Shaft shaft, Triangle corners) {
+    vec3 p0 = corners.p0;
+    vec3 p1 = corners.p1;
+    vec3 p2 = corners.p2;
+    vec3 low = min(p0, min(p1, p2));
+    vec3 high = max(p0, max(p1, p2));
+    if (any(greaterThan(low, shaft.around.high)) || any(lessThan(high, shaft.around.low))) return false;
+    for (uint i = 0u; i < 12u; ++i) {
+        uint k = i / 4u;
+        uint l = (k + 1u) % 3u;
+        vec3 plane = shaft.planes[i];
+        float least = min(dot(plane.xy, vec2(p0[k], p0[l])), min(dot(plane.xy, vec2(p1[k], p1[l])), dot(plane.xy, vec2(p2[k], p2[l]))));
+        if (least > plane.z) return false;
+    }
+    // Nothing passes through its plane where all points and all of the light are on one side. Origins are clear of their own surface.
+    vec3 across = cross(p1 - p0, p2 - p0);
+    float blur = 5e-7 * length(p1 - p0) * length(p2 - p0);
+    float slack = 0.25 * shaft.clear * length(across);
+    vec2 here = extent(shaft.points, across, p0, blur, slack);
+    vec2 there = extent(shaft.light, across, p0, blur, slack);
+    return min(here.x, there.x) <= 0.0 && max(here.y, there.y) >= 0.0;
+}
+
+// Children of a node that reach into the shaft: bits 24-31 inner ones, 0-23 leaf triangles.
+uint children_in(Shaft shaft, Node node) {
+    vec3 origin = node_origin(node);
+    vec3 cell = node_cell(node);
+    uint found = 0u;
+    for (uint child = 0u; child < 8u; ++child) {
+        uint word = child >> 2;
+        uint shift = 8u * (child & 3u);
+        uint meta = node.children[2u + word] >> shift & 0xffu;
+        vec3 low = origin + cell * vec3(uvec3(node.x_planes[word], node.y_planes[word], node.z_planes[word]) >> shift & 0xffu);
+        uint far = word + 2u;
+        vec3 high = origin + cell * vec3(uvec3(node.x_planes[far], node.y_planes[far], node.z_planes[far]) >> shift & 0xffu);
+        if (meta != 0u && !is_outside(shaft, low, high)) found |= (meta >> 5) << (meta & 31u);
+    }
+    uint hiding = 0u;
+    for (uint left = found & 0xffffffu; left != 0u; left &= left - 1u) {
+        uint place = uint(findLSB(left));
+        if (may_hide(shaft, triangle_at(node.children.y + place))) hiding |= 1u << place;
+    }
+    return (found & 0xff000000u) | hiding;
+}
+
+// Whether some point may face the light.
+bool may_face(PointBatch batch, Box light, float clear) {
+    vec3 between = 0.5 * (light.low + light.high - batch.low - batch.high);
+    vec3 reach = 0.5 * (light.high - light.low + batch.high - batch.low);
+    float most = dot(batch.normal, between) + dot(abs(batch.normal), reach);
+    return most + (batch.spread + 1e-5) * length(abs(between) + reach) + 2.0 * clear > 0.0;
+}
+
+void main() {
+    uint index = flat_invocation();
+    if (index >= point_batches.length()) return;
+    uint first = index * SHAFT_WORDS;
+    PointBatch batch = point_batches[index];
+    Node root = node_at(0u);
+    Box points = Box(batch.low, batch.high);
+    float clear = clear_distance();
+    Box light = light_box(lights[push.light], points, 1024.0 * dot(node_cell(root), vec3(1.0)));
+    uint triangle_roots = 0u;  // that are written
+    uint node_roots = 0u;
+    // Nodes to open, the oldest first: all are opened about equally far.
+    uint queue[MOST_ROOTS];
+    uint head = 0u;
+    uint waiting = 0u;
+    if (push.traces_all != 0u) {
+        shaft_roots[first + MOST_ROOTS] = 0u;
+        node_roots = 1u;
+    } else if (!is_empty(batch) && may_face(batch, light, clear)) {
+        queue[0] = 0u;
+        waiting = 1u;
+    }
+    Shaft shaft = shaft_between(points, light, clear);
+    for (uint opened = 0u; waiting != 0u; ++opened) {
+        uint opening = queue[head];
+        head = (head + 1u) % MOST_ROOTS;
+        --waiting;
+        Node node = node_at(opening);
+        uint found = opened < MOST_OPENED ? children_in(shaft, node) : 0u;
+        if (opened >= MOST_OPENED || triangle_roots + node_roots + waiting + uint(bitCount(found)) > MOST_ROOTS) {
+            // Rays open it themselves.
+            shaft_roots[first + MOST_ROOTS - node_roots++] = opening;
+            continue;
+        }
+        for (uint left = found & 0xffffffu; left != 0u; left &= left - 1u) {
+            shaft_roots[first + 1u + triangle_roots++] = node.children.y + uint(findLSB(left));
+        }
+        for (uint left = found >> 24; left != 0u; left &= left - 1u) {
+            uint before = node.frame.w >> 24 & ((left & -left) - 1u);
+            queue[(head + waiting++) % MOST_ROOTS] = node.children.x + uint(bitCount(before));
+        }
+    }
+    shaft_roots[first] = triangle_roots | node_roots << 16;
+    if (node_roots == 0u) return;
+    uint place = atomicAdd(shaft_list[3], 1u);
+    shaft_list[4u + place] = index;
+    atomicMax(shaft_list[0], min(place + 1u, ROW));
+    atomicMax(shaft_list[1], place / ROW + 1u);
+    atomicMax(shaft_list[2], 1u);
+}

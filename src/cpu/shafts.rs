@@ -1,0 +1,33 @@
+//! Twin of the shafts: what stands between a light and some points, found by trying every triangle.
+
+use crate::cpu::lights::{lattice_point, sample_light};
+use crate::cpu::rays::{Geometry, intersect};
+use crate::types::LightSource;
+use glam::Vec3;
+use std::collections::BTreeSet;
+
+/// Triangles that hide some point sample of a light from some of the points, which are named by position and side and face it.
+pub fn hiders(geometry: Geometry<'_>, light: &LightSource, points: &[(Vec3, u32)]) -> BTreeSet<u32> {
+    let mut found = BTreeSet::new();
+    for &(position, side) in points {
+        let normal = geometry.normal(side);
+        let origin = geometry.offset_origin(position, normal).as_dvec3();
+        for number in 0..light.samples {
+            let Some(sample) = sample_light(light, position.as_dvec3(), lattice_point(light, number)) else {
+                continue;
+            };
+            if normal.as_dvec3().dot(sample.direction) <= 0.0 {
+                continue;
+            }
+            let (ray, end) = match sample.distance.is_infinite() {
+                true => (sample.direction, f64::INFINITY),
+                false => (position.as_dvec3() + sample.distance * sample.direction - origin, 0.99999),
+            };
+            let hits = (0..).zip(geometry.triangles).filter(|(_, triangle)| {
+                intersect(triangle.positions, origin, ray).is_some_and(|(t, _)| t < end)
+            });
+            found.extend(hits.map(|(index, _)| index));
+        }
+    }
+    found
+}

@@ -1,0 +1,140 @@
+//! Shafts: what may stand between a light and a batch of points that lie close together. [Haines] In: batches of points, a light.
+//! Out: for each batch the few nodes and triangles that its shadow rays start from. Most of a scene is lit, or hidden by little of
+//! it: then a handful of triangles is tried, or nothing at all, where each ray would walk down the tree.
+
+use crate::error::Result;
+use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
+use crate::gpu::{Buffer, Context, PassScope, Pipeline};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::{LightKernel, OneLight, SceneBuffers};
+use glam::Vec3;
+use std::sync::Arc;
+
+/// Points that share a shaft, at most; twin of `BATCH` in `glsl/include/shafts.glsl`.
+pub const BATCH: u32 = 64;
+/// Words of a shaft: the numbers of its triangles (bits 0–15) and nodes (16–31); triangles; and from the end backwards, nodes.
+pub const SHAFT_WORDS: u32 = 16;
+
+gpu_struct! {
+    /// Where the shadow rays of a batch leave.
+    pub struct PointBatch {
+        /// Bounds of their origins, metres; `low` above `high`: there are none.
+        pub low: Vec3,
+        /// No unit geometric normal of the points is further from `normal`.
+        pub spread: f32,
+        /// Bounds of their origins, metres.
+        pub high: Vec3,
+        /// One of the normals.
+        pub normal: Vec3,
+    }
+}
+
+gpu_struct! {
+    /// Push constants.
+    pub struct ShaftsPush {
+        /// Which light.
+        pub light: u32,
+        /// 1: rays start from the tree's root.
+        pub traces_all: u32,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[PointBatch::LAYOUT, ShaftsPush::LAYOUT];
+
+/// The pipeline, batches of one kind of points, and their shafts to the light that was taken last.
+pub struct Shafts {
+    pipeline: Pipeline,
+    /// `PointBatch`es, for their owner to fill.
+    pub batches: Buffer,
+    /// [`SHAFT_WORDS`] a batch.
+    pub roots: Buffer,
+    /// Workgroups along each axis that take one batch with nodes each; the number of these batches; which these are, in any order.
+    pub list: Buffer,
+    batch_count: u32,
+}
+
+/// A kernel that follows the shadow rays of batches, a workgroup a batch: first those that can only meet triangles, then the others.
+pub struct ShaftKernel {
+    shallow: LightKernel,
+    deep: LightKernel,
+}
+
+impl ShaftKernel {
+    /// Makes the embedded shader of that stem ready.
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub fn new(context: &Arc<Context>, stem: &'static str) -> Result<Self> {
+        let with = |opens_nodes| LightKernel::new(context, stem, &[("OPENS_NODES", opens_nodes)]);
+        Ok(Self { shallow: with(0)?, deep: with(1)? })
+    }
+
+    /// The kernel for all batches, of which it leaves out those with nodes.
+    pub fn shallow(&self, light: OneLight<'_>) -> &Pipeline {
+        self.shallow.of(light)
+    }
+
+    /// The kernel for the listed batches, as many workgroups as [`Shafts::list`] begins with.
+    pub fn deep(&self, light: OneLight<'_>) -> &Pipeline {
+        self.deep.of(light)
+    }
+}
+
+impl Shafts {
+    /// The name that shader and twin share.
+    pub const STEM: &str = "shafts";
+
+    /// Makes room for so many batches.
+    ///
+    /// # Errors
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn new(context: &Arc<Context>, batch_count: u32) -> Result<Self> {
+        let room = |name, bytes: usize| Buffer::storage(context, name, u64::from(batch_count) * bytes as u64);
+        Ok(Self {
+            pipeline: Pipeline::new(context, Self::STEM, &[])?,
+            batches: room("point batches", size_of::<PointBatch>())?,
+            roots: room("shaft roots", 4 * SHAFT_WORDS as usize)?,
+            list: Buffer::storage(context, "shaft list", 4 * (4 + u64::from(batch_count)))?,
+            batch_count,
+        })
+    }
+
+    /// Finds the roots of all batches for a light. Records into an open pass, where a barrier to transfers is due between two lights;
+    /// one to indirect dispatches is due before rays start from the roots.
+    pub fn record(&self, pass: &mut PassScope<'_>, scene: &SceneBuffers, light: OneLight<'_>) {
+        pass.fill_zero(&self.list).barrier(TRANSFER_TO_COMPUTE);
+        pass.dispatch(&self.pipeline, [self.batch_count, 1, 1], &push(light), &self.bindings(scene, light));
+    }
+
+    /// The same for as many workgroups of 64 batches as are counted there.
+    pub fn record_counted(
+        &self,
+        pass: &mut PassScope<'_>,
+        scene: &SceneBuffers,
+        light: OneLight<'_>,
+        groups: (&Buffer, u64),
+    ) {
+        pass.fill_zero(&self.list).barrier(TRANSFER_TO_COMPUTE);
+        pass.dispatch_indirect(&self.pipeline, groups, &push(light), &self.bindings(scene, light));
+    }
+
+    fn bindings<'a>(
+        &'a self,
+        scene: &'a SceneBuffers,
+        light: OneLight<'a>,
+    ) -> [(&'static str, &'a Buffer); 6] {
+        [
+            ("Nodes", &scene.nodes),
+            ("Triangles", &scene.triangles),
+            ("Lights", light.table),
+            ("PointBatches", &self.batches),
+            ("ShaftRoots", &self.roots),
+            ("ShaftList", &self.list),
+        ]
+    }
+}
+
+fn push(light: OneLight<'_>) -> ShaftsPush {
+    ShaftsPush { light: light.index, traces_all: u32::from(light.traces_all) }
+}

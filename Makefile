@@ -50,7 +50,7 @@ stress:
 
 lint:
 	@scripts/setup.sh --lint
-	$(CARGO) fmt --check
+	$(CARGO) fmt --all --check
 	$(CARGO) clippy --locked --all-targets -- -D warnings
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --no-deps
 	@scripts/check_tree.sh

@@ -53,9 +53,14 @@ impl<'a> Demo<'a> {
     }
 
     /// Runs any command on `display`, or without any display. A point of the window is a pixel whatever the machine's settings say.
-    pub fn run(display: Option<&'a Display>, mut command: Command) -> Self {
+    pub fn run(display: Option<&'a Display>, command: Command) -> Self {
+        Self::run_scaled(display, command, "1")
+    }
+
+    /// The same where a point of the window is `scale` pixels.
+    pub fn run_scaled(display: Option<&'a Display>, mut command: Command, scale: &str) -> Self {
         command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-        command.envs(display.map(|display| ("DISPLAY", display.name()))).env("WINIT_X11_SCALE_FACTOR", "1");
+        command.envs(display.map(|display| ("DISPLAY", display.name()))).env("WINIT_X11_SCALE_FACTOR", scale);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let start = Instant::now();
         let mut child = command.spawn().unwrap();
@@ -158,6 +163,11 @@ impl<'a> Demo<'a> {
     /// Demands that the process draws its whole window when told to.
     pub fn assert_presents(&self, within: Duration) {
         self.client().blot();
+        self.wait_for_picture(within);
+    }
+
+    /// Waits until nothing is left of a blot.
+    pub fn wait_for_picture(&self, within: Duration) {
         until("presented picture", within, || {
             assert!(self.is_running(), "ended");
             self.capture().pixels().all(|pixel| pixel.0 != BLOT).then_some(())

@@ -7,6 +7,7 @@
 mod client;
 mod demo;
 mod display;
+mod faults;
 mod harness;
 mod keys;
 mod looking;
@@ -14,6 +15,7 @@ mod monkey;
 mod photographs;
 mod picture;
 mod scenarios;
+mod surfaces;
 mod toy;
 
 use std::thread::sleep;

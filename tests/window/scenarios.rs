@@ -23,7 +23,7 @@ use crate::picture::{Area, changed_pixels, colours, mean_difference};
 use crate::until;
 
 pub const SIDE: u32 = 512;
-const BOX: [&str; 6] = ["box", "--preset", "draft", "--size", "512x512", "--validation"];
+pub const BOX: [&str; 6] = ["box", "--preset", "draft", "--size", "512x512", "--validation"];
 
 /// The part of the picture that nothing covers: neither panels nor numbers that change by themselves.
 pub const PICTURE: Area = Area { x: 0, y: 160, width: SIDE, height: SIDE - 160 };
@@ -31,7 +31,7 @@ const LEFT: Area = Area { width: SIDE / 2, ..PICTURE };
 const RIGHT: Area = Area { x: SIDE / 2, ..LEFT };
 
 /// Where the pointer rests while the picture is looked at, so that nothing is lit up under it in one capture and not in the other.
-const ASIDE: Point = (SIDE as i32 - 2, SIDE as i32 - 2);
+pub const ASIDE: Point = (SIDE as i32 - 2, SIDE as i32 - 2);
 
 /// Precomputation and frames on a processor that emulates a device, with validation, on a machine that does something else, too.
 pub const READY: Duration = Duration::from_secs(300);
@@ -62,7 +62,7 @@ pub fn changed(demo: &Demo, before: &RgbImage) -> RgbImage {
 }
 
 /// Where the light's handle is in a viewport that fills the window.
-fn handle() -> Point {
+pub fn handle() -> Point {
     let options = LoadOptions { size: Some([SIDE; 2]), ..LoadOptions::default() };
     let scene = Scene::load("box", &options).unwrap();
     let view = View::from(&scene.cameras[0]);
@@ -73,7 +73,7 @@ fn handle() -> Point {
 }
 
 /// Takes the light 60 points to the right.
-fn drag_light(demo: &Demo) {
+pub fn drag_light(demo: &Demo) {
     let (x, y) = handle();
     demo.client().drag(1, (x, y), (x + 60, y), 12);
 }
@@ -92,7 +92,7 @@ pub fn close(demo: &Demo) {
 }
 
 /// Bytes on the device, as the process says when F10 is pressed.
-fn device_memory(demo: &Demo) -> u64 {
+pub fn device_memory(demo: &Demo) -> u64 {
     let mark = demo.mark();
     demo.client().tap(&[], keys::function(10));
     let line = demo.wait_for_line_since(mark, "lightpaths: device memory ", SOON);
@@ -144,7 +144,7 @@ fn a_dragged_light_changes_the_room_and_can_be_taken_back() {
 }
 
 /// The Box with its panels, in a folder of its own.
-fn open_in<'a>(display: &'a Display, folder: &Path, scene: &str) -> Demo<'a> {
+pub fn open_in<'a>(display: &'a Display, folder: &Path, scene: &str) -> Demo<'a> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
     command.arg("demo").arg(scene).args(&BOX[1..]).current_dir(folder);
     let demo = Demo::run(Some(display), command);

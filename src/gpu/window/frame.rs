@@ -13,6 +13,14 @@ use crate::error::Result;
 /// How long the system may take to lend an image, nanoseconds: a hidden window may not be given one.
 const PATIENCE_NS: u64 = 500_000_000;
 
+/// All of a colour image.
+const LAYER: vk::ImageSubresourceLayers = vk::ImageSubresourceLayers {
+    aspect_mask: vk::ImageAspectFlags::COLOR,
+    mip_level: 0,
+    base_array_layer: 0,
+    layer_count: 1,
+};
+
 /// Commands, and what says when they are done.
 pub(super) struct Frame {
     context: Arc<Context>,
@@ -98,12 +106,21 @@ impl Frame {
         for picture in pictures {
             self.upload(picture);
         }
-        self.move_image(image.image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
-        self.begin_rendering(image, swapchain.extent, background);
+        let canvas = swapchain.canvas.as_ref().map(|canvas| (canvas.handle, canvas.view));
+        let (target, view) = canvas.unwrap_or((image.image, image.view));
+        let drawn = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
+        self.move_image(target, vk::ImageLayout::UNDEFINED, drawn);
+        self.begin_rendering(view, swapchain.extent, background);
         panels(self.commands)?;
         unsafe { self.rendering.cmd_end_rendering(self.commands) };
-        let (drawn, shown) = (vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL, vk::ImageLayout::PRESENT_SRC_KHR);
-        self.move_image(image.image, drawn, shown);
+        let mut last = drawn;
+        if target != image.image {
+            self.move_image(target, drawn, vk::ImageLayout::TRANSFER_SRC_OPTIMAL);
+            last = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+            self.move_image(image.image, vk::ImageLayout::UNDEFINED, last);
+            self.copy(target, image.image, swapchain.extent);
+        }
+        self.move_image(image.image, last, vk::ImageLayout::PRESENT_SRC_KHR);
         unsafe { device.end_command_buffer(self.commands) }.vk("vkEndCommandBuffer")?;
         self.submit(image)?;
         self.present(swapchain, index)
@@ -145,28 +162,38 @@ impl Frame {
     /// Copies what a picture is to show, if it does not show that yet.
     fn upload(&self, picture: &mut Picture) {
         let Some(pixels) = picture.next.take() else { return };
-        let region = [vk::BufferImageCopy::default()
-            .image_subresource(vk::ImageSubresourceLayers {
-                aspect_mask: vk::ImageAspectFlags::COLOR,
-                mip_level: 0,
-                base_array_layer: 0,
-                layer_count: 1,
-            })
-            .image_extent(vk::Extent3D { width: picture.size[0], height: picture.size[1], depth: 1 })];
+        let region = [vk::BufferImageCopy::default().image_subresource(LAYER).image_extent(vk::Extent3D {
+            width: picture.size[0],
+            height: picture.size[1],
+            depth: 1,
+        })];
         let written = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
         // All of it is written: what it showed before may go.
-        self.move_image(picture.image, vk::ImageLayout::UNDEFINED, written);
-        let (from, to) = (pixels.allocated.handle, picture.image);
+        self.move_image(picture.image.handle, vk::ImageLayout::UNDEFINED, written);
+        let (from, to) = (pixels.allocated.handle, picture.image.handle);
         unsafe {
             self.context.device.cmd_copy_buffer_to_image(self.commands, from, to, written, &region);
         }
-        self.move_image(picture.image, written, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
+        self.move_image(picture.image.handle, written, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
         picture.shown = Some(pixels);
     }
 
-    fn begin_rendering(&self, image: &SwapchainImage, extent: vk::Extent2D, background: [f32; 4]) {
+    /// Copies all of an image to another, channel by channel in whatever order these are.
+    fn copy(&self, from: vk::Image, to: vk::Image, extent: vk::Extent2D) {
+        let end = vk::Offset3D { x: extent.width as i32, y: extent.height as i32, z: 1 };
+        let region = [vk::ImageBlit::default()
+            .src_subresource(LAYER)
+            .src_offsets([vk::Offset3D::default(), end])
+            .dst_subresource(LAYER)
+            .dst_offsets([vk::Offset3D::default(), end])];
+        let layouts = (vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
+        let (device, nearest) = (&self.context.device, vk::Filter::NEAREST);
+        unsafe { device.cmd_blit_image(self.commands, from, layouts.0, to, layouts.1, &region, nearest) };
+    }
+
+    fn begin_rendering(&self, view: vk::ImageView, extent: vk::Extent2D, background: [f32; 4]) {
         let attachment = [vk::RenderingAttachmentInfo::default()
-            .image_view(image.view)
+            .image_view(view)
             .image_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
             .load_op(vk::AttachmentLoadOp::CLEAR)
             .store_op(vk::AttachmentStoreOp::STORE)

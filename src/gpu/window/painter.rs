@@ -53,10 +53,11 @@ pub struct WindowPainter {
     frame: Frame,
     swapchain: Option<Swapchain>,
     is_out_of_date: bool,
+    /// Of the surface, or of the last one where there is none.
     format: vk::SurfaceFormatKHR,
     size: [u32; 2],
     vsync: bool,
-    /// Last: everything above needs it. None only between two surfaces.
+    /// Last: everything above needs it. None between two surfaces.
     surface: Option<Surface>,
 }
 
@@ -80,7 +81,7 @@ impl WindowPainter {
             context.physical_device(),
             context.device.clone(),
             mode(format.format),
-            Options { srgb_framebuffer: swapchain::encodes_srgb(format.format), ..Options::default() },
+            Options { srgb_framebuffer: true, ..Options::default() },
         )
         .map_err(panel_error)?;
         let set_layout = create_vulkan_descriptor_set_layout(&context.device).map_err(panel_error)?;
@@ -133,7 +134,7 @@ impl WindowPainter {
     pub fn add_picture(&mut self, size: [u32; 2]) -> Result<PictureId> {
         let picture = Picture::new(&self.context, size)?;
         let (device, layout, pool) = (&self.context.device, self.set_layout, self.set_pool);
-        let set = create_vulkan_descriptor_set(device, layout, pool, picture.view, self.sampler)
+        let set = create_vulkan_descriptor_set(device, layout, pool, picture.image.view, self.sampler)
             .map_err(panel_error)?;
         let texture = self.panels().add_user_texture(set);
         self.pictures.push(Hung { picture, texture, set });
@@ -153,7 +154,7 @@ impl WindowPainter {
         let hung = &mut self.pictures[id.0];
         let image = [vk::DescriptorImageInfo {
             sampler: self.sampler,
-            image_view: picture.view,
+            image_view: picture.image.view,
             image_layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
         }];
         let write = [vk::WriteDescriptorSet::default()
@@ -217,7 +218,7 @@ impl WindowPainter {
                     continue;
                 }
                 Answer::SurfaceLost => {
-                    self.renew_surface(window)?;
+                    self.lose_surface()?;
                     continue;
                 }
             };
@@ -232,23 +233,32 @@ impl WindowPainter {
             })?;
             match answer {
                 Answer::Granted((), fits) => self.is_out_of_date |= !fits,
-                Answer::OutOfDate | Answer::Busy => self.is_out_of_date = true,
-                Answer::SurfaceLost => self.renew_surface(window)?,
+                Answer::OutOfDate | Answer::Busy => {
+                    self.is_out_of_date = true;
+                    return Ok(Shown::NotNow);
+                }
+                Answer::SurfaceLost => {
+                    self.lose_surface()?;
+                    return Ok(Shown::NotNow);
+                }
             }
             return Ok(Shown::Yes);
         }
         Ok(Shown::NotNow)
     }
 
-    /// False where the window has no area.
+    /// False where there is none to draw to yet: the window has no area, or the surface was lost again.
     fn renew_swapchain(&mut self, window: &dyn WindowHandles) -> Result<bool> {
         self.frame.wait()?;
+        if self.surface.is_none() && !self.renew_surface(window)? {
+            return Ok(false);
+        }
         let old = self.swapchain.take();
-        let surface = self.surface.as_ref().expect("none only between two surfaces");
+        let surface = self.surface.as_ref().expect("it was renewed");
         match Swapchain::new(surface, self.format, self.size, self.vsync, old) {
             Ok(swapchain) => self.swapchain = swapchain,
-            Err(Error::Vulkan { result: vk::Result::ERROR_SURFACE_LOST_KHR, .. }) => {
-                self.renew_surface(window)?;
+            Err(error) if is_lost(&error) => {
+                self.lose_surface()?;
                 return Ok(false);
             }
             Err(error) => return Err(error),
@@ -257,22 +267,28 @@ impl WindowPainter {
         Ok(self.swapchain.is_some())
     }
 
-    /// The system took the surface away: the window gets another.
-    fn renew_surface(&mut self, window: &dyn WindowHandles) -> Result<()> {
+    /// The system took the surface away. A window has one at a time: it gets another when this one is gone.
+    fn lose_surface(&mut self) -> Result<()> {
         self.context.wait_idle()?;
         self.swapchain = None;
-        // A window has one surface at a time.
         self.surface = None;
-        let surface =
-            Surface::new(RawSurface::new(self.context.vulkan_instance().clone(), window)?, &self.context);
-        let format = swapchain::format(&surface)?;
-        self.surface = Some(surface);
-        if format != self.format {
-            self.panels().set_render_mode(mode(format.format)).map_err(panel_error)?;
-            self.format = format;
-        }
         self.is_out_of_date = true;
         Ok(())
+    }
+
+    /// Another surface, which may be on another screen. False where that was lost at once.
+    fn renew_surface(&mut self, window: &dyn WindowHandles) -> Result<bool> {
+        let raw = RawSurface::new(self.context.vulkan_instance().clone(), window)?;
+        let surface = Surface::new(raw, &self.context);
+        let format = match swapchain::format(&surface) {
+            Err(error) if is_lost(&error) => return Ok(false),
+            format => format?,
+        };
+        if swapchain::drawn_format(format.format) != swapchain::drawn_format(self.format.format) {
+            self.panels().set_render_mode(mode(format.format)).map_err(panel_error)?;
+        }
+        (self.surface, self.format) = (Some(surface), format);
+        Ok(true)
     }
 
     /// The frame before must be done.
@@ -311,12 +327,17 @@ impl Drop for WindowPainter {
     }
 }
 
+/// Draws to a surface of that format.
 fn mode(format: vk::Format) -> RenderMode {
     RenderMode::DynamicRendering(DynamicRendering {
-        color_attachment_format: format,
+        color_attachment_format: swapchain::drawn_format(format),
         depth_attachment_format: None,
         stencil_attachment_format: None,
     })
+}
+
+fn is_lost(error: &Error) -> bool {
+    matches!(error, Error::Vulkan { result: vk::Result::ERROR_SURFACE_LOST_KHR, .. })
 }
 
 fn panel_error(error: RendererError) -> Error {

@@ -5,16 +5,21 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::super::{Context, VkResultExt};
+use super::image::{Image, Purpose};
 use super::surface::Surface;
-use crate::error::Result;
+use crate::error::{Error, Result};
 
-/// Formats to show pictures in, the best first. Where the hardware encodes sRGB, the bytes of a picture come out as they went in.
-const FORMATS: [vk::Format; 4] = [
+/// Formats to show pictures in, the best first: those that encode sRGB are drawn to as they are, others need a canvas.
+const FORMATS: [vk::Format; 5] = [
     vk::Format::B8G8R8A8_SRGB,
     vk::Format::R8G8B8A8_SRGB,
+    vk::Format::A8B8G8R8_SRGB_PACK32,
     vk::Format::B8G8R8A8_UNORM,
     vk::Format::R8G8B8A8_UNORM,
 ];
+
+/// What a canvas is drawn to as.
+const CANVAS: vk::Format = vk::Format::R8G8B8A8_SRGB;
 
 /// The swapchain of a surface, for as long as neither changes its size.
 pub(super) struct Swapchain {
@@ -23,11 +28,14 @@ pub(super) struct Swapchain {
     pub(super) handle: vk::SwapchainKHR,
     pub(super) images: Vec<SwapchainImage>,
     pub(super) extent: vk::Extent2D,
+    /// What is drawn to where the images do not encode sRGB: the bytes are copied.
+    pub(super) canvas: Option<Image>,
 }
 
 /// One image of it.
 pub(super) struct SwapchainImage {
     pub(super) image: vk::Image,
+    /// Null where it is not drawn to.
     pub(super) view: vk::ImageView,
     /// Signalled when the image may be shown.
     pub(super) is_drawn: vk::Semaphore,
@@ -48,8 +56,14 @@ pub(super) fn format(surface: &Surface) -> Result<vk::SurfaceFormatKHR> {
 }
 
 /// Whether images of that format encode what is drawn to them.
-pub(super) fn encodes_srgb(format: vk::Format) -> bool {
-    matches!(format, vk::Format::B8G8R8A8_SRGB | vk::Format::R8G8B8A8_SRGB)
+fn encodes_srgb(format: vk::Format) -> bool {
+    FORMATS[..3].contains(&format)
+}
+
+/// The format of what is drawn to, for a surface of that format. It encodes sRGB always, so that the bytes of a picture come out as
+/// they went in and translucent panels look the same on every screen.
+pub(super) fn drawn_format(format: vk::Format) -> vk::Format {
+    if encodes_srgb(format) { format } else { CANVAS }
 }
 
 impl Swapchain {
@@ -89,6 +103,15 @@ impl Swapchain {
         let most = if limits.max_image_count == 0 { u32::MAX } else { limits.max_image_count };
         let alphas = [vk::CompositeAlphaFlagsKHR::OPAQUE, vk::CompositeAlphaFlagsKHR::INHERIT];
         let alpha = alphas.into_iter().find(|&alpha| limits.supported_composite_alpha.contains(alpha));
+        let needs_canvas = !encodes_srgb(format.format);
+        let usage = match needs_canvas {
+            true => vk::ImageUsageFlags::TRANSFER_DST,
+            false => vk::ImageUsageFlags::COLOR_ATTACHMENT,
+        };
+        if !limits.supported_usage_flags.contains(usage) {
+            let what = format!("the screen's images ({:?}) take no copies", format.format);
+            return Err(Error::NoDevice(format!("the window cannot be drawn to by Vulkan: {what}")));
+        }
         let info = vk::SwapchainCreateInfoKHR::default()
             .surface(handle)
             .min_image_count((limits.min_image_count + 1).min(most))
@@ -96,7 +119,7 @@ impl Swapchain {
             .image_color_space(format.color_space)
             .image_extent(extent)
             .image_array_layers(1)
-            .image_usage(vk::ImageUsageFlags::COLOR_ATTACHMENT)
+            .image_usage(usage)
             .image_sharing_mode(vk::SharingMode::EXCLUSIVE)
             .pre_transform(limits.current_transform)
             .composite_alpha(alpha.unwrap_or(vk::CompositeAlphaFlagsKHR::OPAQUE))
@@ -106,18 +129,29 @@ impl Swapchain {
         let loader = ash::khr::swapchain::Device::new(context.instance(), &context.device);
         let handle = unsafe { loader.create_swapchain(&info, None) }.vk("vkCreateSwapchainKHR")?;
         drop(old);
-        let mut made = Self { context: context.clone(), loader, handle, images: Vec::new(), extent };
+        let mut made =
+            Self { context: context.clone(), loader, handle, images: Vec::new(), extent, canvas: None };
         let images = unsafe { made.loader.get_swapchain_images(handle) }.vk("vkGetSwapchainImagesKHR")?;
         for image in images {
-            made.images.push(SwapchainImage::new(context, image, format.format)?);
+            let view = (!needs_canvas).then_some(format.format);
+            made.images.push(SwapchainImage::new(context, image, view)?);
+        }
+        if needs_canvas {
+            let purpose = Purpose {
+                name: "canvas",
+                format: vk::Format::R8G8B8A8_UNORM,
+                seen_as: CANVAS,
+                usage: vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC,
+            };
+            made.canvas = Some(Image::new(context, [extent.width, extent.height], &purpose)?);
         }
         Ok(Some(made))
     }
 }
 
 impl SwapchainImage {
-    fn new(context: &Context, image: vk::Image, format: vk::Format) -> Result<Self> {
-        let view = image_view(context, image, format)?;
+    fn new(context: &Context, image: vk::Image, format: Option<vk::Format>) -> Result<Self> {
+        let view = format.map_or(Ok(vk::ImageView::null()), |format| image_view(context, image, format))?;
         let semaphore = unsafe { context.device.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) };
         match semaphore.vk("vkCreateSemaphore") {
             Ok(is_drawn) => Ok(Self { image, view, is_drawn }),

@@ -1,0 +1,124 @@
+//! The layers below, and at their end the driver: how their functions are found.
+
+use std::collections::HashMap;
+use std::ffi::{CString, c_char};
+use std::sync::{LazyLock, Mutex};
+
+use ash::vk;
+use ash::vk::Handle;
+
+use crate::Any;
+
+/// How the functions of an instance or device are found, below us.
+#[derive(Clone, Copy)]
+enum Next {
+    Instance(vk::PFN_vkGetInstanceProcAddr, vk::Instance),
+    Device(vk::PFN_vkGetDeviceProcAddr, vk::Device),
+}
+
+/// By what the loader writes into all that belongs to an instance or a device.
+static NEXT: LazyLock<Mutex<HashMap<usize, Next>>> = LazyLock::new(Mutex::default);
+
+/// What the loader says to a layer that makes an instance or a device (`VkLayerInstanceCreateInfo`, `VkLayerDeviceCreateInfo`).
+#[repr(C)]
+struct Link {
+    kind: vk::StructureType,
+    next: *mut Self,
+    /// 0: `below` says who is there.
+    function: i32,
+    below: *mut Below,
+}
+
+/// Who is below, and how to find their functions.
+#[repr(C)]
+struct Below {
+    next: *mut Self,
+    get_instance_proc_addr: vk::PFN_vkGetInstanceProcAddr,
+    /// Of a device; that of physical devices, which nobody asks for, where an instance is made.
+    get_device_proc_addr: Option<vk::PFN_vkGetDeviceProcAddr>,
+}
+
+/// A function from below. Nothing if there is none.
+pub(crate) unsafe fn next<H: Handle + Copy>(handle: H, name: &str) -> vk::PFN_vkVoidFunction {
+    let name = CString::new(name.trim_end_matches('\0')).expect("names have no NUL");
+    let next = NEXT.lock().expect("no holder panics").get(&unsafe { key(handle) }).copied();
+    match next.expect("handles belong to what was made") {
+        Next::Instance(find, instance) => unsafe { find(instance, name.as_ptr()) },
+        Next::Device(find, device) => unsafe { find(device, name.as_ptr()) },
+    }
+}
+
+/// The same before there is an instance, or for one.
+pub(crate) unsafe fn next_of_instance(instance: vk::Instance, name: *const c_char) -> vk::PFN_vkVoidFunction {
+    if instance.is_null() {
+        return None;
+    }
+    let next = NEXT.lock().expect("no holder panics").get(&unsafe { key(instance) }).copied();
+    match next {
+        Some(Next::Instance(find, instance)) => unsafe { find(instance, name) },
+        _ => None,
+    }
+}
+
+unsafe fn key<H: Handle + Copy>(handle: H) -> usize {
+    // SAFETY: a dispatchable handle points at what the loader wrote first.
+    unsafe { *(handle.as_raw() as *const usize) }
+}
+
+/// The loader's word to this layer in the chain of a structure; the layer below reads the one after it.
+unsafe fn below(info: Any, kind: vk::StructureType) -> &'static Below {
+    // SAFETY: the loader puts such a word into the chain.
+    unsafe {
+        let mut link = (*info.cast::<Link>()).next;
+        while !((*link).kind == kind && (*link).function == 0) {
+            link = (*link).next;
+        }
+        let below = &*(*link).below;
+        (*link).below = below.next;
+        below
+    }
+}
+
+pub(crate) unsafe extern "system" fn create_instance(
+    info: Any,
+    allocator: Any,
+    made: *mut vk::Instance,
+) -> vk::Result {
+    // SAFETY: the loader's own parameters, handed on to a function of that name.
+    unsafe {
+        let find = below(info, vk::StructureType::LOADER_INSTANCE_CREATE_INFO).get_instance_proc_addr;
+        let create = find(vk::Instance::null(), c"vkCreateInstance".as_ptr());
+        let create = std::mem::transmute::<
+            vk::PFN_vkVoidFunction,
+            unsafe extern "system" fn(Any, Any, *mut vk::Instance) -> vk::Result,
+        >(create);
+        let result = create(info, allocator, made);
+        if result == vk::Result::SUCCESS {
+            NEXT.lock().expect("no holder panics").insert(key(*made), Next::Instance(find, *made));
+        }
+        result
+    }
+}
+
+pub(crate) unsafe extern "system" fn create_device(
+    physical: vk::PhysicalDevice,
+    info: Any,
+    allocator: Any,
+    made: *mut vk::Device,
+) -> vk::Result {
+    // SAFETY: the loader's own parameters, handed on to a function of that name.
+    unsafe {
+        let find = below(info, vk::StructureType::LOADER_DEVICE_CREATE_INFO)
+            .get_device_proc_addr
+            .expect("the loader says how");
+        let create = std::mem::transmute::<
+            vk::PFN_vkVoidFunction,
+            unsafe extern "system" fn(vk::PhysicalDevice, Any, Any, *mut vk::Device) -> vk::Result,
+        >(next(physical, "vkCreateDevice"));
+        let result = create(physical, info, allocator, made);
+        if result == vk::Result::SUCCESS {
+            NEXT.lock().expect("no holder panics").insert(key(*made), Next::Device(find, *made));
+        }
+        result
+    }
+}

@@ -1,0 +1,102 @@
+//! Surfaces that are lost, go out of date, or come back on another screen: what is shown stays the same to the byte.
+
+use std::process::Command;
+
+use image::RgbImage;
+
+use crate::demo::Demo;
+use crate::display::Display;
+use crate::faults::Faults;
+use crate::keys;
+use crate::picture::{Area, changed_pixels};
+use crate::scenarios::{ASIDE, BOX, READY, SIDE, SOON, changed, close, settled};
+
+/// The Box with its panels, and what can happen to it.
+pub fn open<'a>(display: &'a Display, faults: &Faults, extra: &[&str]) -> Demo<'a> {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
+    command.arg("demo").args(BOX).args(extra);
+    faults.afflict(&mut command);
+    let demo = Demo::run(Some(display), command);
+    demo.wait_for_line("lightpaths: ready", READY);
+    demo.client();
+    demo
+}
+
+/// All of the window but for the times of frames.
+fn whole(demo: &Demo) -> RgbImage {
+    demo.client().move_to(ASIDE);
+    let mut shown = demo.wait_until_still(Some(PANELS), SOON);
+    // The chart and its numbers are another with each frame that is rendered.
+    let (width, height) = shown.dimensions();
+    for (x, y, pixel) in shown.enumerate_pixels_mut() {
+        if x >= SIDE && y >= PANELS.height && y < height && x < width {
+            *pixel = image::Rgb([0; 3]);
+        }
+    }
+    shown
+}
+
+/// The picture and the panels above the times.
+const PANELS: Area = Area { x: 0, y: 0, width: SIDE + 300, height: 360 };
+
+/// The same is shown, and what is done is still seen.
+fn goes_on(demo: &Demo, before: &RgbImage, what: &str) {
+    // Nobody has to ask again for what could not be shown.
+    demo.wait_for_picture(SOON);
+    demo.assert_presents(SOON);
+    let after = whole(demo);
+    assert_eq!(changed_pixels(before, &after, Area::of(before), 0), 0, "{what}: the same is shown");
+    demo.client().tap(&[], keys::of('2'));
+    let direct = changed(demo, &after);
+    demo.client().tap(&[], keys::of('1'));
+    changed(demo, &direct);
+    let again = whole(demo);
+    assert_eq!(changed_pixels(before, &again, Area::of(before), 0), 0, "{what}: and again");
+}
+
+#[test]
+fn lost_surfaces_and_outdated_swapchains_are_made_anew() {
+    const FAULTS: [&str; 8] = [
+        "vkAcquireNextImageKHR:1:VK_ERROR_SURFACE_LOST_KHR",
+        "vkQueuePresentKHR:1:VK_ERROR_SURFACE_LOST_KHR",
+        "vkAcquireNextImageKHR:1:VK_ERROR_OUT_OF_DATE_KHR",
+        "vkQueuePresentKHR:1:VK_ERROR_OUT_OF_DATE_KHR",
+        "vkAcquireNextImageKHR:1:VK_ERROR_OUT_OF_DATE_KHR,vkCreateSwapchainKHR:1:VK_ERROR_SURFACE_LOST_KHR",
+        "vkAcquireNextImageKHR:1:VK_ERROR_OUT_OF_DATE_KHR,vkGetPhysicalDeviceSurfaceCapabilitiesKHR:1:VK_ERROR_SURFACE_LOST_KHR",
+        "vkAcquireNextImageKHR:1:VK_ERROR_SURFACE_LOST_KHR,vkGetPhysicalDeviceSurfaceFormatsKHR:1:VK_ERROR_SURFACE_LOST_KHR",
+        "vkAcquireNextImageKHR:1:VK_ERROR_SURFACE_LOST_KHR,vkQueuePresentKHR:1:VK_ERROR_SURFACE_LOST_KHR",
+    ];
+    let (display, faults) = (Display::start(), Faults::new());
+    let demo = open(&display, &faults, &[]);
+    settled(&demo);
+    let before = whole(&demo);
+    for fault in FAULTS {
+        faults.strike(&demo, fault, || demo.client().blot());
+        goes_on(&demo, &before, fault);
+    }
+    close(&demo);
+}
+
+#[test]
+fn a_screen_with_another_format_shows_the_same_bytes() {
+    let (display, faults) = (Display::start(), Faults::new());
+    let demo = open(&display, &faults, &[]);
+    settled(&demo);
+    let before = whole(&demo);
+    for formats in ["UNORM", "REVERSED", "UNORM", "SRGB"] {
+        let fault = format!(
+            "vkAcquireNextImageKHR:1:VK_ERROR_SURFACE_LOST_KHR,vkGetPhysicalDeviceSurfaceFormatsKHR:1+:{formats}"
+        );
+        faults.strike(&demo, &fault, || demo.client().blot());
+        goes_on(&demo, &before, formats);
+    }
+    close(&demo);
+
+    // From the start, too.
+    faults.set("vkGetPhysicalDeviceSurfaceFormatsKHR:1+:UNORM");
+    let demo = open(&display, &faults, &[]);
+    demo.wait_for_line("faults: vkGetPhysicalDeviceSurfaceFormatsKHR", SOON);
+    settled(&demo);
+    goes_on(&demo, &before, "from the start");
+    close(&demo);
+}

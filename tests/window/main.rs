@@ -10,6 +10,7 @@ mod display;
 mod faults;
 mod harness;
 mod keys;
+mod lights;
 mod looking;
 mod monkey;
 mod photographs;

@@ -35,6 +35,8 @@ pub(super) struct Viewport {
     /// The size that the picture should take, and since when.
     size: ([u32; 2], Instant),
     hold: Option<Hold>,
+    /// Where the pointer was when what it holds was moved last.
+    pointer: Vec2,
     /// Where handles of lights at infinity are shown; fixed while they are dragged.
     anchor: Vec3,
 }
@@ -66,7 +68,7 @@ impl Viewport {
     }
 
     pub(super) fn new() -> Self {
-        Self { size: ([0, 0], Instant::now()), hold: None, anchor: Vec3::ZERO }
+        Self { size: ([0, 0], Instant::now()), hold: None, pointer: Vec2::ZERO, anchor: Vec3::ZERO }
     }
 
     /// The picture fills what the panels leave.
@@ -164,6 +166,7 @@ impl Viewport {
         let Some(start) = ui.input(|input| input.pointer.press_origin()).map(vec) else { return Ok(()) };
         let seen = surface(session, lens, start)?;
         let pivot = seen.map_or(session.camera.target, |place| place.position);
+        self.pointer = start;
         let depth = (pivot - lens.eye()).dot(lens.forward()).max(1e-3 * size(session));
         let is_primary = response.drag_started_by(PointerButton::Primary);
         let on_wipe = desk.split.is_some_and(|wipe| {
@@ -186,15 +189,20 @@ impl Viewport {
 
     /// Moves what is held.
     fn drag(&mut self, ui: &Ui, response: &Response, session: &mut Session, desk: &mut Desk, area: Rect) {
-        if !response.dragged() {
+        let released = ui.input(|input| input.events.iter().find_map(released));
+        // What is let go of stays where that was done, wherever the pointer has gone since the last frame.
+        let pointer = match released.filter(|_| response.drag_stopped()) {
+            Some(released) => Some(released),
+            None if response.dragged() => response.interact_pointer_pos(),
+            None => None,
+        };
+        let Some(pointer) = pointer else {
             if !ui.input(|input| input.pointer.any_down()) {
                 self.hold = None;
             }
             return;
-        }
-        let Some(pointer) = response.interact_pointer_pos() else { return };
-        let moved = response.drag_delta();
-        let moved = Vec2::new(moved.x, moved.y);
+        };
+        let moved = vec(pointer) - std::mem::replace(&mut self.pointer, vec(pointer));
         let snap = ui.input(|input| input.modifiers.command).then_some(SNAP * size(session));
         let camera = &mut session.camera;
         match &self.hold {
@@ -211,6 +219,9 @@ impl Viewport {
             Some(Hold::Pan(depth)) => navigate::pan(camera, moved, area.height(), *depth),
             Some(Hold::Look) => navigate::look(camera, -TURN * moved),
             None => (),
+        }
+        if !response.dragged() {
+            self.hold = None;
         }
     }
 
@@ -325,6 +336,14 @@ fn draw(ui: &Ui, area: Rect, textures: Textures, wipe: Option<f32>) {
         let border = area.left() + wipe * area.width();
         painter.vline(border, area.y_range(), egui::Stroke::new(2.0, Color32::WHITE));
         painter.vline(border + 2.0, area.y_range(), egui::Stroke::new(1.0, Color32::BLACK));
+    }
+}
+
+/// Where a button was let go of.
+fn released(event: &egui::Event) -> Option<egui::Pos2> {
+    match *event {
+        egui::Event::PointerButton { pos, pressed: false, .. } => Some(pos),
+        _ => None,
     }
 }
 

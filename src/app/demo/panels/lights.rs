@@ -165,13 +165,12 @@ fn place(ui: &mut Ui, name: &str, point: &mut Vec3, origin: Vec3) {
 fn aim(ui: &mut Ui, direction: &mut Vec3) {
     let mut height = direction.y.clamp(-1.0, 1.0).asin().to_degrees();
     let mut heading = direction.x.atan2(direction.z).to_degrees();
-    let changed = row(ui, "Direction", |ui| {
-        let heading = ui.add(DragValue::new(&mut heading).speed(1.0).suffix("° heading")).changed();
-        let height =
-            ui.add(DragValue::new(&mut height).speed(1.0).range(-90.0..=90.0).suffix("° height")).changed();
-        heading || height
-    });
-    if changed {
+    // A row each: panels that need more width take it from the picture.
+    let mut angle = |name: &str, value: &mut f32, range| {
+        row(ui, name, |ui| ui.add(DragValue::new(value).speed(1.0).range(range).suffix("°")).changed())
+    };
+    let turned = angle("Heading", &mut heading, f32::NEG_INFINITY..=f32::INFINITY);
+    if angle("Height", &mut height, -90.0..=90.0) || turned {
         let (sin, cos) = height.to_radians().sin_cos();
         let heading = heading.to_radians();
         *direction = Vec3::new(cos * heading.sin(), sin, cos * heading.cos()).normalize();

@@ -61,6 +61,12 @@ impl Client {
         (geometry.width.into(), geometry.height.into())
     }
 
+    /// Its upper left corner on the screen.
+    pub fn place(&self) -> Point {
+        let geometry = self.connection.get_geometry(self.window).unwrap().reply().unwrap();
+        (geometry.x.into(), geometry.y.into())
+    }
+
     /// Whether the window is shown.
     pub fn is_shown(&self) -> bool {
         is_shown(&self.connection, self.window).unwrap()

@@ -12,10 +12,12 @@ mod harness;
 mod keys;
 mod lights;
 mod looking;
+mod manager;
 mod monkey;
 mod photographs;
 mod picture;
 mod scenarios;
+mod screen;
 mod surfaces;
 mod toy;
 

@@ -72,6 +72,19 @@ impl Error {
         Self::Output { file: file.as_ref().to_owned(), message: message.into() }
     }
 
+    /// Whether less would have fitted: the device is as it was, and may be asked for less.
+    #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only the window goes on after it"))]
+    pub(crate) fn is_out_of_memory(&self) -> bool {
+        use ash::vk::Result as Code;
+        match self {
+            Self::OutOfMemory(_) => true,
+            Self::Vulkan { result, .. } => {
+                [Code::ERROR_OUT_OF_DEVICE_MEMORY, Code::ERROR_OUT_OF_HOST_MEMORY].contains(result)
+            }
+            _ => false,
+        }
+    }
+
     /// The process exit code: 1 comparison failed, 2 bad input, 3 no device or display, 4 device failure.
     pub fn exit_code(&self) -> u8 {
         match self {

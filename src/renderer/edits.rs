@@ -51,11 +51,16 @@ impl Renderer {
     /// Adds a light behind the others.
     ///
     /// # Errors
-    /// The device lacks memory or failed.
+    /// The device lacks memory or failed; there is then no such light.
     pub fn add_light(&mut self, light: Light) -> Result<()> {
         self.lights.add()?;
         self.scene.lights.push(light);
-        self.lights_changed()
+        let changed = self.lights_changed();
+        if changed.is_err() {
+            self.lights.remove(self.scene.lights.len() - 1);
+            self.scene.lights.pop();
+        }
+        changed
     }
 
     /// Removes a light; those behind it move up by one.

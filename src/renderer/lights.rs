@@ -211,23 +211,22 @@ impl Lights {
         }
     }
 
-    /// Writes the device's table. What has changed of what the lights emit: the sums over them, and the tint.
+    /// Writes the device's table. What has changed of what the lights emit: the sums over them, and the tint. Where that fails, what
+    /// was written before still holds.
     pub(super) fn upload(&mut self, lights: &[Light]) -> Result<[bool; 2]> {
         let emissions =
             |sources: &[LightSource]| sources.iter().map(|source| source.emission).collect::<Vec<_>>();
-        let (before, tint) = (emissions(&self.sources), self.tint);
-        self.sources = light_sources(lights);
-        for (source, light) in self.sources.iter_mut().zip(lights) {
+        let mut sources = light_sources(lights);
+        for (source, light) in sources.iter_mut().zip(lights) {
             source.emission = if light.is_on { source.emission } else { Vec3::ZERO };
         }
-        let mut shining = self.sources.iter_mut().filter(|source| source.emission != Vec3::ZERO);
-        self.tint = match (shining.next(), shining.next()) {
+        let mut shining = sources.iter_mut().filter(|source| source.emission != Vec3::ZERO);
+        let tint = match (shining.next(), shining.next()) {
             (Some(only), None) => std::mem::replace(&mut only.emission, Vec3::ONE),
             _ => Vec3::ONE,
         };
-        let changed = [before != emissions(&self.sources), tint != self.tint];
         if let Some(gloss) = self.gloss {
-            for (source, rows) in self.sources.iter().zip(&mut self.rows) {
+            for (source, rows) in sources.iter().zip(&mut self.rows) {
                 let bytes = u64::from(source.samples) * gloss.beam_bytes;
                 if rows.beams.as_ref().is_none_or(|beams| beams.bytes() < bytes) {
                     rows.beams = Some(Buffer::storage(&self.context, "gloss beams", bytes)?);
@@ -235,10 +234,13 @@ impl Lights {
                 }
             }
         }
-        if size_of_val(&*self.sources) as u64 > self.table.bytes() {
-            self.table = Buffer::from_slice(&self.context, "lights", &self.sources)?;
+        if size_of_val(&*sources) as u64 > self.table.bytes() {
+            self.table = Buffer::from_slice(&self.context, "lights", &sources)?;
+        } else {
+            self.table.write(&sources)?;
         }
-        self.table.write(&self.sources)?;
+        let changed = [emissions(&self.sources) != emissions(&sources), self.tint != tint];
+        (self.sources, self.tint) = (sources, tint);
         Ok(changed)
     }
 

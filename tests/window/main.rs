@@ -13,6 +13,7 @@ mod keys;
 mod lights;
 mod looking;
 mod manager;
+mod memory;
 mod monkey;
 mod photographs;
 mod picture;

@@ -98,6 +98,20 @@ impl History {
         true
     }
 
+    /// What was done last could not be had, and the document is what it was before: an edit is no step, and what was taken back is
+    /// done again.
+    pub(super) fn refuse(&mut self, document: &Document) {
+        if *document == self.now {
+            return;
+        }
+        if self.future.last() == Some(document) {
+            self.redo(&mut self.now.clone());
+        } else if self.past.last() == Some(document) {
+            self.past.pop();
+            self.now = document.clone();
+        }
+    }
+
     /// Takes the last edit back, one that is under way first. False where there is none.
     pub(super) fn undo(&mut self, document: &mut Document) -> bool {
         self.settle(document);
@@ -183,6 +197,34 @@ mod tests {
         assert!(!history.redo(&mut document));
         assert_eq!(history.depths(), [4, 0]);
         assert!(history.undo(&mut document) && document.lights[0].light.is_on);
+    }
+
+    #[test]
+    fn what_could_not_be_had_is_no_step() {
+        let mut document = document();
+        let mut history = History::new(&document);
+        let first = document.clone();
+        document.materials[0].exponent = 2.0;
+        history.settle(&document);
+        let second = document.clone();
+        // An edit, before and after it has ended.
+        document.materials[0].exponent = 3.0;
+        for ends in [false, true] {
+            if ends {
+                history.settle(&document);
+            }
+            history.refuse(&second);
+            assert!(!history.settle(&second));
+            assert_eq!(history.depths(), [1, 0]);
+        }
+        // Something taken back.
+        document = second.clone();
+        assert!(history.undo(&mut document) && document == first);
+        history.refuse(&second);
+        assert!(!history.settle(&second));
+        assert_eq!(history.depths(), [1, 0]);
+        document = second;
+        assert!(history.undo(&mut document) && document == first);
     }
 
     #[test]

@@ -26,6 +26,15 @@ pub(super) fn save_scene(session: &Session, to: &str) -> Result<String> {
     Ok(format!("saved {}", path.display()))
 }
 
+/// Saves the scene as it is edited under a name that is free, beside where it would be saved; returns where.
+pub(super) fn rescue_scene(session: &Session, scene_to: &str) -> Result<PathBuf> {
+    let stem = Path::new(scene_to).with_extension("");
+    let free = |number: u32| PathBuf::from(format!("{}-rescued-{number:03}.toml", stem.display()));
+    let path = (1..).map(free).find(|path| !path.exists()).expect("numbers do not end");
+    save_scene(session, &path.display().to_string())?;
+    Ok(path)
+}
+
 /// Saves the picture, as it is shown in a PNG and in numbers in an EXR file, beside the scene; returns what to say of it.
 pub(super) fn save_picture(session: &Session, scene_to: &str) -> Result<String> {
     let renderer = session

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::SystemTime;
+use std::time::{Instant, SystemTime};
 
 use super::document::{Document, History};
 use super::stage::{Preparing, Progressed, Ready, Wake};
@@ -63,10 +63,16 @@ pub(super) struct Session {
     pub(super) shares: [f32; 2],
     /// Things worth a line, the newest last.
     pub(super) said: Vec<String>,
+    /// One of them that nobody must miss, and since when.
+    pub(super) alarm: Option<(String, Instant)>,
     /// Counts pictures.
     pub(super) version: u64,
     pub(super) costs: VecDeque<Cost>,
     pub(super) last: Option<FrameReport>,
+    /// A size of the picture that did not fit the device.
+    pub(super) refused_size: Option<[u32; 2]>,
+    /// The last frame took an edit back.
+    pub(super) has_gone_back: bool,
     stage: Stage,
     shown: Option<Wanted>,
     files: Vec<(PathBuf, Option<SystemTime>)>,
@@ -83,9 +89,12 @@ impl Session {
             exposure_stops: 0.0,
             shares: [1.0, 1.0],
             said: scene.warnings.clone(),
+            alarm: None,
             version: 0,
             costs: VecDeque::new(),
             last: None,
+            refused_size: None,
+            has_gone_back: false,
             stage: Stage::Preparing(Box::new(Preparing::new(context, &scene, &wake)?)),
             shown: None,
             files: watched(&source.spec),
@@ -109,7 +118,7 @@ impl Session {
     pub(super) fn progress(&self) -> Option<(Progressed, f64)> {
         match &self.stage {
             Stage::Preparing(preparing) => {
-                Some((preparing.progress(), preparing.since.elapsed().as_secs_f64()))
+                Some((preparing.progress()?, preparing.since.elapsed().as_secs_f64()))
             }
             Stage::Ready(_) => None,
         }
@@ -126,33 +135,73 @@ impl Session {
 
     /// Brings the picture into line with document and camera. True where it is another one.
     pub(super) fn update(&mut self) -> Result<bool> {
-        if let Stage::Preparing(preparing) = &mut self.stage
-            && let Some(ready) = preparing.finished(self.scene.lights.len())?
-        {
-            let known = self.scene.warnings.len();
-            self.said.extend(ready.renderer.scene().warnings.iter().skip(known).cloned());
-            self.stage = Stage::Ready(Box::new(ready));
-            self.shown = None;
+        if let Stage::Preparing(preparing) = &mut self.stage {
+            match preparing.finished(self.scene.lights.len()) {
+                Ok(Some(ready)) => {
+                    let known = self.scene.warnings.len();
+                    self.said.extend(ready.renderer.scene().warnings.iter().skip(known).cloned());
+                    self.stage = Stage::Ready(Box::new(ready));
+                    self.shown = None;
+                }
+                Ok(None) => (),
+                Err(error) if error.is_out_of_memory() => self.alarm(format!("direct light only: {error}")),
+                Err(error) => return Err(error),
+            }
         }
         let wanted = self.wanted();
         if self.shown.as_ref() == Some(&wanted) {
             return Ok(false);
         }
+        match (self.frame(&wanted), self.shown.clone()) {
+            (Err(error), Some(shown)) if error.is_out_of_memory() => {
+                self.go_back(shown);
+                self.alarm(format!("taken back: {error}"));
+                self.frame(&self.wanted())?;
+            }
+            (done, _) => done?,
+        }
+        self.shown = Some(self.wanted());
+        self.version += 1;
+        Ok(true)
+    }
+
+    /// Makes a picture of what is wanted.
+    fn frame(&mut self, wanted: &Wanted) -> Result<()> {
         match &mut self.stage {
-            Stage::Preparing(preparing) => preparing.frame(&wanted, &self.scene.materials)?,
+            Stage::Preparing(preparing) => preparing.frame(wanted, &self.scene.materials),
             Stage::Ready(ready) => {
-                let (report, refused) = ready.frame(&wanted, &mut self.document)?;
+                let (report, refused) = ready.frame(wanted, &mut self.document)?;
                 self.said.extend(refused);
                 if self.costs.len() == FRAMES {
                     self.costs.pop_front();
                 }
                 self.costs.push_back(Cost { columns: report.columns, frame_ms: report.frame_ms });
                 self.last = Some(report);
+                Ok(())
             }
         }
-        self.shown = Some(self.wanted());
-        self.version += 1;
-        Ok(true)
+    }
+
+    /// Says what nobody must miss.
+    pub(super) fn alarm(&mut self, line: String) {
+        self.said.push(line.clone());
+        self.alarm = Some((line, Instant::now()));
+    }
+
+    /// What is wanted does not fit the device: what was shown last did.
+    fn go_back(&mut self, shown: Wanted) {
+        self.refuse_size(shown.camera.size);
+        (self.document, self.camera) = (shown.document, shown.camera);
+        self.history.refuse(&self.document);
+        self.has_gone_back = true;
+    }
+
+    /// The picture keeps that size, and does not ask again for the one that it has, if that is another.
+    pub(super) fn refuse_size(&mut self, fitting: [u32; 2]) {
+        if self.camera.size != fitting {
+            self.refused_size = Some(self.camera.size);
+            self.camera.size = fitting;
+        }
     }
 
     /// Works ahead, when there is nothing else to do.
@@ -190,9 +239,13 @@ impl Session {
 
     /// Traces the light paths of the scene anew, with another preset; what was edited stays.
     pub(super) fn choose_preset(&mut self, preset: &str) -> Result<()> {
-        self.source.options.preset = Some(preset.to_owned());
-        let scene = Scene::load(&self.source.spec, &self.source.options)?;
-        self.prepare_again(scene)
+        let before = self.source.options.preset.replace(preset.to_owned());
+        let scene = Scene::load(&self.source.spec, &self.source.options);
+        let done = scene.and_then(|scene| self.prepare_again(scene));
+        if done.is_err() {
+            self.source.options.preset = before;
+        }
+        done
     }
 
     /// The same scene, to be prepared in another way; what was edited stays.
@@ -210,6 +263,11 @@ impl Session {
         (self.camera, self.exposure_stops, self.version) =
             (before.camera.clone(), before.exposure_stops, before.version);
         Ok(())
+    }
+
+    /// Whether something of the scene is another than in its file.
+    pub(super) fn is_edited(&self) -> bool {
+        self.document != Document::of(&self.scene)
     }
 
     /// What the picture shows.

@@ -106,8 +106,10 @@ impl Preparing {
         Ok(Self { worker: Some(worker), shared, preview, since: Instant::now() })
     }
 
-    pub(super) fn progress(&self) -> Progressed {
-        self.shared.progress.lock().expect("no holder panics").clone()
+    /// How far the worker is; none when it has ended.
+    pub(super) fn progress(&self) -> Option<Progressed> {
+        self.worker.as_ref()?;
+        Some(self.shared.progress.lock().expect("no holder panics").clone())
     }
 
     /// The renderer, once it is ready. `light_count`: lights that the scene was loaded with.
@@ -177,8 +179,9 @@ impl Ready {
         let (renderer, ids) = (&mut self.renderer, &mut self.ids);
         for index in (0..ids.len()).rev() {
             if !document.lights.iter().any(|entry| entry.id == ids[index]) {
-                renderer.remove_light(index)?;
+                // Gone whatever else fails.
                 ids.remove(index);
+                renderer.remove_light(index)?;
             }
         }
         for entry in &document.lights {

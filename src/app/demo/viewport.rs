@@ -105,12 +105,14 @@ impl Viewport {
         let size = [side(area.width()), side(area.height())];
         if self.size.0 != size {
             let is_first = self.size.0 == [0, 0];
+            // It may fit by now.
+            session.refused_size = None;
             self.size = (size, Instant::now());
             if is_first {
                 session.camera.size = size;
             }
         }
-        if session.camera.size != size {
+        if session.camera.size != size && session.refused_size != Some(size) {
             let waited = self.size.1.elapsed().as_secs_f64();
             if waited >= PATIENCE_S {
                 session.camera.size = size;

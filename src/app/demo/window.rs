@@ -53,6 +53,9 @@ impl App {
             Ok(true) => (),
             Ok(false) => events.exit(),
             Err(error) => {
+                if matches!(error, Error::Vulkan { .. } | Error::OutOfMemory(_)) {
+                    open.rescue();
+                }
                 self.failure = Some(error);
                 events.exit();
             }

@@ -350,9 +350,9 @@ impl Splat {
         // Without all pairs the number of weights is not the final one: the repeated frame is asked again.
         let lacks_weights = weights > self.weight_capacity;
         if lacks_weights {
-            self.weight_capacity = with_reserve(weights);
-            self.weights =
-                Buffer::storage(&self.context, "splat weights", 8 * u64::from(self.weight_capacity))?;
+            let capacity = with_reserve(weights);
+            self.weights = Buffer::storage(&self.context, "splat weights", 8 * u64::from(capacity))?;
+            self.weight_capacity = capacity;
         }
         Ok(lacks_pairs || lacks_weights)
     }

@@ -90,6 +90,27 @@ fn said(ui: &mut Ui, session: &mut Session) {
     }
 }
 
+/// For how long an alarm stands over the picture, seconds.
+const ALARM_S: f32 = 15.0;
+
+/// A line over the picture's lower edge, for what nobody must miss.
+pub(super) fn alarm(ctx: &egui::Context, session: &mut Session) {
+    let Some((line, since)) = &session.alarm else { return };
+    let left = ALARM_S - since.elapsed().as_secs_f32();
+    if left <= 0.0 {
+        session.alarm = None;
+        return;
+    }
+    let place = egui::Area::new("alarm".into()).anchor(egui::Align2::LEFT_BOTTOM, [8.0, -8.0]);
+    place.show(ctx, |ui| {
+        egui::Frame::popup(ui.style()).show(ui, |ui| {
+            ui.set_max_width(ui.ctx().content_rect().width() - 32.0);
+            ui.add(egui::Label::new(RichText::new(line).color(PALETTE[1])).truncate());
+        });
+    });
+    ctx.request_repaint_after_secs(left);
+}
+
 /// A row with a name before something.
 pub(super) fn row<T>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> T) -> T {
     ui.horizontal(|ui| {

@@ -1,5 +1,8 @@
 //! An open window: what it shows, frame by frame.
 
+mod layers;
+mod requests;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -11,9 +14,7 @@ use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::{Fullscreen, Window};
 
 use super::actions;
-use super::cells;
-use super::desk::{Desk, Request, View};
-use super::files;
+use super::desk::Desk;
 use super::films::{Player, Recorder};
 use super::layered::Layered;
 use super::overlays::Overlays;
@@ -29,8 +30,6 @@ use crate::app::note;
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::gpu::window::{Painting, PictureId, Shown, WindowPainter};
-use crate::metrics::{debiased_relmse, half_noise};
-use crate::renderer::Layer;
 use crate::scene::Scene;
 
 /// When a frame that the system did not take is offered again, and how often the precomputation is asked whether it is done.
@@ -39,6 +38,9 @@ const RETRY: Duration = Duration::from_millis(100);
 /// How often the scene's files are looked at, and how long nothing must happen before work is done ahead.
 const GLANCE: Duration = Duration::from_millis(1000);
 const REST: Duration = Duration::from_millis(1000);
+
+/// Size of the picture before there is one.
+const NO_PICTURE: [u32; 2] = [1, 1];
 
 /// A window with all that it shows. Fields go in this order: what draws to the window goes before it.
 pub(super) struct Open {
@@ -99,7 +101,7 @@ impl Open {
         let (context, surface) = Context::for_window(&args.device_args.context_options(), &window)?;
         let PhysicalSize { width, height } = window.inner_size();
         let mut painter = WindowPainter::new(surface, [width, height], !args.no_vsync)?;
-        let picture = painter.add_picture([1, 1])?;
+        let picture = painter.add_picture(NO_PICTURE)?;
         let proxy = proxy.clone();
         let wake: Wake = Arc::new(move || {
             // Where the window is gone, nobody wants to know.
@@ -167,14 +169,15 @@ impl Open {
             if self.session.files_changed() {
                 (self.player, self.recorder, self.was_ready) = (None, None, false);
                 (self.desk.is_playing, self.desk.is_recording) = (false, false);
-                self.session.reload()?;
-                self.window.request_redraw();
+                let loaded = self.session.reload();
+                self.tolerate(loaded)?;
             }
         }
         let mut next = self.last_glance + GLANCE;
         if self.session.is_behind() && !self.is_held {
             if now >= self.last_event + REST {
-                self.session.rest()?;
+                let rested = self.session.rest();
+                self.tolerate(rested)?;
             } else {
                 next = next.min(self.last_event + REST);
             }
@@ -188,7 +191,8 @@ impl Open {
         let input = self.panels.take_egui_input(&self.window);
         let egui = self.panels.egui_ctx().clone();
         self.play()?;
-        self.follow_reference()?;
+        let followed = self.follow_reference();
+        self.tolerate(followed)?;
         let textures = Textures {
             picture: self.painter.texture(self.picture),
             over: self.over.texture(&self.painter),
@@ -208,8 +212,9 @@ impl Open {
             let (session, desk, overlays) = (&mut self.session, &mut self.desk, &mut self.overlays);
             shown = self.viewport.show(ui, session, desk, overlays, textures);
             panels::help(ui.ctx(), &mut self.desk.shows_help);
+            panels::alarm(ui.ctx(), &mut self.session);
         });
-        shown?;
+        self.tolerate(shown)?;
         self.is_held = egui.input(|input| input.pointer.any_down());
         // A film is no edit.
         let is_settled = !self.is_held && !egui.egui_wants_keyboard_input() && self.player.is_none();
@@ -224,16 +229,19 @@ impl Open {
             // What it cost can be said in the next frame.
             self.window.request_redraw();
         }
+        if std::mem::take(&mut self.session.has_gone_back) {
+            // What is being dragged would ask for the same again.
+            self.viewport.let_go();
+        }
         if self.shown != self.session.version {
             self.shown = self.session.version;
-            let (pixels, size) = self.session.picture();
-            self.painter.resize_picture(self.picture, size)?;
-            self.painter.show(self.picture, pixels);
+            self.hang_picture()?;
         }
         if let Some(recorder) = &mut self.recorder {
             recorder.note(&self.session);
         }
-        self.colour_cells()?;
+        let coloured = self.colour_cells();
+        self.tolerate(coloured)?;
         let delay = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
         self.again = delay.and_then(|delay| Instant::now().checked_add(delay));
         let painting = Painting {
@@ -266,126 +274,19 @@ impl Open {
         Ok(true)
     }
 
-    /// False where the window is to close.
-    fn fulfil(&mut self, request: Request) -> Result<bool> {
-        match request {
-            Request::Quit => return Ok(false),
-            Request::Vsync => {
-                self.desk.vsync = !self.desk.vsync;
-                self.painter.set_vsync(self.desk.vsync);
+    /// Hands the picture to the painter. One for which there is no room takes the size of the one before.
+    fn hang_picture(&mut self) -> Result<()> {
+        let (pixels, size) = self.session.picture();
+        match self.painter.resize_picture(self.picture, size) {
+            Ok(()) => self.painter.show(self.picture, pixels),
+            Err(error)
+                if error.is_out_of_memory() && self.painter.picture_size(self.picture) != NO_PICTURE =>
+            {
+                self.session.refuse_size(self.painter.picture_size(self.picture));
+                self.session.alarm(format!("taken back: {error}"));
+                self.window.request_redraw();
             }
-            Request::Fullscreen => {
-                let fills = self.window.fullscreen().is_some();
-                self.window.set_fullscreen((!fills).then_some(Fullscreen::Borderless(None)));
-            }
-            Request::Memory => self.say_memory(),
-            Request::Save => {
-                let saved = files::save_scene(&self.session, &self.desk.save_to);
-                self.say(saved);
-            }
-            Request::Screenshot => {
-                let saved = files::save_picture(&self.session, &self.desk.save_to);
-                self.say(saved);
-            }
-            Request::Record => self.record(),
-            Request::Play => self.play_or_stop()?,
-            Request::Preset(preset) => {
-                self.session.choose_preset(preset)?;
-                self.was_ready = false;
-            }
-        }
-        self.window.request_redraw();
-        Ok(true)
-    }
-
-    /// What became of something that may fail without harm.
-    fn say(&mut self, done: Result<String>) {
-        self.session.said.push(done.unwrap_or_else(|error| error.to_string()));
-    }
-
-    fn record(&mut self) {
-        match self.recorder.take() {
-            None => self.recorder = Some(Recorder::begin(&self.session)),
-            Some(recorder) => {
-                let saved = recorder.end(&self.session, &self.desk.save_to);
-                self.recorded = saved.as_ref().ok().cloned().or(self.recorded.take());
-                self.say(saved.map(|path| format!("saved {}", path.display())));
-            }
-        }
-        self.desk.is_recording = self.recorder.is_some();
-    }
-
-    fn play_or_stop(&mut self) -> Result<()> {
-        match self.player.take() {
-            Some(player) => player.end(&mut self.session),
-            None => match Player::begin(&self.session, self.recorded.as_deref()) {
-                Ok((player, None)) => self.player = Some(player),
-                Ok((_, Some(scene))) => {
-                    // It plays when its light paths are traced.
-                    self.session.prepare_again(scene)?;
-                    (self.plays_when_ready, self.was_ready) = (true, false);
-                }
-                Err(error) => self.say(Err(error)),
-            },
-        }
-        self.desk.is_playing = self.player.is_some();
-        Ok(())
-    }
-
-    /// Brings a film that plays to where it is now.
-    fn play(&mut self) -> Result<()> {
-        if self.plays_when_ready && self.was_ready {
-            self.plays_when_ready = false;
-            self.play_or_stop()?;
-        }
-        let Some(player) = &self.player else { return Ok(()) };
-        if player.advance(&mut self.session) {
-            self.window.request_redraw();
-            Ok(())
-        } else {
-            self.play_or_stop()
-        }
-    }
-
-    /// Monte Carlo, where it is to be seen: for what is shown, and the newest picture of it.
-    fn follow_reference(&mut self) -> Result<()> {
-        if self.desk.split.is_none() {
-            (self.reference, self.beside.of, self.desk.verdict) = (None, None, None);
-            return Ok(());
-        }
-        if self.session.renderer().is_none() {
-            return Ok(());
-        }
-        if self.reference.is_none() {
-            self.reference = Some(Reference::new(&self.context, &self.wake)?);
-        }
-        let Some(reference) = &mut self.reference else { return Ok(()) };
-        if reference.follow(&self.session) {
-            (self.beside.of, self.desk.verdict) = (None, None);
-        }
-        let Some(found) = reference.found()? else { return Ok(()) };
-        let pixels = found.display(self.session.exposure_stops);
-        self.beside.show(&self.context, &mut self.painter, (), found.size, &pixels)?;
-        let ours = match self.session.renderer() {
-            Some(renderer) if renderer.size() == found.size => renderer.layer(Layer::Beauty)?,
-            _ => return Ok(()),
-        };
-        let halves = [&found.halves[0][..], &found.halves[1][..]];
-        self.desk.verdict = Some((found.samples, debiased_relmse(&ours, halves), half_noise(halves)));
-        Ok(())
-    }
-
-    /// Colours of the cells that the picture's surfaces lie in, where they are to be seen.
-    fn colour_cells(&mut self) -> Result<()> {
-        let (View::Cells(level), Some(renderer)) = (self.desk.view, self.session.renderer()) else {
-            self.over.of = None;
-            return Ok(());
-        };
-        let of = (self.session.version, level);
-        if self.over.of != Some(of) {
-            let pixels = cells::colours(renderer, level, self.session.exposure_stops)?;
-            self.over.show(&self.context, &mut self.painter, of, renderer.size(), &pixels)?;
-            self.window.request_redraw();
+            Err(error) => return Err(error),
         }
         Ok(())
     }

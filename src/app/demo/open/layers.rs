@@ -1,0 +1,54 @@
+//! What is shown beside and over the picture.
+
+use super::Open;
+use crate::app::demo::cells;
+use crate::app::demo::desk::View;
+use crate::app::demo::reference::Reference;
+use crate::error::Result;
+use crate::metrics::{debiased_relmse, half_noise};
+use crate::renderer::Layer;
+
+impl Open {
+    /// Monte Carlo, where it is to be seen: for what is shown, and the newest picture of it.
+    pub(super) fn follow_reference(&mut self) -> Result<()> {
+        if self.desk.split.is_none() {
+            (self.reference, self.beside.of, self.desk.verdict) = (None, None, None);
+            return Ok(());
+        }
+        if self.session.renderer().is_none() {
+            return Ok(());
+        }
+        if self.reference.is_none() {
+            self.reference = Some(Reference::new(&self.context, &self.wake)?);
+        }
+        let Some(reference) = &mut self.reference else { return Ok(()) };
+        if reference.follow(&self.session) {
+            (self.beside.of, self.desk.verdict) = (None, None);
+        }
+        let Some(found) = reference.found()? else { return Ok(()) };
+        let pixels = found.display(self.session.exposure_stops);
+        self.beside.show(&self.context, &mut self.painter, (), found.size, &pixels)?;
+        let ours = match self.session.renderer() {
+            Some(renderer) if renderer.size() == found.size => renderer.layer(Layer::Beauty)?,
+            _ => return Ok(()),
+        };
+        let halves = [&found.halves[0][..], &found.halves[1][..]];
+        self.desk.verdict = Some((found.samples, debiased_relmse(&ours, halves), half_noise(halves)));
+        Ok(())
+    }
+
+    /// Colours of the cells that the picture's surfaces lie in, where they are to be seen.
+    pub(super) fn colour_cells(&mut self) -> Result<()> {
+        let (View::Cells(level), Some(renderer)) = (self.desk.view, self.session.renderer()) else {
+            self.over.of = None;
+            return Ok(());
+        };
+        let of = (self.session.version, level);
+        if self.over.of != Some(of) {
+            let pixels = cells::colours(renderer, level, self.session.exposure_stops)?;
+            self.over.show(&self.context, &mut self.painter, of, renderer.size(), &pixels)?;
+            self.window.request_redraw();
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,121 @@
+//! What is asked of the window beside its panels, and what becomes of it.
+
+use winit::window::Fullscreen;
+
+use super::Open;
+use crate::app::demo::desk::{Request, View};
+use crate::app::demo::files;
+use crate::app::demo::films::{Player, Recorder};
+use crate::app::note;
+use crate::error::Result;
+
+impl Open {
+    /// False where the window is to close.
+    pub(super) fn fulfil(&mut self, request: Request) -> Result<bool> {
+        match request {
+            Request::Quit => return Ok(false),
+            Request::Vsync => {
+                self.desk.vsync = !self.desk.vsync;
+                self.painter.set_vsync(self.desk.vsync);
+            }
+            Request::Fullscreen => {
+                let fills = self.window.fullscreen().is_some();
+                self.window.set_fullscreen((!fills).then_some(Fullscreen::Borderless(None)));
+            }
+            Request::Memory => self.say_memory(),
+            Request::Save => {
+                let saved = files::save_scene(&self.session, &self.desk.save_to);
+                self.say(saved);
+            }
+            Request::Screenshot => {
+                let saved = files::save_picture(&self.session, &self.desk.save_to);
+                self.say(saved);
+            }
+            Request::Record => self.record(),
+            Request::Play => {
+                let done = self.play_or_stop();
+                self.tolerate(done)?;
+            }
+            Request::Preset(preset) => {
+                let chosen = self.session.choose_preset(preset);
+                self.was_ready &= chosen.is_err();
+                self.tolerate(chosen)?;
+            }
+        }
+        self.window.request_redraw();
+        Ok(true)
+    }
+
+    fn record(&mut self) {
+        match self.recorder.take() {
+            None => self.recorder = Some(Recorder::begin(&self.session)),
+            Some(recorder) => {
+                let saved = recorder.end(&self.session, &self.desk.save_to);
+                self.recorded = saved.as_ref().ok().cloned().or(self.recorded.take());
+                self.say(saved.map(|path| format!("saved {}", path.display())));
+            }
+        }
+        self.desk.is_recording = self.recorder.is_some();
+    }
+
+    fn play_or_stop(&mut self) -> Result<()> {
+        match self.player.take() {
+            Some(player) => player.end(&mut self.session),
+            None => match Player::begin(&self.session, self.recorded.as_deref()) {
+                Ok((player, None)) => self.player = Some(player),
+                Ok((_, Some(scene))) => {
+                    // It plays when its light paths are traced.
+                    self.session.prepare_again(scene)?;
+                    (self.plays_when_ready, self.was_ready) = (true, false);
+                }
+                Err(error) => self.say(Err(error)),
+            },
+        }
+        self.desk.is_playing = self.player.is_some();
+        Ok(())
+    }
+
+    /// Brings a film that plays to where it is now.
+    pub(super) fn play(&mut self) -> Result<()> {
+        if self.plays_when_ready && self.was_ready {
+            self.plays_when_ready = false;
+            self.play_or_stop()?;
+        }
+        let Some(player) = &self.player else { return Ok(()) };
+        if player.advance(&mut self.session) {
+            self.window.request_redraw();
+            Ok(())
+        } else {
+            self.play_or_stop()
+        }
+    }
+
+    /// What the device has no room for is said, and what is shown besides the picture goes; other failures remain.
+    pub(super) fn tolerate(&mut self, done: Result<()>) -> Result<()> {
+        match done {
+            Err(error) if error.is_out_of_memory() => {
+                (self.desk.view, self.desk.split) = (View::Beauty, None);
+                self.session.alarm(error.to_string());
+                self.window.request_redraw();
+                Ok(())
+            }
+            done => done,
+        }
+    }
+
+    /// The device fails: the scene is saved as it was edited, beside where it would be saved, and where that is is said.
+    pub(in crate::app::demo) fn rescue(&self) {
+        if !self.session.is_edited() {
+            return;
+        }
+        note(&match files::rescue_scene(&self.session, &self.desk.save_to) {
+            Ok(path) => format!("lightpaths: the edited scene is in {}\n", path.display()),
+            Err(error) => format!("lightpaths: the edited scene is lost: {error}\n"),
+        });
+    }
+
+    /// What became of something that may fail without harm.
+    fn say(&mut self, done: Result<String>) {
+        self.session.said.push(done.unwrap_or_else(|error| error.to_string()));
+    }
+}

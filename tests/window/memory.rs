@@ -1,0 +1,115 @@
+//! A device that has no room any more, or is lost, while somebody edits.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use lightpaths::scene::{LoadOptions, Scene};
+
+use crate::demo::{Demo, Stream};
+use crate::display::Display;
+use crate::faults::Faults;
+use crate::keys;
+use crate::picture::{Area, changed_pixels};
+use crate::scenarios::{BOX, PICTURE, READY, SIDE, SOON, changed, close, device_memory, drag_light, settled};
+
+/// Where an alarm stands.
+const ALARM: Area = Area { x: 0, y: SIDE - 48, width: SIDE, height: 48 };
+/// The picture above it.
+const ABOVE: Area = Area { height: PICTURE.height - 48, ..PICTURE };
+
+fn open_in<'a>(display: &'a Display, folder: &Path, faults: &Faults) -> Demo<'a> {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
+    command.arg("demo").args(BOX).current_dir(folder);
+    faults.afflict(&mut command);
+    let demo = Demo::run(Some(display), command);
+    demo.wait_for_line("lightpaths: ready", READY);
+    demo.client();
+    demo
+}
+
+fn load(file: &Path) -> Scene {
+    Scene::load(file.to_str().unwrap(), &LoadOptions::default()).unwrap()
+}
+
+#[test]
+fn an_edit_that_does_not_fit_is_taken_back_and_said() {
+    let (display, folder, faults) = (Display::start(), tempfile::tempdir().unwrap(), Faults::new());
+    let demo = open_in(&display, folder.path(), &faults);
+    let start = settled(&demo);
+    drag_light(&demo);
+    let before = changed(&demo, &start);
+    // Another light needs a row, layers and clusters of its own.
+    faults.strike(&demo, "vkCreateBuffer:1:VK_ERROR_OUT_OF_DEVICE_MEMORY", || {
+        demo.client().tap(&[], keys::of('l'));
+    });
+    let after = settled(&demo);
+    assert_eq!(changed_pixels(&before, &after, ABOVE, 0), 0, "what was shown before");
+    assert!(changed_pixels(&before, &after, ALARM, 8) > 300, "a line says why");
+
+    // It can be saved, with what was done before.
+    demo.client().tap(&[keys::CONTROL], keys::of('s'));
+    let file = folder.path().join("box-edited.toml");
+    let saved = crate::until("saved scene", SOON, || file.exists().then(|| load(&file)));
+    let scene = Scene::load("box", &LoadOptions::default()).unwrap();
+    assert_eq!(saved.lights.len(), 1, "no second light");
+    assert_ne!(saved.lights[0].kind, scene.lights[0].kind, "the light was dragged");
+
+    // The light that did not fit is no step: what is taken back is the drag.
+    faults.set("");
+    demo.client().tap(&[keys::CONTROL], keys::of('z'));
+    let undone = changed(&demo, &after);
+    assert_eq!(changed_pixels(&start, &undone, ABOVE, 0), 0, "undone");
+    // When there is room again, it fits.
+    demo.client().tap(&[], keys::of('l'));
+    changed(&demo, &undone);
+    close(&demo);
+}
+
+#[test]
+fn a_size_that_does_not_fit_leaves_the_picture_as_it_is() {
+    const LARGE: (u32, u32) = (1500, 900);
+    let (display, folder, faults) = (Display::start(), tempfile::tempdir().unwrap(), Faults::new());
+    let demo = open_in(&display, folder.path(), &faults);
+    // Panels take memory of their own.
+    demo.client().tap(&[], keys::of('p'));
+    demo.client().resize((SIDE, SIDE));
+    demo.assert_presents(SOON);
+    let before = settled(&demo);
+    let memory = device_memory(&demo);
+    faults.strike(&demo, "vkAllocateMemory:1:VK_ERROR_OUT_OF_DEVICE_MEMORY", || demo.client().resize(LARGE));
+    demo.assert_presents(SOON);
+    demo.wait_until_still(None, SOON);
+    assert_eq!(device_memory(&demo), memory, "the picture has kept its size");
+    demo.client().resize((SIDE, SIDE));
+    demo.assert_presents(SOON);
+    let after = settled(&demo);
+    assert_eq!(changed_pixels(&before, &after, ABOVE, 0), 0, "as before");
+    // It is tried again.
+    demo.client().resize(LARGE);
+    demo.assert_presents(SOON);
+    demo.wait_until_still(None, SOON);
+    assert!(device_memory(&demo) > memory, "now it fits");
+    close(&demo);
+}
+
+#[test]
+fn a_lost_device_leaves_the_edited_scene_behind() {
+    let (display, folder, faults) = (Display::start(), tempfile::tempdir().unwrap(), Faults::new());
+    let demo = open_in(&display, folder.path(), &faults);
+    let before = settled(&demo);
+    drag_light(&demo);
+    changed(&demo, &before);
+    faults.strike(&demo, "vkQueueSubmit2KHR:1+:VK_ERROR_DEVICE_LOST", || {
+        demo.client().tap(&[], keys::of('2'));
+    });
+    assert_eq!(demo.exit_code(SOON), Some(4));
+    let lines = demo.lines(Stream::Err);
+    let line = lines.iter().find_map(|line| line.strip_prefix("lightpaths: the edited scene is in "));
+    let file = folder.path().join(PathBuf::from(line.unwrap_or_else(|| panic!("{lines:?}"))));
+    let scene = Scene::load("box", &LoadOptions::default()).unwrap();
+    assert_ne!(load(&file).lights[0].kind, scene.lights[0].kind, "the light was dragged");
+    assert!(
+        lines.iter().any(|line| line.contains("ERROR_DEVICE_LOST") || line.contains("device has been lost")),
+        "{lines:?}"
+    );
+}

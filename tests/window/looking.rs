@@ -73,6 +73,13 @@ fn monte_carlo_stands_right_of_the_wipe_and_ours_left() {
     tap(&demo, 'm');
     let back = changed(&demo, &both);
     assert_eq!(changed_pixels(&ours, &back, PICTURE, 0), 0);
+    // On again while the samples of before are under way.
+    for _ in 0..3 {
+        tap(&demo, 'm');
+    }
+    let again = demo.wait_for_change(&back, right, READY);
+    let differs = mean_difference(&ours, &again, right);
+    assert!(differs > 0.5 && differs < 40.0, "the same light, and noise: {differs}");
     close(&demo);
 }
 

@@ -68,8 +68,9 @@ impl Reference {
         let work = move || {
             if let Err(error) = refine(&context, &ordered, &told, &wake) {
                 *told.found.lock().expect("no holder panics") = Err(error);
-                wake();
             }
+            // To be let go of.
+            wake();
         };
         let worker = std::thread::Builder::new().name("Monte Carlo".into()).spawn(work);
         let worker = worker.map_err(|error| Error::Usage(format!("no thread for Monte Carlo: {error}")))?;
@@ -114,10 +115,23 @@ impl Reference {
     }
 }
 
-impl Drop for Reference {
-    fn drop(&mut self) {
+impl Reference {
+    /// Tells the thread to end, which it does when the samples under way are done.
+    pub(super) fn stop(&mut self) {
         self.shared.is_cancelled.store(true, Ordering::Relaxed);
-        drop(self.orders.take());
+        self.orders = None;
+    }
+
+    /// Whether it has ended: nobody who lets go of it has to wait.
+    pub(super) fn has_ended(&self) -> bool {
+        self.worker.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+}
+
+impl Drop for Reference {
+    /// The thread uses the device, which must not go before it.
+    fn drop(&mut self) {
+        self.stop();
         if let Some(worker) = self.worker.take() {
             let _ = worker.join();
         }

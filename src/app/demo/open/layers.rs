@@ -1,6 +1,6 @@
 //! What is shown beside and over the picture.
 
-use super::Open;
+use super::{Open, RETRY};
 use crate::app::demo::cells;
 use crate::app::demo::desk::View;
 use crate::app::demo::reference::Reference;
@@ -11,11 +11,21 @@ use crate::renderer::Layer;
 impl Open {
     /// Monte Carlo, where it is to be seen: for what is shown, and the newest picture of it.
     pub(super) fn follow_reference(&mut self) -> Result<()> {
+        self.leaving.take_if(|leaving| leaving.has_ended());
         if self.desk.split.is_none() {
-            (self.reference, self.beside.of, self.desk.verdict) = (None, None, None);
+            (self.beside.of, self.desk.verdict) = (None, None);
+            if let Some(mut reference) = self.reference.take() {
+                reference.stop();
+                self.leaving = Some(reference);
+            }
             return Ok(());
         }
         if self.session.renderer().is_none() {
+            return Ok(());
+        }
+        if self.leaving.is_some() {
+            // One at a time: both may not fit the device.
+            self.panels.egui_ctx().request_repaint_after(RETRY);
             return Ok(());
         }
         if self.reference.is_none() {

@@ -54,6 +54,8 @@ pub(super) struct Open {
     /// Monte Carlo.
     beside: Layered<()>,
     reference: Option<Reference>,
+    /// One that was told to end and does its last samples.
+    leaving: Option<Reference>,
     player: Option<Player>,
     /// A film begins when the light paths are traced.
     plays_when_ready: bool,
@@ -122,6 +124,7 @@ impl Open {
             over: Layered::new(),
             beside: Layered::new(),
             reference: None,
+            leaving: None,
             player: None,
             plays_when_ready: false,
             recorder: None,

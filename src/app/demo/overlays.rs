@@ -37,6 +37,8 @@ struct Lines {
     rays: Vec<[Vec3; 2]>,
     /// Those that left the scene.
     lost: Vec<[Vec3; 2]>,
+    /// Cache points that the pixel reads.
+    records: Vec<CachePoint>,
     path: Vec<Vec3>,
 }
 
@@ -102,7 +104,7 @@ impl Overlays {
         Ok(())
     }
 
-    /// Gather rays of the nearest cache point, and the light path of the nearest entry point.
+    /// Gather rays of the nearest cache point, the discs of those that the pixel reads, and the light path of the nearest entry point.
     fn rays(
         &mut self,
         painter: &Painter,
@@ -124,6 +126,11 @@ impl Overlays {
                     }
                 }
             }
+            if let Some((seen, _)) = lens.project(place.position) {
+                let points: Vec<CachePoint> = renderer.stages().cache_points.read()?;
+                let records = renderer.records_at(lens.pixel(seen, renderer.size()))?;
+                self.lines.records = records.iter().map(|found| points[found.record as usize]).collect();
+            }
             if let Some(entry) = renderer.entry_point_near(place.position)? {
                 let path = renderer.light_path_of(entry)?;
                 self.lines.path = path.iter().map(|point| point.position).collect();
@@ -136,6 +143,7 @@ impl Overlays {
         };
         self.lines.lost.iter().for_each(|ray| line(*ray, 1.0, PALETTE[4].gamma_multiply(0.6)));
         self.lines.rays.iter().for_each(|ray| line(*ray, 1.0, PALETTE[0].gamma_multiply(0.8)));
+        self.lines.records.iter().for_each(|point| ring(painter, lens, point));
         for ends in self.lines.path.windows(2) {
             line([ends[0], ends[1]], 3.0, PALETTE[1]);
         }

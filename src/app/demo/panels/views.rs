@@ -26,6 +26,9 @@ pub(super) fn views(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
     if let View::Cells(level) = &mut desk.view {
         let levels = session.renderer().map_or(1, crate::renderer::Renderer::hvds_level_count);
         row(ui, "Level", |ui| ui.add(Slider::new(level, 0..=levels.saturating_sub(1))));
+        if let Some(renderer) = session.renderer() {
+            ui.small(format!("Cells of {:.3} m", renderer.hvds_cell_size_m(*level)));
+        }
     }
     if desk.view == View::Inspect && desk.place.is_none() {
         ui.small(

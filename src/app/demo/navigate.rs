@@ -160,12 +160,13 @@ fn place(camera: &mut Camera, position: DVec3, ahead: DVec3) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::handles::Lens;
     use super::*;
     use crate::cpu::sampling::sample_3d;
 
-    fn camera() -> Camera {
+    /// Some camera.
+    pub(in crate::app::demo) fn camera() -> Camera {
         Camera {
             name: "camera".into(),
             position: Vec3::new(3.0, 2.0, 5.0),

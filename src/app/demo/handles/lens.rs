@@ -89,17 +89,12 @@ impl Lens {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::app::demo::navigate;
     use crate::cpu::sampling::sample_3d;
 
+    /// One that leans, for a picture twice as wide as high.
     fn camera() -> Camera {
-        Camera {
-            name: "camera".into(),
-            position: Vec3::new(3.0, 2.0, 5.0),
-            target: Vec3::new(0.5, 1.0, -1.0),
-            up: Vec3::new(0.1, 2.0, 0.3),
-            fov_y_degrees: 50.0,
-            size: [1200, 600],
-        }
+        Camera { up: Vec3::new(0.1, 2.0, 0.3), size: [1200, 600], ..navigate::tests::camera() }
     }
 
     const MIN: Vec2 = Vec2::new(30.0, 50.0);

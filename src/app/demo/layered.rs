@@ -36,9 +36,11 @@ impl<Of> Layered<Of> {
             Some(picture) => picture,
             None => painter.add_picture(size)?,
         };
+        // It is there even if what follows fails.
+        self.picture = Some(picture);
         painter.resize_picture(picture, size)?;
         painter.show(picture, &Buffer::from_slice(context, "picture from the host", pixels)?);
-        (self.picture, self.of) = (Some(picture), Some(of));
+        self.of = Some(of);
         Ok(())
     }
 }

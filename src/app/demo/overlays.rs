@@ -97,7 +97,7 @@ impl Overlays {
             let dot = Rect::from_center_size(pos2(seen.x, seen.y), egui::vec2(2.0, 2.0));
             dots.add_colored_rect(dot, PALETTE[3]);
             if pointer.is_some_and(|pointer| pointer.distance(seen) < NEAR) {
-                ring(painter, lens, point);
+                ring(painter, lens, point, PALETTE[0]);
             }
         }
         painter.add(Drawn::mesh(dots));
@@ -143,7 +143,7 @@ impl Overlays {
         };
         self.lines.lost.iter().for_each(|ray| line(*ray, 1.0, PALETTE[4].gamma_multiply(0.6)));
         self.lines.rays.iter().for_each(|ray| line(*ray, 1.0, PALETTE[0].gamma_multiply(0.8)));
-        self.lines.records.iter().for_each(|point| ring(painter, lens, point));
+        self.lines.records.iter().for_each(|point| ring(painter, lens, point, PALETTE[3]));
         for ends in self.lines.path.windows(2) {
             line([ends[0], ends[1]], 3.0, PALETTE[1]);
         }
@@ -157,7 +157,7 @@ impl Overlays {
 }
 
 /// The disc for which a cache point speaks.
-fn ring(painter: &Painter, lens: Lens, point: &CachePoint) {
+fn ring(painter: &Painter, lens: Lens, point: &CachePoint, colour: Color32) {
     let (right, up) = point.normal.any_orthonormal_pair();
     let corner = |step: usize| {
         let (sin, cos) = (std::f32::consts::TAU * step as f32 / CIRCLE as f32).sin_cos();
@@ -165,7 +165,7 @@ fn ring(painter: &Painter, lens: Lens, point: &CachePoint) {
     };
     for step in 0..CIRCLE {
         if let Some(ends) = lens.segment(corner(step), corner(step + 1)) {
-            painter.line_segment(ends.map(pos), Stroke::new(1.0, PALETTE[0]));
+            painter.line_segment(ends.map(pos), Stroke::new(1.0, colour));
         }
     }
 }

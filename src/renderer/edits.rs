@@ -179,6 +179,7 @@ impl Renderer {
             Work::Everything => {
                 self.changes = Changes { room: self.changes.room, ..Changes::ALL };
                 (0..self.scene.lights.len()).for_each(|light| self.lights.moved(light));
+                self.lights.view_changed();
             }
             Work::Light(light) => self.lights.moved(light),
             Work::Colour if self.lights.shining_sources().count() == 1 => self.changes.tint = true,

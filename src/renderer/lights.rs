@@ -57,6 +57,8 @@ pub(super) struct Lights {
     point_count: u32,
     cluster_count: u32,
     gloss: Option<GlossRoom>,
+    /// Tiles of the pixels are those of the camera as it is.
+    pub(super) has_batches: bool,
     /// Lights that are off and points that face away are traced, too, to no effect.
     pub(super) traces_all: bool,
 }
@@ -118,6 +120,7 @@ impl Lights {
             point_count,
             cluster_count,
             gloss,
+            has_batches: false,
             traces_all: false,
         };
         for _ in lights {
@@ -165,6 +168,7 @@ impl Lights {
     /// The camera sees other points.
     pub(super) fn view_changed(&mut self) {
         self.rows.iter_mut().for_each(|rows| rows.has_layer = false);
+        self.has_batches = false;
         self.lobes_changed();
     }
 
@@ -207,6 +211,7 @@ impl Lights {
             if self.traces_all || shines(source) {
                 (rows.has_factors, rows.has_layer, rows.has_clusters) = (true, true, true);
                 (rows.has_hits, rows.has_highlights) = (true, true);
+                self.has_batches = true;
             }
         }
     }

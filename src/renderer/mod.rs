@@ -235,8 +235,6 @@ impl Renderer {
         if stages.view {
             self.primary.record(rec, &self.buffers, &self.view);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            self.direct.record_batches(rec, &self.buffers, pixels);
-            rec.barrier(COMPUTE_TO_COMPUTE);
             self.antialias.record(rec, &self.buffers, &self.view, pixels);
             rec.barrier(COMPUTE_TO_INDIRECT);
             if self.buffers.textures.are_used {
@@ -375,6 +373,10 @@ impl Renderer {
     /// The layers of the lights that have none.
     fn record_layers(&self, rec: &mut Recorder) {
         let (lights, pixels) = (self.lights.without_layer(), &self.primary.pixels);
+        if !self.lights.has_batches {
+            self.direct.record_batches(rec, &self.buffers, pixels);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+        }
         let mut pass = rec.pass(Direct::STEM);
         for (place, &(light, layer)) in lights.iter().enumerate() {
             if place > 0 {

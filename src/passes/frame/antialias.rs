@@ -263,18 +263,6 @@ impl Antialias {
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch_indirect(
-            &self.slots,
-            self.pixel_groups(),
-            &self.list_push(),
-            &[
-                ("Surfaces", &scene.surfaces),
-                ("EdgeOffsets", &self.offsets),
-                ("EdgeSamples", &self.edge_samples),
-                ("EdgeSlots", &self.edge_slots),
-            ],
-        );
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        pass.dispatch_indirect(
             &self.batches,
             (&self.edge_groups, BATCH_GROUPS),
             &EdgeSamplesPush { view: *view, room: self.room },
@@ -286,6 +274,18 @@ impl Antialias {
                 ("EdgePixels", &self.edge_pixels),
                 ("EdgeSamples", &self.edge_samples),
                 ("PointBatches", &self.shafts.batches),
+            ],
+        );
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.dispatch_indirect(
+            &self.slots,
+            self.pixel_groups(),
+            &self.list_push(),
+            &[
+                ("Surfaces", &scene.surfaces),
+                ("EdgeOffsets", &self.offsets),
+                ("EdgeSamples", &self.edge_samples),
+                ("EdgeSlots", &self.edge_slots),
             ],
         );
     }

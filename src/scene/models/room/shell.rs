@@ -140,6 +140,6 @@ fn doorway(site: &mut Site) {
     }
     let door = Door { width: width - 0.02, height: DOOR_HEIGHT - 0.02, panels: [2, 3] };
     let door = leaf(site.detail, door).bend(|p| dvec3(p.x + 0.5 * width, p.y + 0.012, 0.6 * p.z)).smooth();
-    let hinge = at(HALF[0] - 0.07, 0.0, DOORWAY[1] + 0.03) * turn(-81.0);
+    let hinge = at(HALF[0] - 0.07, 0.0, DOORWAY[1] + 0.03) * turn(-99.0);
     site.model.place(&door, &hinge, site.finishes.woodwork);
 }

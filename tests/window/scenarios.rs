@@ -337,13 +337,15 @@ fn a_monkey_does_no_harm() {
     // What is allocated once, when it is first used, is allocated after a while.
     let mut memory = [0.25, 0.75].map(|share| {
         monkey.run(share * seconds);
-        demo.client().resize((SIDE, SIDE));
-        demo.assert_presents(SOON);
-        // Some lists are as long as what the camera sees asks for.
+        // Some lists are as long as what the camera has seen asked for, until the picture takes another size.
         demo.client().tap(&[], keys::of('1'));
         demo.client().tap(&[], keys::HOME);
-        // The picture takes its size a while after the window.
-        settled(&demo);
+        for width in [SIDE + 64, SIDE] {
+            demo.client().resize((width, SIDE));
+            demo.assert_presents(SOON);
+            // The picture takes its size a while after the window.
+            settled(&demo);
+        }
         device_memory(&demo)
     });
     memory[0] += memory[0] / 50;

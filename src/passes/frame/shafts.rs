@@ -1,4 +1,4 @@
-//! Shafts: what may stand between a light and a batch of points that lie close together. [Haines] In: batches of points, a light.
+//! Shafts: what may stand between a light and a batch of points that lie close together. [Haines 1991] In: batches of points, a light.
 //! Out: for each batch the few nodes and triangles that its shadow rays start from. Most of a scene is lit, or hidden by little of
 //! it: then a handful of triangles is tried, or nothing at all, where each ray would walk down the tree.
 

@@ -7,7 +7,9 @@
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
-use crate::layout::{GpuStruct, Layout, gpu_struct};
+pub use crate::passes::frame::edges::{
+    EdgeLightPush, EdgeListPush, EdgeMarkPush, EdgeRoom, EdgeSample, EdgeSamplesPush, EdgeSlot, LAYOUTS,
+};
 use crate::passes::frame::{
     light_sum::GROUP_VALUES,
     prefix_sum::PrefixSum,
@@ -16,98 +18,6 @@ use crate::passes::frame::{
 use crate::passes::{LightKernel, OneLight, SceneBuffers};
 use crate::types::View;
 use std::sync::Arc;
-
-gpu_struct! {
-    /// What a sample of an edge pixel sees. Where, follows from its number and the side.
-    pub struct EdgeSample {
-        /// As in `PixelSurface`; `NO_SIDE` where none of its points met a surface.
-        pub side: u32,
-        /// Bits 0-2: which of its points it shows; 3-6: eighths of them that met a surface; 7-10: place of the pixel whose indirect
-        /// light it takes among the nine around, row by row; 11-12: its slot.
-        pub what: u32,
-    }
-}
-
-gpu_struct! {
-    /// What some samples of an edge pixel have in common.
-    pub struct EdgeSlot {
-        /// Side of the first of them; `NO_SIDE`: nobody's, as all slots of the pixel behind it.
-        pub side: u32,
-        /// Bits 0-3: place of the pixel whose indirect light they take; from bit 4: their eighths, summed.
-        pub what: u32,
-    }
-}
-
-gpu_struct! {
-    /// How much room there is.
-    pub struct EdgeRoom {
-        /// Samples of a pixel at most; zero turns antialiasing off.
-        pub most_samples: u32,
-        /// Samples in all; with more edges than that, each gets fewer.
-        pub samples: u32,
-        /// Slots in all; likewise.
-        pub slots: u32,
-    }
-}
-
-gpu_struct! {
-    /// Push constants of `edge_mark` and `shadow_mark`.
-    pub struct EdgeMarkPush {
-        /// Pixels.
-        pub width: u32,
-        /// Pixels.
-        pub height: u32,
-    }
-}
-
-gpu_struct! {
-    /// Push constants of `edge_list`, `edge_slots` and `edge_sums`.
-    pub struct EdgeListPush {
-        /// Pixels.
-        pub pixel_count: u32,
-        /// For samples.
-        pub room: EdgeRoom,
-    }
-}
-
-gpu_struct! {
-    /// Push constants of `edge_samples` and `edge_batches`.
-    pub struct EdgeSamplesPush {
-        /// The camera.
-        pub view: View,
-        /// For samples.
-        pub room: EdgeRoom,
-    }
-}
-
-gpu_struct! {
-    /// Push constants of `edge_direct` and `shadow_edges`.
-    pub struct EdgeLightPush {
-        /// The camera.
-        pub view: View,
-        /// For samples.
-        pub room: EdgeRoom,
-        /// Which light.
-        pub light: u32,
-        /// First point sample of the light.
-        pub first_sample: u32,
-        /// Behind the last.
-        pub end_sample: u32,
-        /// 1: rays are traced although they cannot bring light.
-        pub traces_all: u32,
-    }
-}
-
-/// What this pass shares with its shaders.
-pub const LAYOUTS: &[Layout] = &[
-    EdgeSample::LAYOUT,
-    EdgeSlot::LAYOUT,
-    EdgeRoom::LAYOUT,
-    EdgeMarkPush::LAYOUT,
-    EdgeListPush::LAYOUT,
-    EdgeSamplesPush::LAYOUT,
-    EdgeLightPush::LAYOUT,
-];
 
 /// Cosine below which the normals of neighbouring pixels make an edge: 25°, more than curved models turn in a pixel.
 pub const CREASE: f32 = 0.9;

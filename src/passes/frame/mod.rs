@@ -5,6 +5,7 @@ pub mod blend;
 pub mod cluster_views;
 pub mod compose;
 pub mod direct;
+pub mod edges;
 pub mod form_factors;
 pub mod gather;
 pub mod gloss;

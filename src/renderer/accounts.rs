@@ -2,6 +2,7 @@
 
 use super::Renderer;
 use crate::cpu::antialias::{samples_per_edge, slots_per_edge};
+use crate::error::Result;
 use crate::gpu::{Buffer, PassTiming};
 use crate::passes::OneLight;
 use crate::passes::frame::{
@@ -27,7 +28,10 @@ type Account = BTreeMap<&'static str, u64>;
 impl Renderer {
     /// Bytes and rays of the passes that ran. Bytes count every stored input and output once, whatever the caches do; what
     /// a traced ray reads of the scene is not counted, its pass is judged by rays per second.
-    pub(super) fn accounts(&self, passes: &[PassTiming]) -> (Account, Account) {
+    ///
+    /// # Errors
+    /// The device failed.
+    pub(super) fn accounts(&self, passes: &[PassTiming]) -> Result<(Account, Account)> {
         let pixels = u64::from(self.size()[0]) * u64::from(self.size()[1]);
         let paths = u64::from(self.form_factors.point_count());
         let lights = self.lights.layers().len() as u64;
@@ -38,14 +42,21 @@ impl Renderer {
         let (due_layers, layer_rays) = due(self.lights.without_layer());
         let (due_factors, factor_rays) = due(self.lights.without_factors());
         let EdgeRoom { most_samples, samples, slots } = self.antialias.room;
-        let per_edge = [
-            samples_per_edge(self.edge_count, most_samples, [samples, slots]),
-            slots_per_edge(self.edge_count, slots),
-        ];
+        let room = [samples, slots];
+        let per_edge =
+            [samples_per_edge(self.edge_count, most_samples, room), slots_per_edge(self.edge_count, slots)];
         let [sample_count, slot_count] = per_edge.map(|count| u64::from(count) * u64::from(self.edge_count));
         let edge_samples = sample_count * size_of::<EdgeSample>() as u64;
         let slots = slot_count * size_of::<EdgeSlot>() as u64;
         let points = pixels + slot_count;
+        // A light is asked for at all samples of edges, and at those of the pixels that its shadows' edges cross.
+        let mut edge_rays = 0;
+        for (light, _) in self.lights.without_layer() {
+            let crossed = Antialias::counted(self.lights.shadow_groups(light))?;
+            let of_crossed = samples_per_edge(crossed, most_samples, room);
+            edge_rays +=
+                u64::from(light.samples) * (sample_count + u64::from(of_crossed) * u64::from(crossed));
+        }
         let records = self.gather.records.bytes();
         // Passes of one name share an account: of records gathered ahead of the others, again in narrow gaps, and the others, the mean.
         let gathers = passes.iter().filter(|pass| pass.name == Gather::STEM).count();
@@ -97,11 +108,13 @@ impl Renderer {
             let traced = match pass.name {
                 Primary::STEM => pixels,
                 Direct::STEM => layer_rays * pixels,
+                Antialias::STEM => sample_count,
+                Antialias::SHADOW_STEM => edge_rays,
                 FormFactors::STEM => factor_rays * paths,
                 _ => continue,
             };
             rays.insert(pass.name, traced);
         }
-        (bytes, rays)
+        Ok((bytes, rays))
     }
 }

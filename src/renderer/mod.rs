@@ -222,7 +222,7 @@ impl Renderer {
         }
         let gathered = self.needs.settle(stages, gathering)?;
         let columns = Columns::of(&passes);
-        let (bytes, rays) = self.accounts(&passes);
+        let (bytes, rays) = self.accounts(&passes)?;
         let lights_unchanged = self.lights.unchanged();
         self.lights.settle();
         self.changes = Changes::default();

@@ -1,9 +1,12 @@
 //! `lightpaths time`: the paper's tables on this machine.
 
 mod bandwidth;
+mod floors;
+mod host_rays;
 pub(super) mod lights;
 pub(super) mod measure;
 mod paper;
+mod ray_rates;
 mod report;
 mod tables;
 mod verify;
@@ -21,6 +24,7 @@ use crate::renderer::{Layer, Statistics};
 use crate::scene::{Scene, builtin};
 use lights::Relit;
 use measure::Measurement;
+use ray_rates::RayRates;
 use verify::Energy;
 
 /// Time frames after each kind of edit and set them beside the paper's: its tables 1, 2 and 3
@@ -61,6 +65,7 @@ struct Timed {
     statistics: Statistics,
     measurement: Measurement,
     energy: Energy,
+    rays: RayRates,
     /// By number of lights.
     relit: BTreeMap<u32, Relit>,
 }
@@ -124,10 +129,12 @@ fn time_scene(
     let mut renderer = device_args.renderer(&context, scene)?;
     renderer.set_skipping(!no_skip);
     renderer.frame()?;
-    let energy = verify::energy(traced, &renderer.layer(Layer::Beauty)?, device_args)?;
+    let energy = verify::energy(traced.clone(), &renderer.layer(Layer::Beauty)?, device_args)?;
     if !energy.agrees() {
         return Ok(Err(energy));
     }
+    // On a context of its own: the peak of memory is the renderer's.
+    let rays = ray_rates::measure(&device_args.open()?, traced)?;
     let measurement = measure::measure(&mut renderer, frames)?;
     if !measurement.settled {
         device_args.warn(&format!("{name}: times had not settled after warm-up; pass more --frames"));
@@ -135,5 +142,5 @@ fn time_scene(
     let (size, statistics) = (renderer.size(), renderer.statistics()?);
     let relit = lights::measure(&mut renderer, light_counts, frames, context.is_cpu())?;
     device_args.report_validation(&context);
-    Ok(Ok(Timed { name, triangles, lights, size, statistics, measurement, energy, relit }))
+    Ok(Ok(Timed { name, triangles, lights, size, statistics, measurement, energy, rays, relit }))
 }

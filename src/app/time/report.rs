@@ -6,8 +6,10 @@ use std::fmt::Write;
 use serde_json::{Map, Value, json};
 
 use super::Timed;
+use super::floors::Limits;
 use super::measure::{PassSummary, STAGES, Summary};
 use super::paper::{self, COLUMNS, LIGHT_COUNTS};
+use super::ray_rates::Rates;
 use crate::gpu::Context;
 
 /// The lines above all tables.
@@ -23,6 +25,7 @@ pub(super) fn table(timed: &Timed, copy_gbps: Option<f64>) -> String {
     let mut text = format!("\n{name}: {triangles} triangles, {width}x{height}, energy {energy}\n\n");
     columns(&mut text, timed);
     precompute(&mut text, timed);
+    rays(&mut text, timed);
     passes(&mut text, timed, copy_gbps);
     counts(&mut text, timed);
     text
@@ -91,8 +94,26 @@ fn precompute(text: &mut String, timed: &Timed) {
     );
 }
 
+/// Rays a second through the scene.
+fn rays(text: &mut String, timed: &Timed) {
+    let head = ["camera", "reflected", "to light", "pairs"].map(|head| format!("{head:>11}")).concat();
+    line(text, format_args!("{:<16}{head}", "Mrays/s"));
+    let mut row = |label: &str, rates: &Rates| {
+        let rates =
+            [rates.closest_coherent, rates.closest_incoherent, rates.any_coherent, rates.any_incoherent];
+        let cells = rates.map(|rate| rate.map_or("-".to_owned(), |rate| format!("{rate:.2}")));
+        line(text, format_args!("{label:<16}{}", cells.map(|cell| format!("{cell:>11}")).concat()));
+    };
+    row("device", &timed.rays.device);
+    if let Some(host) = &timed.rays.host {
+        row("obvhs, same CPU", host);
+    }
+    line(text, format_args!(""));
+}
+
 fn passes(text: &mut String, timed: &Timed, copy_gbps: Option<f64>) {
-    let head = ["ms", "p10", "p90", "MB", "GB/s", "of copy", "Mrays/s"];
+    let limits = Limits { copy_gbps, rays: &timed.rays };
+    let head = ["ms", "p10", "p90", "MB", "GB/s", "of copy", "Mrays/s", "floor ms", "of floor"];
     let head: String = head.iter().map(|head| format!("{head:>9}")).collect();
     line(text, format_args!("{:<16}{head}", "pass"));
     let or_dash = |value: Option<f64>, unit: &str| {
@@ -102,7 +123,7 @@ fn passes(text: &mut String, timed: &Timed, copy_gbps: Option<f64>) {
         line(
             text,
             format_args!(
-                "{:<16}{:>9}{:>9}{:>9}{:>9.1}{}{}{}{}",
+                "{:<16}{:>9}{:>9}{:>9}{:>9.1}{}{}{}{:>9}{}{}",
                 pass.name,
                 milliseconds(pass.ms.median),
                 milliseconds(pass.ms.p10),
@@ -111,10 +132,20 @@ fn passes(text: &mut String, timed: &Timed, copy_gbps: Option<f64>) {
                 or_dash(pass.gbps(), ""),
                 or_dash(share_of_copy(pass, copy_gbps).map(|share| 100.0 * share), " %"),
                 or_dash(pass.mrays_per_s(), ""),
+                limits.floor_ms(pass).map_or("-".to_owned(), milliseconds),
+                or_dash(limits.share(pass).map(|share| 100.0 * share), " %"),
                 if pass.overlapped { "  overlapped" } else { "" },
             ),
         );
     }
+    let [floors, known] = limits.sums_ms(&timed.measurement.passes);
+    let share = ratio(100.0 * floors, known).map_or(String::new(), |share| format!(" ({share:.1} %)"));
+    let of_which = format!(
+        "sum of floors {} ms, of {} ms that these passes take{share}",
+        milliseconds(floors),
+        milliseconds(known)
+    );
+    line(text, format_args!("{of_which}"));
     let [device, wall] =
         [timed.measurement.columns[STAGES], timed.measurement.wall[0]].map(|whole| whole.median);
     line(text, format_args!("{:<16}{:>9}", "outside passes", milliseconds(wall - device)));
@@ -149,11 +180,13 @@ fn scene_json(timed: &Timed, copy_gbps: Option<f64>) -> Value {
     let spread_ms: BTreeMap<&str, &Summary> = named().map(|(name, summary)| (*name, summary)).collect();
     let wall_ms: BTreeMap<&str, &Summary> =
         COLUMNS[STAGES..].iter().copied().zip(&timed.measurement.wall).collect();
+    let limits = Limits { copy_gbps, rays: &timed.rays };
+    let [floors_ms, floored_ms] = limits.sums_ms(&timed.measurement.passes);
     let passes = timed.measurement.passes.iter().map(|pass| {
         json!({
             "name": pass.name, "ms": pass.ms.median, "spread_ms": pass.ms, "overlapped": pass.overlapped,
             "bytes": pass.bytes, "gbps": pass.gbps(), "share_of_copy": share_of_copy(pass, copy_gbps),
-            "mrays_per_s": pass.mrays_per_s(),
+            "mrays_per_s": pass.mrays_per_s(), "floor_ms": limits.floor_ms(pass), "share_of_floor": limits.share(pass),
         })
     });
     // Light counts that were not timed stay in the document, as null.
@@ -183,6 +216,9 @@ fn scene_json(timed: &Timed, copy_gbps: Option<f64>) -> Value {
         "by_lights": relit.collect::<Map<String, Value>>(),
         "scene_lights": timed.lights,
         "energy": timed.energy,
+        "mrays_per_s": timed.rays,
+        "floors_ms": floors_ms,
+        "floored_ms": floored_ms,
         "passes": passes.collect::<Vec<_>>(),
         "skipped": statistics.skipped,
         "counts": statistics.counts,

@@ -49,7 +49,7 @@ impl Rays {
     /// The name that shader, twin and timing share.
     pub const STEM: &str = "rays";
     /// Rays of one dispatch at most.
-    const LIMIT: u32 = 1 << 18;
+    pub const LIMIT: u32 = 1 << 18;
 
     /// Makes the pipeline that finds closest hits.
     ///
@@ -85,23 +85,49 @@ impl Rays {
             let (first, count) = (first as usize, count as usize);
             asked.write(&queries[first..first + count])?;
             let push = RaysPush { ray_count: count as u32 };
-            let ((), timings) = self.context.run(|rec| {
-                rec.pass(Self::STEM).dispatch(
-                    &self.pipeline,
-                    [push.ray_count, 1, 1],
-                    &push,
-                    &[
-                        ("Nodes", &scene.nodes),
-                        ("Triangles", &scene.triangles),
-                        ("Surfaces", &scene.surfaces),
-                        ("Queries", &asked),
-                        ("Answers", &answered),
-                    ],
-                );
-            })?;
+            let ms = self.dispatch(scene, &asked, &answered, push)?;
             answers.extend(answered.read_range::<RayAnswer>(0, count)?);
-            Ok(timings[0].ms)
+            Ok(ms)
         })?;
         Ok(answers)
+    }
+
+    /// Traces rays so often, after once without watching the clock: device time of each, milliseconds. Not more than one dispatch of rays, those
+    /// after [`Self::LIMIT`] are left out.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn time(&self, scene: &SceneBuffers, queries: &[RayQuery], repeats: usize) -> Result<Vec<f64>> {
+        let queries = &queries[..queries.len().min(Self::LIMIT as usize)];
+        let asked = Buffer::from_slice(&self.context, "ray queries", queries)?;
+        let answered = Buffer::storage(&self.context, "ray answers", queries.len().max(1) as u64 * 8)?;
+        let push = RaysPush { ray_count: queries.len() as u32 };
+        self.dispatch(scene, &asked, &answered, push)?;
+        (0..repeats).map(|_| self.dispatch(scene, &asked, &answered, push)).collect()
+    }
+
+    /// Traces the rays of one dispatch. Device time, milliseconds.
+    fn dispatch(
+        &self,
+        scene: &SceneBuffers,
+        asked: &Buffer,
+        answered: &Buffer,
+        push: RaysPush,
+    ) -> Result<f64> {
+        let ((), timings) = self.context.run(|rec| {
+            rec.pass(Self::STEM).dispatch(
+                &self.pipeline,
+                [push.ray_count, 1, 1],
+                &push,
+                &[
+                    ("Nodes", &scene.nodes),
+                    ("Triangles", &scene.triangles),
+                    ("Surfaces", &scene.surfaces),
+                    ("Queries", asked),
+                    ("Answers", answered),
+                ],
+            );
+        })?;
+        Ok(timings[0].ms)
     }
 }

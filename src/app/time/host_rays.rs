@@ -1,0 +1,137 @@
+//! The same rays on this processor, by the traversal of `obvhs`: what our own is to be measured by where the device is a processor.
+
+use std::time::{Duration, Instant};
+
+use glam::Vec3A;
+use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
+use obvhs::ray::{Ray, RayHit};
+use obvhs::rt_triangle::RtTriangle;
+use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
+
+use super::measure::Summary;
+use super::ray_rates::{Rates, RaySets, mrays_per_s};
+use crate::passes::precompute::rays::RayQuery;
+use crate::scene::Triangle;
+
+/// Rays that a thread takes at a time.
+const SHARE: usize = 4096;
+
+struct Bounds(Aabb);
+
+impl Boundable for Bounds {
+    fn aabb(&self) -> Aabb {
+        self.0
+    }
+}
+
+/// A tree and its triangles in leaf order.
+struct Tree {
+    nodes: CwBvh,
+    triangles: Vec<RtTriangle>,
+}
+
+impl Tree {
+    /// Built as ours is.
+    fn new(triangles: &[Triangle]) -> Self {
+        let bounds: Vec<Bounds> =
+            triangles.iter().map(|t| Bounds(Aabb::from_points(&t.positions.map(Into::into)))).collect();
+        let params = BvhBuildParams { pre_split: false, ..BvhBuildParams::medium_build() };
+        let nodes = build_cwbvh(&bounds, params, &mut Duration::default());
+        let in_order = |&index: &u32| {
+            let [a, b, c] = triangles[index as usize].positions.map(Vec3A::from);
+            RtTriangle::new(a, b, c)
+        };
+        let triangles = nodes.primitive_indices.iter().map(in_order).collect();
+        Self { nodes, triangles }
+    }
+
+    /// Whether a ray meets anything, the closest of it.
+    fn meets_closest(&self, query: &RayQuery) -> bool {
+        let ray = Ray::new_inf(query.origin.into(), query.direction.into());
+        self.nodes.ray_traverse(ray, &mut RayHit::none(), |ray, index| self.triangles[index].intersect(ray))
+    }
+
+    /// Whether anything stands on a segment.
+    fn meets_any(&self, query: &RayQuery) -> bool {
+        let ray = Ray::new(query.origin.into(), query.direction.into(), 0.0, 1.0);
+        !self.nodes.ray_traverse_miss(ray, |ray, index| self.triangles[index].intersect(ray))
+    }
+}
+
+/// Rays a second of each kind, on all threads.
+pub(super) fn rates(triangles: &[Triangle], sets: &RaySets, repeats: usize) -> Rates {
+    let tree = Tree::new(triangles);
+    let rate = |queries: &[RayQuery], meets: &(dyn Fn(&RayQuery) -> bool + Sync)| {
+        if queries.is_empty() {
+            return None;
+        }
+        let times = (0..repeats).map(|_| {
+            let start = Instant::now();
+            std::hint::black_box(count(queries, meets));
+            start.elapsed().as_secs_f64() * 1e3
+        });
+        mrays_per_s(queries.len(), Summary::of(times).median)
+    };
+    let (closest, any) =
+        (|query: &RayQuery| tree.meets_closest(query), |query: &RayQuery| tree.meets_any(query));
+    Rates {
+        closest_coherent: rate(&sets.camera, &closest),
+        closest_incoherent: rate(&sets.reflected, &closest),
+        any_coherent: rate(&sets.shadow, &any),
+        any_incoherent: rate(&sets.pairs, &any),
+    }
+}
+
+/// How many rays meet something.
+fn count(queries: &[RayQuery], meets: &(dyn Fn(&RayQuery) -> bool + Sync)) -> usize {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let next = std::sync::atomic::AtomicUsize::new(0);
+    let work = || {
+        let mut found = 0;
+        loop {
+            let first = next.fetch_add(SHARE, std::sync::atomic::Ordering::Relaxed);
+            if first >= queries.len() {
+                return found;
+            }
+            let share = &queries[first..queries.len().min(first + SHARE)];
+            found += share.iter().filter(|query| meets(query)).count();
+        }
+    };
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+        let own = work();
+        own + workers.into_iter().map(|worker| worker.join().expect("counting cannot fail")).sum::<usize>()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::shapes;
+    use glam::Vec3;
+
+    #[test]
+    fn rays_meet_what_is_there() {
+        let scene = shapes::facing_squares(1.0, 1.0, 0.5);
+        let tree = Tree::new(&scene.triangles);
+        let (low, high) = scene.bounds();
+        let (middle, size) = (0.5 * (low + high), (high - low).length());
+        let thin = (high - low).min_position();
+        let axis = Vec3::AXES[thin];
+        // Off the diagonals, where two triangles meet.
+        let origin = middle + 0.01 * size * (Vec3::ONE - axis);
+        let query = |direction| RayQuery {
+            origin: origin + 1e-3 * size * Vec3::new(1.0, 0.3, 0.7) * (Vec3::ONE - axis),
+            direction,
+        };
+        assert!(tree.meets_closest(&query(axis)) && tree.meets_any(&query(size * axis)));
+        assert!(!tree.meets_any(&query(1e-3 * size * axis)), "the segment ends before the square");
+        let aside = RayQuery { origin: high + size * Vec3::ONE, direction: axis };
+        assert!(!tree.meets_closest(&aside));
+        // However many threads share the work.
+        let queries: Vec<_> =
+            (0..3 * SHARE + 7).map(|i| if i % 3 == 0 { aside } else { query(axis) }).collect();
+        let hits = (0..queries.len()).filter(|i| i % 3 != 0).count();
+        assert_eq!(count(&queries, &|query| tree.meets_closest(query)), hits);
+    }
+}

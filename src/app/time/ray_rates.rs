@@ -1,0 +1,144 @@
+//! How fast the device follows rays through a scene, and how fast a well-kept library does on the same processor: what the rays per second
+//! of every pass are held against.
+//!
+//! Four kinds of rays, from an explicit list in memory, so that nothing but traversal is timed. Coherent: the camera's, tile by tile, and
+//! from what they meet to a light. Incoherent: from there as a matt surface reflects, and between pairs of such places; in random order.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::host_rays;
+use super::measure::Summary;
+use crate::cpu::hemisphere::{Strata, frame};
+use crate::cpu::sampling::hash;
+use crate::error::Result;
+use crate::gpu::Context;
+use crate::passes::precompute::gather_rays::Hemisphere;
+use crate::passes::precompute::rays::{RayAnswer, RayQuery, Rays};
+use crate::reference::TracedScene;
+use crate::scene::Scene;
+use crate::types::{LIGHT_DIRECTIONAL, NO_SIDE};
+
+/// Camera rays along an axis; of each other kind there are as many as meet a surface.
+const ROW: u32 = 512;
+/// Of their tiles.
+const TILE: u32 = 8;
+const REPEATS: usize = 5;
+/// Rays keep off the surface they leave by this share of the scene's size.
+const CLEAR: f32 = 1e-5;
+/// Segments end before the surface that they lead to.
+const SHORT: f32 = 0.999;
+
+/// Rays a second, in 10⁶, of each kind; none where there are none, or the clock is too coarse to tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub(super) struct Rates {
+    /// Closest hits of the camera's rays.
+    pub(super) closest_coherent: Option<f64>,
+    /// Closest hits of rays that surfaces reflect.
+    pub(super) closest_incoherent: Option<f64>,
+    /// Any hit towards a light.
+    pub(super) any_coherent: Option<f64>,
+    /// Any hit between two surfaces.
+    pub(super) any_incoherent: Option<f64>,
+}
+
+/// What was measured in one scene.
+#[derive(Clone, Debug, serde::Serialize)]
+pub(super) struct RayRates {
+    /// The device's.
+    pub(super) device: Rates,
+    /// Where the device is this processor: the closest hits of `obvhs`, on as many threads as it has.
+    pub(super) host: Option<Rates>,
+}
+
+/// The lists of rays.
+pub(super) struct RaySets {
+    pub(super) camera: Vec<RayQuery>,
+    pub(super) reflected: Vec<RayQuery>,
+    pub(super) shadow: Vec<RayQuery>,
+    pub(super) pairs: Vec<RayQuery>,
+}
+
+/// Measures a scene, as its first camera sees it, on a context whose memory nobody reports.
+///
+/// # Errors
+/// The device lacks memory or failed.
+pub(super) fn measure(context: &Arc<Context>, scene: Scene) -> Result<RayRates> {
+    let traced = TracedScene::new(context, scene)?;
+    let [closest, any] = [Rays::new(context)?, Rays::of_segments(context)?];
+    let camera = camera_rays(&traced);
+    let answers = closest.trace(&traced.buffers, &camera)?;
+    let sets = ray_sets(&traced, camera, &answers);
+    let rate = |rays: &Rays, queries: &[RayQuery]| -> Result<Option<f64>> {
+        if queries.is_empty() {
+            return Ok(None);
+        }
+        let times = rays.time(&traced.buffers, queries, REPEATS)?;
+        Ok(mrays_per_s(queries.len(), Summary::of(times).median))
+    };
+    let device = Rates {
+        closest_coherent: rate(&closest, &sets.camera)?,
+        closest_incoherent: rate(&closest, &sets.reflected)?,
+        any_coherent: rate(&any, &sets.shadow)?,
+        any_incoherent: rate(&any, &sets.pairs)?,
+    };
+    let host = context.is_cpu().then(|| host_rays::rates(&traced.scene.triangles, &sets, REPEATS));
+    Ok(RayRates { device, host })
+}
+
+/// Rays a second, in 10⁶.
+pub(super) fn mrays_per_s(rays: usize, ms: f64) -> Option<f64> {
+    (rays > 0 && ms > 0.0).then(|| rays as f64 / (1e3 * ms))
+}
+
+/// Rays through the image in tiles, each tile row by row.
+fn camera_rays(traced: &TracedScene) -> Vec<RayQuery> {
+    let view = &traced.view;
+    let ray = |index: u32| {
+        let (tile, within) = (index / (TILE * TILE), index % (TILE * TILE));
+        let x = tile % (ROW / TILE) * TILE + within % TILE;
+        let y = tile / (ROW / TILE) * TILE + within / TILE;
+        let [across, down] = [x, y].map(|place| (place as f32 + 0.5) / ROW as f32 * 2.0 - 1.0);
+        RayQuery { origin: view.position, direction: view.forward + across * view.right - down * view.up }
+    };
+    (0..ROW * ROW).map(ray).collect()
+}
+
+/// All four lists, from what the camera's rays met.
+fn ray_sets(traced: &TracedScene, camera: Vec<RayQuery>, answers: &[RayAnswer]) -> RaySets {
+    let (low, high) = traced.scene.bounds();
+    let size = (high - low).length();
+    let [rings, sectors] = Hemisphere::new(256).constants().map(|constant| constant.1);
+    let strata = Strata { rings, sectors };
+    // Where rays leave, and the normal there.
+    let met: Vec<(Vec3, Vec3)> = camera
+        .iter()
+        .zip(answers)
+        .filter(|(_, answer)| answer.side != NO_SIDE)
+        .map(|(query, answer)| {
+            let normal = traced.surfaces[answer.side as usize / 2].normal_of(answer.side % 2 == 1);
+            (query.origin + answer.t * query.direction + CLEAR * size * normal, normal)
+        })
+        .collect();
+    let mut shuffled: Vec<u32> = (0..met.len() as u32).collect();
+    shuffled.sort_unstable_by_key(|&index| (hash(index), index));
+    let reflected = |&index: &u32| {
+        let (origin, normal) = met[index as usize];
+        let direction = frame(normal) * strata.direction(hash(index) % strata.rays(), index, 0);
+        RayQuery { origin, direction: direction.as_vec3() }
+    };
+    let between = |origin: Vec3, end: Vec3| RayQuery { origin, direction: SHORT * (end - origin) };
+    let to_light = |&(origin, _): &(Vec3, Vec3)| match traced.light_sources.first() {
+        Some(light) if light.kind == LIGHT_DIRECTIONAL => RayQuery { origin, direction: -size * light.axis },
+        Some(light) => between(origin, light.position + 0.5 * (light.edge_u + light.edge_v)),
+        None => between(origin, 0.5 * (low + high)),
+    };
+    let pair = |pair: &[u32]| between(met[pair[0] as usize].0, met[pair[1] as usize].0);
+    RaySets {
+        reflected: shuffled.iter().map(reflected).collect(),
+        shadow: met.iter().map(to_light).collect(),
+        pairs: shuffled.windows(2).map(pair).collect(),
+        camera,
+    }
+}

@@ -13,7 +13,7 @@ help:
 	@echo 'make test   all tests'
 	@echo 'make stress built-in scenes of ten million triangles (8 GB of memory)'
 	@echo 'make lint   formatting, lints, documentation, tree checks'
-	@echo 'make bench  time every built-in scene into out/time.json'
+	@echo 'make bench  times of this tree against another commit, BASE=HEAD~1, in turns'
 	@echo 'make tables the paper'"'"'s tables 1 to 3 for every built-in scene (15 minutes at most on two cores), into out/tables.json'
 	@echo 'make figures the paper'"'"'s figures 4 to 6, into out/figures (half an hour on two cores)'
 	@echo 'make film   the built-in film of the Box, into out/film (docs/films.md)'
@@ -55,10 +55,13 @@ lint:
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --no-deps
 	@scripts/check_tree.sh
 
+# What `make bench` compares with, and options of `time`, e.g. `make bench BASE=v0.1.0 BENCH='atrium --frames 9 --lights 1'`.
+BASE ?= HEAD~1
+BENCH ?= box --preset draft --frames 9 --lights 1
+
 bench:
 	@scripts/setup.sh
-	@mkdir -p out
-	$(CARGO) run --release --locked -- time --json out/time.json
+	@CARGO='$(CARGO)' scripts/bench.sh '$(BASE)' $(BENCH)
 
 tables:
 	@scripts/setup.sh

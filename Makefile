@@ -15,7 +15,7 @@ help:
 	@echo 'make lint   formatting, lints, documentation, tree checks'
 	@echo 'make bench  times of this tree against another commit, BASE=HEAD~1, in turns'
 	@echo 'make tables the paper'"'"'s tables 1 to 3 for every built-in scene (15 minutes at most on two cores), into out/tables.json'
-	@echo 'make figures the paper'"'"'s figures 4 to 6, into out/figures (half an hour on two cores)'
+	@echo 'make figures the paper'"'"'s figures 4 to 6, into out/figures (ten minutes on two cores)'
 	@echo 'make film   the built-in film of the Box, into out/film (docs/films.md)'
 	@echo 'make scale  time and memory against sizes, into out/scale'
 	@echo 'make peers  Mitsuba and Cycles on the Box beside ours, into out/peers (1.5 GB, an hour on two cores)'

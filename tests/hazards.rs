@@ -111,7 +111,7 @@ fn the_recorder_reports_an_unordered_fill() {
 
 /// A context with the recorder's check off: what it reports, the validation layer alone has seen.
 fn unchecked_context() -> Arc<Context> {
-    let options = ContextOptions { device: None, validation: true, hazard_check: false };
+    let options = ContextOptions { validation: true, hazard_check: false, ..ContextOptions::default() };
     Context::new(&options).unwrap()
 }
 

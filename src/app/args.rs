@@ -90,6 +90,7 @@ impl DeviceArgs {
             device: self.device.clone(),
             validation: self.validation,
             hazard_check: self.validation || ContextOptions::default().hazard_check,
+            statistics: false,
         }
     }
 

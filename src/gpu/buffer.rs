@@ -1,6 +1,7 @@
 //! Storage on the device, and transfers to and from it.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use ash::vk;
 use bytemuck::Pod;
@@ -133,8 +134,9 @@ impl Buffer {
         }
         let staging = self.staging(data.len() as u64, MemoryLocation::CpuToGpu)?;
         for piece in data.chunks(STAGING_BYTES as usize) {
+            let (bytes, begun) = (piece.len() as u64, Instant::now());
             staging.allocated.store(piece);
-            let bytes = piece.len() as u64;
+            self.allocated.context.journal.note_copy("stage", name, begun, bytes);
             self.allocated.context.run(|rec| rec.copy_bytes(&staging, 0, self, offset, bytes))?;
             offset += bytes;
         }
@@ -171,7 +173,9 @@ impl Buffer {
                 // Not for the hazard check, which knows nothing of the host.
                 rec.pipeline_barrier(TRANSFER_TO_HOST);
             })?;
+            let begun = Instant::now();
             piece.copy_from_slice(&staging.allocated.mapped()[..piece.len()]);
+            self.allocated.context.journal.note_copy("read back", name, begun, piece.len() as u64);
             offset += piece.len() as u64;
         }
         Ok(data)

@@ -1,6 +1,6 @@
 //! The device as everything else sees it.
 
-use std::ffi::CString;
+use std::ffi::{CStr, CString};
 use std::sync::{Arc, Mutex};
 
 use ash::vk;
@@ -10,6 +10,8 @@ use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 use super::VkResultExt;
 use super::device::{self, CPU, DeviceSummary, Limits, Shows};
 use super::instance::Instance;
+use super::journal::Journal;
+use super::optional::{Offers, Optional, PipelineStatistics};
 use super::recorder::Recorder;
 use super::spirv::LOCAL_SIZE;
 use super::submission::Submission;
@@ -28,12 +30,14 @@ pub struct ContextOptions {
     pub validation: bool,
     /// Panic where two passes use a buffer with no barrier between them that orders it.
     pub hazard_check: bool,
+    /// Ask pipelines for the driver's statistics, where it has any: [`Context::pipeline_statistics`].
+    pub statistics: bool,
 }
 
 #[allow(clippy::derivable_impls, reason = "derivable only where debug assertions are off")]
 impl Default for ContextOptions {
     fn default() -> Self {
-        Self { device: None, validation: false, hazard_check: cfg!(debug_assertions) }
+        Self { device: None, validation: false, hazard_check: cfg!(debug_assertions), statistics: false }
     }
 }
 
@@ -59,6 +63,8 @@ pub struct Context {
     pub(super) debug_utils: Option<ash::ext::debug_utils::Device>,
     pub(super) memory: Mutex<MemoryUse>,
     pub(super) has_hazard_check: bool,
+    pub(super) journal: Journal,
+    pub(super) optional: Optional,
     has_window: bool,
     pub(super) queue_family: u32,
     queue: Mutex<vk::Queue>,
@@ -110,7 +116,8 @@ impl Context {
         let chosen = device::choose(&summaries, options.device.as_deref())?;
         let device::Candidate { handle, summary, queue_family } = candidates.swap_remove(chosen);
 
-        let device = create_device(&instance.raw, handle, queue_family, shows.is_some())?;
+        let offers = Offers::of(&instance, handle, options.statistics)?;
+        let device = create_device(&instance.raw, handle, queue_family, shows.is_some(), &offers)?;
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.raw.clone(),
             device: device.clone(),
@@ -121,7 +128,7 @@ impl Context {
                 .with_max_device_memblock_size(BLOCK_BYTES[1]),
         })
         .map_err(|error| Error::NoDevice(format!("{}: {error}", summary.name)))?;
-        Ok(Arc::new(Self {
+        let context = Self {
             sync2: ash::khr::synchronization2::Device::new(&instance.raw, &device),
             push_descriptor: ash::khr::push_descriptor::Device::new(&instance.raw, &device),
             debug_utils: instance
@@ -129,6 +136,8 @@ impl Context {
                 .then(|| ash::ext::debug_utils::Device::new(&instance.raw, &device)),
             memory: Mutex::default(),
             has_hazard_check: options.hazard_check,
+            journal: Journal::default(),
+            optional: offers.load(&instance, &device),
             has_window: shows.is_some(),
             queue: Mutex::new(unsafe { device.get_device_queue(queue_family, 0) }),
             queue_family,
@@ -140,7 +149,10 @@ impl Context {
             physical_device: handle,
             device,
             instance,
-        }))
+        };
+        context.set_name(context.device.handle(), "lightpaths");
+        context.with_queue(|queue| context.set_name(queue, "compute"));
+        Ok(Arc::new(context))
     }
 
     /// Every device of this machine, with the reason where one cannot be used.
@@ -214,6 +226,12 @@ impl Context {
         Ok((value, timings))
     }
 
+    /// What the driver tells of the pipelines made since the last call, in the order in which they were made; none where it tells nothing of
+    /// pipelines, or was not to be asked ([`ContextOptions::statistics`]).
+    pub fn pipeline_statistics(&self) -> Option<Vec<PipelineStatistics>> {
+        self.optional.reports_executables().then(|| self.optional.take_statistics())
+    }
+
     pub(super) fn take_submission(&self) -> Result<Submission> {
         let idle = self.submissions.lock().expect("no holder panics").pop();
         idle.map_or_else(|| Submission::new(self), Ok)
@@ -282,11 +300,14 @@ fn create_device(
     handle: vk::PhysicalDevice,
     queue_family: u32,
     for_window: bool,
+    offers: &Offers,
 ) -> Result<ash::Device> {
     let queues =
         [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
     let more: &[_] = if for_window { &device::WINDOW_EXTENSIONS } else { &[] };
-    let extensions: Vec<_> = device::EXTENSIONS.iter().chain(more).map(|name| name.as_ptr()).collect();
+    let names = device::EXTENSIONS.iter().chain(more).copied().chain(offers.extensions());
+    let extensions: Vec<_> = names.map(CStr::as_ptr).collect();
+    let mut executables = offers.feature();
     let mut rendering = vk::PhysicalDeviceDynamicRenderingFeatures::default().dynamic_rendering(true);
     let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default()
         .scalar_block_layout(true)
@@ -300,6 +321,9 @@ fn create_device(
         .push_next(&mut sync2);
     if for_window {
         info = info.push_next(&mut rendering);
+    }
+    if offers.reports_executables() {
+        info = info.push_next(&mut executables);
     }
     unsafe { instance.create_device(handle, &info, None) }.vk("vkCreateDevice")
 }

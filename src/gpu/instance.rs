@@ -65,7 +65,6 @@ impl Instance {
     }
 
     /// The loader's functions.
-    #[cfg(feature = "window")]
     pub(super) fn entry(&self) -> &ash::Entry {
         &self.entry
     }

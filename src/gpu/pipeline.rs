@@ -108,13 +108,13 @@ impl Handles {
             layout: vk::PipelineLayout::null(),
             set_layout: vk::DescriptorSetLayout::null(),
         };
-        handles.create_layout(module)?;
-        handles.create_pipeline(&Shader::named(stem).words(), &entries, &values)?;
-        context.set_name(handles.pipeline, stem);
+        handles.create_layout(stem, module)?;
+        handles.create_pipeline(stem, &entries, &values)?;
+        context.optional.note_pipeline(stem, handles.pipeline)?;
         Ok(Arc::new(handles))
     }
 
-    fn create_layout(&mut self, module: &Module) -> Result<()> {
+    fn create_layout(&mut self, stem: &str, module: &Module) -> Result<()> {
         let device = &self.context.device;
         let stages = vk::ShaderStageFlags::COMPUTE;
         let bindings: Vec<_> = module
@@ -133,6 +133,7 @@ impl Handles {
             .bindings(&bindings);
         self.set_layout =
             unsafe { device.create_descriptor_set_layout(&info, None) }.vk("vkCreateDescriptorSetLayout")?;
+        self.context.set_name(self.set_layout, stem);
 
         let push_ranges: Vec<_> = module
             .push
@@ -143,18 +144,21 @@ impl Handles {
             .set_layouts(std::slice::from_ref(&self.set_layout))
             .push_constant_ranges(&push_ranges);
         self.layout = unsafe { device.create_pipeline_layout(&info, None) }.vk("vkCreatePipelineLayout")?;
+        self.context.set_name(self.layout, stem);
         Ok(())
     }
 
     fn create_pipeline(
         &mut self,
-        words: &[u32],
+        stem: &str,
         entries: &[vk::SpecializationMapEntry],
         values: &[u32],
     ) -> Result<()> {
         let device = &self.context.device;
-        let info = vk::ShaderModuleCreateInfo::default().code(words);
+        let words = Shader::named(stem).words();
+        let info = vk::ShaderModuleCreateInfo::default().code(&words);
         let shader = unsafe { device.create_shader_module(&info, None) }.vk("vkCreateShaderModule")?;
+        self.context.set_name(shader, stem);
         let specialisation =
             vk::SpecializationInfo::default().map_entries(entries).data(bytemuck::cast_slice(values));
         let stage = vk::PipelineShaderStageCreateInfo::default()
@@ -162,11 +166,15 @@ impl Handles {
             .module(shader)
             .name(c"main")
             .specialization_info(&specialisation);
-        let info = vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout);
+        let info = vk::ComputePipelineCreateInfo::default()
+            .stage(stage)
+            .layout(self.layout)
+            .flags(self.context.optional.pipeline_flags());
         let created = unsafe { device.create_compute_pipelines(vk::PipelineCache::null(), &[info], None) };
         unsafe { device.destroy_shader_module(shader, None) };
         let pipelines = created.map_err(|(_, result)| result).vk("vkCreateComputePipelines")?;
         self.pipeline = pipelines[0];
+        self.context.set_name(self.pipeline, stem);
         Ok(())
     }
 }

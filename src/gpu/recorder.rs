@@ -3,6 +3,7 @@
 use std::any::Any;
 use std::ffi::CString;
 use std::sync::Arc;
+use std::time::Instant;
 
 use ash::vk;
 use bytemuck::Pod;
@@ -11,7 +12,7 @@ use super::barrier::{Barrier, Places, SUBMISSION};
 use super::hazard::{Hazards, Use};
 use super::spirv::Access;
 use super::submission::Submission;
-use super::timing::PassTiming;
+use super::timing::{PassTiming, milliseconds};
 use super::{Buffer, Context, Pipeline};
 use crate::error::{Error, Result};
 
@@ -21,12 +22,17 @@ const NO_PASS: &str = "transfer";
 /// Records the commands of one [`Context::run`].
 pub struct Recorder {
     context: Arc<Context>,
+    begun: Instant,
     /// None only while it goes.
     submission: Option<Submission>,
     commands: vk::CommandBuffer,
     passes: Vec<PassTiming>,
     /// The open pass, or the last.
     pass_name: &'static str,
+    /// The passes that are recorded; none: all of them.
+    only: Option<&'static [&'static str]>,
+    /// No such pass is open.
+    leaves_out: bool,
     /// The last pass with a dispatch that no barrier followed.
     unfenced: Option<usize>,
     hazards: Option<Hazards>,
@@ -44,14 +50,18 @@ pub struct PassScope<'a> {
 
 impl Recorder {
     pub(super) fn begin(context: &Arc<Context>) -> Result<Self> {
+        let begun_at = Instant::now();
         let mut submission = context.take_submission()?;
         let begun = submission.begin(&context.device);
         let recorder = Self {
             context: context.clone(),
+            begun: begun_at,
             commands: submission.commands,
             submission: Some(submission),
             passes: Vec::new(),
             pass_name: NO_PASS,
+            only: None,
+            leaves_out: false,
             unfenced: None,
             hazards: context.has_hazard_check.then(Hazards::default),
             in_use: Vec::new(),
@@ -62,9 +72,18 @@ impl Recorder {
         Ok(recorder)
     }
 
+    /// From here on records the commands of these passes only; of all others their barriers, so that what is left is ordered as before.
+    pub fn only(&mut self, passes: &'static [&'static str]) {
+        (self.only, self.leaves_out) = (Some(passes), true);
+    }
+
     /// Opens a pass: a debug label, a timestamp before and one after, a row in the timings. The name is the pass's stem.
     pub fn pass(&mut self, name: &'static str) -> PassScope<'_> {
         self.pass_name = name;
+        self.leaves_out = self.only.is_some_and(|only| !only.contains(&name));
+        if self.leaves_out {
+            return PassScope { recorder: self, index: usize::MAX };
+        }
         if let Some(debug_utils) = &self.context.debug_utils {
             let label = CString::new(name).expect("names hold no NUL");
             let info = vk::DebugUtilsLabelEXT::default().label_name(&label);
@@ -87,6 +106,9 @@ impl Recorder {
 
     /// Sets every byte of the buffer to zero. A transfer.
     pub fn fill_zero(&mut self, buffer: &Buffer) {
+        if self.leaves_out {
+            return;
+        }
         self.use_buffers(|_| vec![transfer(buffer, true)]);
         self.in_use.push(buffer.allocated.clone());
         let handle = buffer.allocated.handle;
@@ -105,7 +127,7 @@ impl Recorder {
             from.allocated.name,
             to.allocated.name
         );
-        if bytes == 0 {
+        if bytes == 0 || self.leaves_out {
             return;
         }
         self.use_buffers(|_| vec![transfer(from, false), transfer(to, true)]);
@@ -123,17 +145,20 @@ impl Recorder {
         let submission = self.submission.as_ref().expect("taken only in drop");
         let done = submission
             .submit_and_wait(&self.context)
-            .and_then(|()| submission.timestamps.read_ms(&self.context.device, self.context.limits()));
-        let spans = done.map_err(|error| match error {
+            .and_then(|times| Ok((times, submission.timestamps.read(&self.context.device)?)));
+        let (times, ticks) = done.map_err(|error| match error {
             Error::Vulkan { call, result: result @ vk::Result::ERROR_DEVICE_LOST, .. } => {
                 Error::Vulkan { call, result, pass: Some(self.pass_name.into()) }
             }
             other => other,
         })?;
         let mut timings = std::mem::take(&mut self.passes);
-        for (timing, ms) in timings.iter_mut().zip(spans) {
-            timing.ms = ms;
+        for (timing, &[begin, end]) in timings.iter_mut().zip(&ticks) {
+            timing.ms = milliseconds(begin, end, self.context.limits());
         }
+        let [recorded, submitted, done] = times;
+        let host = [self.begun, recorded, submitted, done, Instant::now()];
+        self.context.journal.note_submission(&self.context, host, &timings, &ticks)?;
         Ok((timings, self.hazards.as_ref().map_or_else(Vec::new, Hazards::redundant)))
     }
 
@@ -160,7 +185,7 @@ impl Recorder {
         }
     }
 
-    /// Binds pipeline, push constants and buffers; false if the pipeline could not be made. Panics where they are not what the shader declares.
+    /// Binds pipeline, push constants and buffers; false if the pipeline could not be made or its pass is left out. Panics where they are not what the shader declares.
     fn bind(
         &mut self,
         pipeline: &Pipeline,
@@ -169,6 +194,9 @@ impl Recorder {
         counts: Option<&Buffer>,
     ) -> bool {
         check_bindings(self.pass_name, pipeline, push, bindings);
+        if self.leaves_out {
+            return false;
+        }
         let handles = match pipeline.handles_for(bindings) {
             Ok(handles) => handles,
             Err(error) => {
@@ -306,6 +334,10 @@ impl PassScope<'_> {
 
 impl Drop for PassScope<'_> {
     fn drop(&mut self) {
+        if self.recorder.leaves_out {
+            return;
+        }
+        self.recorder.leaves_out = self.recorder.only.is_some();
         self.recorder.timestamp();
         if let Some(debug_utils) = &self.recorder.context.debug_utils {
             unsafe { debug_utils.cmd_end_debug_utils_label(self.recorder.commands) };

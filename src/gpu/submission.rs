@@ -1,5 +1,7 @@
 //! One command buffer with what it takes to submit it and wait for it.
 
+use std::time::Instant;
+
 use ash::vk;
 
 use super::timing::Timestamps;
@@ -25,6 +27,9 @@ impl Submission {
             unsafe { context.device.allocate_command_buffers(&info) }.vk("vkAllocateCommandBuffers")?[0];
         let fence = unsafe { context.device.create_fence(&vk::FenceCreateInfo::default(), None) }
             .vk("vkCreateFence")?;
+        context.set_name(pool, "recording");
+        context.set_name(commands, "recording");
+        context.set_name(fence, "recording is done");
         Ok(Self { pool, commands, fence, timestamps: Timestamps::default() })
     }
 
@@ -41,21 +46,25 @@ impl Submission {
         unsafe { device.begin_command_buffer(self.commands, &info) }.vk("vkBeginCommandBuffer")
     }
 
-    /// Ends the recording, submits it, and waits until the device is done with it.
-    pub(super) fn submit_and_wait(&self, context: &Context) -> Result<()> {
+    /// Ends the recording, submits it, and waits until the device is done with it. Returns when the recording had ended, when the
+    /// submission was made, and when the device was done.
+    pub(super) fn submit_and_wait(&self, context: &Context) -> Result<[Instant; 3]> {
         let device = &context.device;
         unsafe { device.end_command_buffer(self.commands) }.vk("vkEndCommandBuffer")?;
+        let recorded = Instant::now();
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         context
             .with_queue(|queue| unsafe { context.sync2.queue_submit2(queue, &submit, self.fence) })
             .vk("vkQueueSubmit2")?;
+        let submitted = Instant::now();
         let waited = unsafe { device.wait_for_fences(&[self.fence], true, u64::MAX) };
         if waited.is_err() {
             // Nothing may be used again or destroyed before the device is done with it, or lost.
             let _ = unsafe { device.device_wait_idle() };
         }
-        waited.vk("vkWaitForFences")
+        waited.vk("vkWaitForFences")?;
+        Ok([recorded, submitted, Instant::now()])
     }
 
     /// Destroys it. The device must be done with it.

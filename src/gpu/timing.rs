@@ -48,6 +48,7 @@ impl Timestamps {
                 .query_count(POOL_QUERIES);
             let pool = unsafe { context.device.create_query_pool(&info, None) }.vk("vkCreateQueryPool")?;
             unsafe { context.device.reset_query_pool(pool, 0, POOL_QUERIES) };
+            context.set_name(pool, "timestamps of passes");
             self.pools.push(pool);
         }
         let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
@@ -63,15 +64,15 @@ impl Timestamps {
         Ok(())
     }
 
-    /// Milliseconds between the timestamps 2i and 2i + 1, for each i. The submission must be done.
-    pub(super) fn read_ms(&self, device: &ash::Device, limits: &Limits) -> Result<Vec<f64>> {
+    /// The timestamps 2i and 2i + 1, for each i, in ticks. The submission must be done.
+    pub(super) fn read(&self, device: &ash::Device) -> Result<Vec<[u64; 2]>> {
         let mut ticks = vec![0_u64; self.used as usize];
         for (&pool, chunk) in self.pools.iter().zip(ticks.chunks_mut(POOL_QUERIES as usize)) {
             unsafe { device.get_query_pool_results(pool, 0, chunk, vk::QueryResultFlags::TYPE_64) }
                 .vk("vkGetQueryPoolResults")?;
         }
         let (spans, _) = ticks.as_chunks::<2>();
-        Ok(spans.iter().map(|&[begin, end]| milliseconds(begin, end, limits)).collect())
+        Ok(spans.to_vec())
     }
 
     pub(super) fn destroy(&mut self, device: &ash::Device) {
@@ -81,8 +82,8 @@ impl Timestamps {
     }
 }
 
-/// The counter wraps at its number of valid bits, and its period is not a whole number of nanoseconds on every device.
-fn milliseconds(begin: u64, end: u64, limits: &Limits) -> f64 {
+/// Milliseconds between two ticks. The counter wraps at its number of valid bits, and its period is not a whole number of nanoseconds on every device.
+pub(super) fn milliseconds(begin: u64, end: u64, limits: &Limits) -> f64 {
     let mask = u64::MAX >> (64 - limits.timestamp_bits);
     let ticks = end.wrapping_sub(begin) & mask;
     ticks as f64 * f64::from(limits.timestamp_period_ns) * 1e-6

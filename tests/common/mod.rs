@@ -13,7 +13,8 @@ pub fn context() -> Arc<Context> {
     static CONTEXT: OnceLock<Arc<Context>> = OnceLock::new();
     CONTEXT
         .get_or_init(|| {
-            let options = ContextOptions { device: None, validation: true, hazard_check: true };
+            let options =
+                ContextOptions { validation: true, hazard_check: true, ..ContextOptions::default() };
             let context =
                 Context::new(&options).expect("the tests need a Vulkan device and the validation layers");
             eprintln!("{} ({}), {:?}", context.name(), context.driver(), context.limits());

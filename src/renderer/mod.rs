@@ -13,6 +13,7 @@ mod needs;
 mod outputs;
 mod precompute;
 mod preview;
+mod repeat;
 mod report;
 mod resize;
 mod resolution;
@@ -59,8 +60,7 @@ use lights::Lights;
 use needs::{Gathering, Needs};
 use scope::{Scope, Scopes};
 use shine::Shine;
-use std::sync::Arc;
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 use views::Views;
 
 /// A scene whose light paths, cache points and gather rays are traced: every frame is the converged picture.

@@ -1,0 +1,91 @@
+//! One pass of the frame, again and again: to profile it.
+
+use super::changes::{Stages, Work};
+use super::{FrameReport, Renderer, report::Columns};
+use crate::error::Result;
+use crate::passes::frame::{
+    antialias::Antialias, blend::Blend, cluster_views::ClusterViews, compose::Compose, direct::Direct,
+    form_factors::FormFactors, gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid,
+    near_field::NearField, needed_records::NeededRecords, path_scan::PathScan, pixel_colours::PixelColours,
+    primary::Primary, splat::Splat, tonemap::Tonemap,
+};
+use std::time::Instant;
+
+/// Every pass that a frame may have. A pass that changes what it reads follows the one that makes it anew, see [`prepared`].
+const PASSES: [&str; 26] = [
+    Primary::STEM,
+    Antialias::STEM,
+    PixelColours::STEM,
+    GlossPixels::RAYS_STEM,
+    GlossPixels::HIGHLIGHTS_STEM,
+    Direct::BATCHES_STEM,
+    Direct::STEM,
+    Antialias::SHADOW_STEM,
+    Direct::SUM_STEM,
+    FormFactors::STEM,
+    Gloss::BEAMS_STEM,
+    PathScan::STEM,
+    Gloss::ENTRIES_STEM,
+    Pyramid::LAYERS_STEM,
+    Pyramid::STEM,
+    Gloss::STEM,
+    ClusterViews::STEM,
+    NearField::STEM,
+    Gather::STEM,
+    Splat::STEM,
+    NeededRecords::STEM,
+    Blend::STEM,
+    Splat::APPLY_STEM,
+    GlossPixels::STEM,
+    Compose::STEM,
+    Tonemap::STEM,
+];
+
+/// The pass, after those that it cannot be repeated without.
+fn prepared(place: usize) -> &'static [&'static str] {
+    // Shadows' edges are averaged in the layer in which they are found: in the averaged layer there are fewer.
+    let first = if PASSES[place] == Antialias::SHADOW_STEM { place - 1 } else { place };
+    &PASSES[first..=place]
+}
+
+impl Renderer {
+    /// Names of all passes that frames may have. Which of them one has, depends on the scene.
+    pub fn pass_names() -> &'static [&'static str] {
+        &PASSES
+    }
+
+    /// Does one pass as a frame does in which everything is new, all of its occurrences, and nothing else but what it cannot be repeated
+    /// without, which the report holds too: the results of all others stand. The frame before must have been such a frame, for the next redoes everything. Panics if
+    /// there is no pass of that name.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn repeat(&mut self, pass: &str) -> Result<FrameReport> {
+        let place = PASSES.iter().position(|&name| name == pass).expect("passes are named by `pass_names`");
+        self.force(Work::Everything);
+        let stages = Stages::new(self.changes, &self.lights);
+        let gathering = self.needs.of(stages, self.skips);
+        let start = Instant::now();
+        let ((), passes) = self.context.run(|rec| {
+            rec.only(prepared(place));
+            self.record(rec, stages, gathering);
+        })?;
+        let frame_ms = start.elapsed().as_secs_f64() * 1e3;
+        let (bytes, rays) = self.accounts(&passes);
+        let (columns, lights_unchanged) = (Columns::of(&passes), [0.0, 0.0]);
+        Ok(FrameReport { passes, frame_ms, columns, bytes, rays, gathered: 0, lights_unchanged })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_pass_changes_is_made_anew_before_it() {
+        let of = |name: &str| prepared(PASSES.iter().position(|pass| *pass == name).unwrap());
+        assert_eq!(of("shadow_edges"), ["direct", "shadow_edges"]);
+        assert_eq!(of("primary"), ["primary"]);
+        assert_eq!(of("gather"), ["gather"]);
+    }
+}

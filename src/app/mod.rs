@@ -10,6 +10,7 @@ use clap::{Parser, Subcommand};
 use crate::error::{Error, Result};
 
 mod args;
+mod capture;
 mod compare;
 #[cfg(feature = "window")]
 mod demo;

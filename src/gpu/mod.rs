@@ -7,6 +7,7 @@
 
 pub mod barrier;
 mod buffer;
+mod capture;
 mod context;
 mod device;
 pub mod hash;
@@ -26,6 +27,7 @@ pub mod window;
 
 pub use barrier::Barrier;
 pub use buffer::Buffer;
+pub use capture::Capture;
 pub use context::{Context, ContextOptions, MemoryUse};
 pub use device::{DeviceSummary, Limits};
 pub use journal::{HostSpan, PassSpan, SubmissionSpan, Trace};

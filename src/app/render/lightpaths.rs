@@ -1,9 +1,11 @@
 //! One frame of the renderer: the method lightpaths, and direct light alone.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use super::{Aov, ExactStage, Rendered, layer};
 use crate::app::args::{DeviceArgs, device_label};
+use crate::app::capture;
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::renderer::{Exact, FrameReport, Layer, Renderer, Stage, Statistics};
@@ -22,6 +24,8 @@ pub(super) struct Job<'a> {
     pub(super) exact: Option<ExactStage>,
     /// Does work that cannot change the picture, too.
     pub(super) no_skip: bool,
+    /// Has RenderDoc capture the frame, to files whose names begin so.
+    pub(super) capture: Option<&'a Path>,
 }
 
 /// Precomputes and renders one frame.
@@ -31,7 +35,8 @@ pub(super) fn render(
     job: Job<'_>,
     device_args: &DeviceArgs,
 ) -> Result<Rendered> {
-    let Job { with_indirect, aovs, exposure_stops, exact, no_skip } = job;
+    let Job { with_indirect, aovs, exposure_stops, exact, no_skip, capture } = job;
+    let capture = capture.map(capture::attach).transpose()?;
     if !with_indirect {
         // Without paths and records there is nothing to precompute, and no indirect light.
         (scene.quality.entry_points, scene.quality.cache_points) = (0, 0);
@@ -39,7 +44,14 @@ pub(super) fn render(
     let mut renderer = device_args.renderer(context, scene)?;
     renderer.set_exposure(exposure_stops);
     renderer.set_skipping(!no_skip);
-    let frame = renderer.frame()?;
+    let frame = match capture {
+        Some(capture) => {
+            let (frame, file) = capture.frame(|| renderer.frame())?;
+            device_args.say(&format!("captured to {}", file.display()));
+            frame
+        }
+        None => renderer.frame()?,
+    };
 
     let find = |source: Layer| match exact.filter(|_| matches!(source, Layer::Beauty | Layer::Indirect)) {
         None => renderer.layer(source),

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 
 use super::args::{DeviceArgs, SceneArgs, parse_finite, parse_seconds, refuse_same_output};
+use super::capture;
 use super::output::OutputFile;
 use crate::error::{Error, Result};
 use crate::image::{ExrLayer, write_exr, write_png};
@@ -51,6 +52,9 @@ pub(super) struct Render {
     /// Writes times, memory and counts as JSON
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
+    /// Has RenderDoc capture the frame, to files whose names begin so; the program must run under RenderDoc
+    #[arg(long, value_name = "FILE_TEMPLATE")]
+    capture: Option<PathBuf>,
     #[command(flatten)]
     scene_args: SceneArgs,
     #[command(flatten)]
@@ -147,6 +151,7 @@ impl Render {
         self.check_combinations(format)?;
         let output = OutputFile::check(&self.output)?;
         let stats = self.stats.as_deref().map(OutputFile::check).transpose()?;
+        self.capture.as_deref().map_or(Ok(()), capture::check_template)?;
 
         let rendered = self.render()?;
         self.write_image(&rendered, format, &output)?;
@@ -188,6 +193,7 @@ impl Render {
                     exposure_stops: exposure,
                     exact: self.exact,
                     no_skip: self.no_skip,
+                    capture: self.capture.as_deref(),
                 };
                 lightpaths::render(&context, scene, job, &self.device_args)
             }
@@ -217,6 +223,12 @@ impl Render {
             let method = self.method.name();
             return refuse(format!(
                 "--no-skip is for --method lightpaths and direct; --method {method} skips nothing"
+            ));
+        }
+        if self.capture.is_some() && matches!(self.method, Method::Path | Method::Photon) {
+            let method = self.method.name();
+            return refuse(format!(
+                "--capture is for --method lightpaths and direct; --method {method} has no single frame"
             ));
         }
         if self.exact.is_some() && format == Format::Png {
@@ -286,6 +298,7 @@ mod tests {
             ("-o a.exr --exact splat --method path", "--exact"),
             ("-o a.exr --exact gather --method direct", "--exact"),
             ("-o a.exr --no-skip --method path", "--no-skip"),
+            ("-o a.png --capture c --method photon", "--capture"),
             ("-o a.png --exact clusters", ".exr"),
             ("-o a.exr --exact clusters --spp 4", "--spp"),
             ("-o a.exr --aov variance", "--method path"),

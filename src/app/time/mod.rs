@@ -7,8 +7,12 @@ pub(super) mod lights;
 pub(super) mod measure;
 mod paper;
 mod ray_rates;
+mod repeat;
 mod report;
+mod session;
+mod statistics;
 mod tables;
+mod trace;
 mod verify;
 
 use std::collections::BTreeMap;
@@ -51,6 +55,8 @@ pub(super) struct Time {
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     #[command(flatten)]
+    session: session::SessionArgs,
+    #[command(flatten)]
     scene_args: SceneArgs,
     #[command(flatten)]
     device_args: DeviceArgs,
@@ -72,6 +78,9 @@ struct Timed {
 
 impl Time {
     pub(super) fn run(self) -> Result<()> {
+        if let Some(session) = self.session.chosen()? {
+            return session.run(&self);
+        }
         let json = self.json.as_deref().map(OutputFile::check).transpose()?;
         // All scenes are read before any is timed: the last one's typing error shall not cost minutes.
         let specs =

@@ -1,0 +1,98 @@
+//! Sessions for profiling: what `time` does instead of its tables, with one scene.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::repeat::Repeat;
+use super::{Time, statistics, trace};
+use crate::app::capture;
+use crate::app::output::OutputFile;
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+
+/// The scene where none is named.
+const DEFAULT_SCENE: &str = "box";
+
+/// What to do instead of tables.
+#[derive(Debug, Args)]
+#[group(id = "session", multiple = false, conflicts_with_all = ["json", "lights"])]
+pub(super) struct SessionArgs {
+    /// Instead of tables, of one scene [default: box]: writes when host and device did what in the precomputation and in N frames of
+    /// each kind of edit, as trace events for Perfetto
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+    /// Instead of tables, of one scene [default: box]: does one pass of the frame alone, N times, 1 to 100000
+    #[arg(long, num_args = 2, value_names = ["PASS", "N"], conflicts_with = "frames")]
+    repeat: Option<Vec<String>>,
+    /// Instead of tables, of one scene [default: box]: has RenderDoc capture one frame in which everything is new, to files whose names
+    /// begin so; the program must run under RenderDoc
+    #[arg(long, value_name = "FILE_TEMPLATE", conflicts_with = "frames")]
+    capture: Option<PathBuf>,
+    /// Instead of tables, of one scene [default: box]: prints what the driver tells of each kernel, such as registers and spills
+    #[arg(long, conflicts_with = "frames")]
+    statistics: bool,
+}
+
+/// A session whose arguments are right.
+pub(super) enum Session {
+    Trace(OutputFile),
+    Repeat(Repeat),
+    Capture(PathBuf),
+    Statistics,
+}
+
+impl SessionArgs {
+    /// The session that is asked for, if any is.
+    pub(super) fn chosen(&self) -> Result<Option<Session>> {
+        let Self { trace, repeat, capture, statistics } = self;
+        Ok(match (trace, repeat, capture, statistics) {
+            (Some(file), ..) => Some(Session::Trace(OutputFile::check(file)?)),
+            (_, Some(words), ..) => Some(Session::Repeat(Repeat::parse(&words[0], &words[1])?)),
+            (_, _, Some(template), _) => {
+                capture::check_template(template)?;
+                Some(Session::Capture(template.clone()))
+            }
+            (.., true) => Some(Session::Statistics),
+            _ => None,
+        })
+    }
+}
+
+impl Session {
+    pub(super) fn run(self, time: &Time) -> Result<()> {
+        let spec = match &time.scenes[..] {
+            [] => DEFAULT_SCENE,
+            [one] => one,
+            [_, second, ..] => {
+                return Err(Error::Usage(format!(
+                    "two scenes, `{second}` the second: profile one at a time"
+                )));
+            }
+        };
+        let scene = time.scene_args.load(spec)?;
+        scene.warnings.iter().for_each(|warning| time.device_args.warn(warning));
+        if cfg!(debug_assertions) {
+            time.device_args.warn("this is a debug build; its times mean little");
+        }
+        match self {
+            Self::Trace(output) => trace::run(time, scene, &output),
+            Self::Repeat(repeat) => repeat.run(time, scene),
+            Self::Capture(template) => capture_frame(time, scene, &template),
+            Self::Statistics => statistics::run(time, scene),
+        }
+    }
+}
+
+/// Captures a frame after one that has made all there is to make.
+fn capture_frame(time: &Time, scene: Scene, template: &std::path::Path) -> Result<()> {
+    let context = time.device_args.open()?;
+    let capture = capture::attach(template)?;
+    let mut renderer = time.device_args.renderer(&context, scene)?;
+    renderer.set_skipping(!time.no_skip);
+    renderer.frame()?;
+    renderer.force(crate::renderer::Work::Everything);
+    let (_, file) = capture.frame(|| renderer.frame())?;
+    time.device_args.report_validation(&context);
+    crate::app::print(&format!("{}: one frame\n", file.display()))
+}

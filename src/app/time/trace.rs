@@ -1,0 +1,260 @@
+//! `time --trace`: when host and device did what, as trace events, which Perfetto and Chrome show.
+
+use std::io::Write;
+use std::time::Instant;
+
+use serde_json::{Value, json};
+
+use super::Time;
+use crate::app::args::device_label;
+use crate::app::output::OutputFile;
+use crate::error::Result;
+use crate::gpu::{Context, SubmissionSpan, Trace};
+use crate::renderer::{FrameReport, Renderer, Work};
+use crate::scene::Scene;
+
+/// Processes of the trace: what it calls so are groups of tracks.
+const HOST: u32 = 1;
+const DEVICE: u32 = 2;
+
+/// Tracks of the host.
+const RENDERER: u32 = 1;
+/// The first of as many as it takes.
+const SUBMISSIONS: u32 = 2;
+/// Of the device.
+const QUEUE: u32 = 1;
+
+/// What frames do, by the names in the trace.
+const WORK: [(Work, &str); 5] = [
+    (Work::Everything, "everything"),
+    (Work::Light(0), "light"),
+    (Work::View, "view"),
+    (Work::Material, "material"),
+    (Work::Colour, "colour"),
+];
+
+/// Something that took time on a track: whole nanoseconds, so that what is within something stays so.
+struct Event {
+    name: String,
+    process: u32,
+    track: u32,
+    begin_ns: u64,
+    end_ns: u64,
+    arguments: Value,
+}
+
+/// Precomputes, renders rounds of frames, and writes the trace of all of it.
+pub(super) fn run(time: &Time, scene: Scene, output: &OutputFile) -> Result<()> {
+    let context = time.device_args.open()?;
+    let origin = Instant::now();
+    let now_us = || origin.elapsed().as_secs_f64() * 1e6;
+    context.begin_trace(origin);
+    let begun_us = now_us();
+    let mut renderer = time.device_args.renderer(&context, scene)?;
+    let mut events = precomputation(&renderer, begun_us, now_us())?;
+    renderer.set_skipping(!time.no_skip);
+    let mut frame = |renderer: &mut Renderer, name: &str| -> Result<()> {
+        let begun_us = now_us();
+        let report = renderer.frame()?;
+        events.push(frame_event(name, &report, begun_us, now_us()));
+        Ok(())
+    };
+    frame(&mut renderer, "first")?;
+    for _ in 0..time.frames {
+        for (work, name) in WORK {
+            renderer.force(work);
+            frame(&mut renderer, name)?;
+        }
+    }
+    let begun_us = now_us();
+    renderer.display()?;
+    events.push(event("read the picture", (HOST, RENDERER), [begun_us, now_us()], json!({})));
+    let trace = context.end_trace();
+    let deviation_us =
+        trace.submissions.iter().filter_map(|submission| submission.deviation_us).reduce(f64::max);
+    let frames = events.iter().filter(|event| event.name.starts_with(FRAME)).count();
+    traced(&mut events, &trace);
+    let (count, scene) = (events.len(), renderer.scene().name.clone());
+    let document = document(&context, &scene, renderer.size(), deviation_us, events);
+    output.write(|out| out.write_all(document.to_string().as_bytes()))?;
+    time.device_args.report_validation(&context);
+    let clock = deviation_us.map_or_else(
+        || "passes aligned by their submissions".to_owned(),
+        |us| format!("clocks deviate by {us:.1} us at most"),
+    );
+    let file = output.path().display();
+    crate::app::print(&format!(
+        "{file}: {scene}, {frames} frames, {count} events, {clock}; open it in ui.perfetto.dev\n"
+    ))
+}
+
+/// How names of frames begin.
+const FRAME: &str = "frame: ";
+
+fn event(
+    name: impl Into<String>,
+    (process, track): (u32, u32),
+    span_us: [f64; 2],
+    arguments: Value,
+) -> Event {
+    // A pass may be placed before the trace's begin, by as much as clocks deviate.
+    let [begin_ns, end_ns] = span_us.map(|us| (us.max(0.0) * 1e3).round() as u64);
+    Event { name: name.into(), process, track, begin_ns, end_ns: end_ns.max(begin_ns), arguments }
+}
+
+/// The precomputation with its stages, one after the other.
+fn precomputation(renderer: &Renderer, begun_us: f64, ended_us: f64) -> Result<Vec<Event>> {
+    let statistics = renderer.statistics()?;
+    let track = (HOST, RENDERER);
+    let arguments = json!({"precompute_s": statistics.precompute_s});
+    let mut events = vec![event("precomputation", track, [begun_us, ended_us], arguments)];
+    let mut at_us = begun_us;
+    for (stage, seconds) in statistics.precompute_stages {
+        let end_us = (at_us + 1e6 * seconds).min(ended_us);
+        events.push(event(stage, track, [at_us, end_us], json!({})));
+        at_us = end_us;
+    }
+    Ok(events)
+}
+
+fn frame_event(work: &str, report: &FrameReport, begun_us: f64, ended_us: f64) -> Event {
+    let device_ms: f64 = report.passes.iter().map(|pass| pass.ms).sum();
+    let arguments = json!({"frame_ms": report.frame_ms, "device_ms": device_ms, "bytes": report.bytes, "rays": report.rays});
+    event(format!("{FRAME}{work}"), (HOST, RENDERER), [begun_us, ended_us], arguments)
+}
+
+/// Submissions on the host, their passes on the device, copies on the host.
+fn traced(events: &mut Vec<Event>, trace: &Trace) {
+    // What holds others comes first in each group.
+    let mut groups: Vec<Vec<Event>> = Vec::new();
+    let track = (HOST, SUBMISSIONS);
+    for (index, submission) in trace.submissions.iter().enumerate() {
+        let SubmissionSpan {
+            begun_us,
+            recorded_us,
+            submitted_us,
+            done_us,
+            read_us,
+            ref passes,
+            deviation_us,
+        } = *submission;
+        let what = match passes.len() {
+            0 => "transfer".to_owned(),
+            1 => passes[0].name.to_owned(),
+            count => format!("{count} passes"),
+        };
+        let arguments = json!({"submission": index, "deviation_us": deviation_us});
+        let mut group = vec![event(what, track, [begun_us, read_us], arguments)];
+        let steps = [
+            ("record", [begun_us, recorded_us]),
+            ("submit", [recorded_us, submitted_us]),
+            ("wait", [submitted_us, done_us]),
+            ("read timestamps", [done_us, read_us]),
+        ];
+        group.extend(steps.map(|(name, span_us)| event(name, track, span_us, json!({"submission": index}))));
+        groups.push(group);
+        for pass in passes {
+            let arguments = json!({"submission": index, "dispatches": pass.dispatches});
+            events.push(event(pass.name, (DEVICE, QUEUE), [pass.begin_us, pass.end_us], arguments));
+        }
+    }
+    for copy in &trace.host {
+        let arguments = json!({"buffer": copy.buffer, "bytes": copy.bytes});
+        groups.push(vec![event(copy.name, track, [copy.begin_us, copy.end_us], arguments)]);
+    }
+    events.extend(apart(groups));
+}
+
+/// Groups on as many tracks as it takes for none to meet another: threads of the precomputation submit side by side.
+fn apart(mut groups: Vec<Vec<Event>>) -> impl Iterator<Item = Event> {
+    groups.sort_by_key(|group| group[0].begin_ns);
+    let mut ends: Vec<u64> = Vec::new();
+    groups.into_iter().flat_map(move |mut group| {
+        let (begin_ns, end_ns) = (group[0].begin_ns, group[0].end_ns);
+        let free = ends.iter().position(|&end| end <= begin_ns).unwrap_or(ends.len());
+        match ends.get_mut(free) {
+            Some(end) => *end = end_ns,
+            None => ends.push(end_ns),
+        }
+        group.iter_mut().for_each(|event| event.track += free as u32);
+        group
+    })
+}
+
+/// The whole file. Times are microseconds.
+fn document(
+    context: &Context,
+    scene: &str,
+    size: [u32; 2],
+    deviation_us: Option<f64>,
+    mut events: Vec<Event>,
+) -> Value {
+    // What holds others comes before them.
+    events.sort_by_key(|event| (event.begin_ns, std::cmp::Reverse(event.end_ns)));
+    let clock = match deviation_us {
+        Some(_) => {
+            "calibrated: passes are placed on the host's clock by VK_KHR_calibrated_timestamps or its EXT form"
+        }
+        None => {
+            "not calibrated: the device's clock cannot be read from the host; the first pass of each submission is placed \
+                 where the host began to submit"
+        }
+    };
+    let device = device_label(context);
+    let name = |kind: &str, (process, track): (u32, u32), name: &str| json!({"ph": "M", "name": kind, "pid": process, "tid": track, "args": {"name": name}});
+    let mut all = vec![
+        name("process_name", (HOST, 0), "host"),
+        name("thread_name", (HOST, RENDERER), "renderer"),
+        name("process_name", (DEVICE, 0), &format!("device: {device}")),
+        name(
+            "thread_name",
+            (DEVICE, QUEUE),
+            if deviation_us.is_some() { "queue" } else { "queue (not calibrated)" },
+        ),
+    ];
+    let last = events.iter().filter(|event| event.process == HOST).map(|event| event.track).max();
+    for track in SUBMISSIONS..=last.unwrap_or(SUBMISSIONS) {
+        let text = format!("submissions and copies {}", track - SUBMISSIONS + 1);
+        all.push(name("thread_name", (HOST, track), &text));
+    }
+    all.extend(events.into_iter().map(|event| {
+        let Event { name, process, track, begin_ns, end_ns, arguments } = event;
+        let us = |ns: u64| ns as f64 / 1e3;
+        json!({"ph": "X", "name": name, "pid": process, "tid": track, "ts": us(begin_ns), "dur": us(end_ns - begin_ns),
+               "args": arguments})
+    }));
+    json!({
+        "displayTimeUnit": "ms",
+        "otherData": {
+            "program": concat!("lightpaths ", env!("CARGO_PKG_VERSION")),
+            "debug_build": cfg!(debug_assertions),
+            "device": device, "driver": context.driver(), "scene": scene, "size": size,
+            "clock": clock, "deviation_us": deviation_us,
+        },
+        "traceEvents": all,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_that_meet_are_on_tracks_of_their_own() {
+        let group = |begin_ns, end_ns| {
+            let event = |name: &str| Event {
+                name: name.into(),
+                process: HOST,
+                track: SUBMISSIONS,
+                begin_ns,
+                end_ns,
+                arguments: Value::Null,
+            };
+            vec![event("outer"), event("inner")]
+        };
+        let groups = vec![group(5, 20), group(0, 10), group(10, 12), group(11, 30), group(12, 13)];
+        let tracks: Vec<_> = apart(groups).map(|event| (event.begin_ns, event.track - SUBMISSIONS)).collect();
+        let expected = [(0, 0), (5, 1), (10, 0), (11, 2), (12, 0)].map(|place| [place, place]).concat();
+        assert_eq!(tracks, expected);
+    }
+}

@@ -64,6 +64,35 @@ fn every_binary_has_a_source() {
     );
 }
 
+/// Every Vulkan object has a name for debuggers: files that make objects name as many.
+#[test]
+fn vulkan_objects_are_named() {
+    // These have no name: they come before what gives names.
+    const NAMELESS: [&str; 4] = ["instance(", "device(", "debug_utils_messenger(", "surface("];
+    let mut made = 0;
+    let mut folders = vec![root().join("src/gpu")];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let text = fs::read_to_string(&path).unwrap();
+            let creates = |line: &&str| {
+                let call = line.split_once(".create_").map(|(_, call)| call);
+                let is_unsafe = line.contains("unsafe {");
+                is_unsafe && call.is_some_and(|call| !NAMELESS.iter().any(|name| call.starts_with(name)))
+                    || line.contains(".allocate_command_buffers(")
+            };
+            let (objects, names) = (text.lines().filter(creates).count(), text.matches(".set_name(").count());
+            assert!(names >= objects, "{}: {objects} objects, {names} names", path.display());
+            made += objects;
+        }
+    }
+    assert!(made >= 15, "the calls that make objects are found: {made}");
+}
+
 fn is_blessing() -> bool {
     let is_asked = std::env::var_os("LIGHTPATHS_BLESS").is_some();
     assert!(!is_asked || cfg!(feature = "shaderc"), "blessing needs the compiler: add --features shaderc");

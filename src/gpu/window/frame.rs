@@ -51,6 +51,7 @@ impl Frame {
             .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
             .queue_family_index(context.queue_family);
         let pool = unsafe { device.create_command_pool(&info, None) }.vk("vkCreateCommandPool")?;
+        context.set_name(pool, "window");
         let mut frame = Self {
             rendering: ash::khr::dynamic_rendering::Device::new(context.instance(), device),
             context: context.clone(),
@@ -61,10 +62,13 @@ impl Frame {
         };
         let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
         frame.commands = unsafe { device.allocate_command_buffers(&info) }.vk("vkAllocateCommandBuffers")?[0];
+        context.set_name(frame.commands, "window");
         let signalled = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
         frame.fence = unsafe { device.create_fence(&signalled, None) }.vk("vkCreateFence")?;
+        context.set_name(frame.fence, "window is drawn");
         frame.is_lent = unsafe { device.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) }
             .vk("vkCreateSemaphore")?;
+        context.set_name(frame.is_lent, "image is lent");
         Ok(frame)
     }
 

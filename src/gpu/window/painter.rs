@@ -92,11 +92,14 @@ impl WindowPainter {
         let info = vk::DescriptorPoolCreateInfo::default().max_sets(MOST_PICTURES).pool_sizes(&sizes);
         let set_pool =
             unsafe { context.device.create_descriptor_pool(&info, None) }.vk("vkCreateDescriptorPool")?;
+        context.set_name(set_layout, "picture");
+        context.set_name(set_pool, "pictures");
         // Pixels are shown as they are.
         let info = vk::SamplerCreateInfo::default()
             .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_EDGE)
             .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE);
         let sampler = unsafe { context.device.create_sampler(&info, None) }.vk("vkCreateSampler")?;
+        context.set_name(sampler, "pixels as they are");
         Ok(Self {
             frame: Frame::new(&context)?,
             context,

@@ -128,6 +128,7 @@ impl Swapchain {
             .old_swapchain(old.as_ref().map_or(vk::SwapchainKHR::null(), |old| old.handle));
         let loader = ash::khr::swapchain::Device::new(context.instance(), &context.device);
         let handle = unsafe { loader.create_swapchain(&info, None) }.vk("vkCreateSwapchainKHR")?;
+        context.set_name(handle, "window");
         drop(old);
         let mut made =
             Self { context: context.clone(), loader, handle, images: Vec::new(), extent, canvas: None };
@@ -154,7 +155,11 @@ impl SwapchainImage {
         let view = format.map_or(Ok(vk::ImageView::null()), |format| image_view(context, image, format))?;
         let semaphore = unsafe { context.device.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) };
         match semaphore.vk("vkCreateSemaphore") {
-            Ok(is_drawn) => Ok(Self { image, view, is_drawn }),
+            Ok(is_drawn) => {
+                context.set_name(image, "window");
+                context.set_name(is_drawn, "image is drawn");
+                Ok(Self { image, view, is_drawn })
+            }
             Err(error) => {
                 unsafe { context.device.destroy_image_view(view, None) };
                 Err(error)
@@ -184,7 +189,9 @@ pub(super) fn image_view(context: &Context, image: vk::Image, format: vk::Format
         .view_type(vk::ImageViewType::TYPE_2D)
         .format(format)
         .subresource_range(COLOUR);
-    unsafe { context.device.create_image_view(&info, None) }.vk("vkCreateImageView")
+    let view = unsafe { context.device.create_image_view(&info, None) }.vk("vkCreateImageView")?;
+    context.set_name(view, "whole image");
+    Ok(view)
 }
 
 /// All of a colour image.

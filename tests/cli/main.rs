@@ -7,6 +7,7 @@ mod compare;
 mod exact;
 mod film;
 mod lights;
+mod profile;
 mod scale;
 mod sweep;
 mod textures;
@@ -108,7 +109,7 @@ fn help_and_version_succeed_and_no_command_fails() {
         (&["compare", "--help"], &["--heatmap", "--max-relmse", "--z-test"]),
         (&["film", "--help"], &["--frames", "--format", "--video"]),
         (&["sweep", "--help"], &["--output", "--cache", "--seconds"]),
-        (&["time", "--help"], &["--frames", "--json"]),
+        (&["time", "--help"], &["--frames", "--json", "--trace", "--repeat", "--capture", "--statistics"]),
         (&["--version"], &[env!("CARGO_PKG_VERSION")]),
     ] {
         let output = run(&folder, arguments);
@@ -187,6 +188,20 @@ fn bad_arguments_are_refused_and_named() {
         ("time box --frames 0", &["--frames"]),
         ("time box --lights 1,0", &["--lights"]),
         ("time box --json missing/t.json", &["missing/t.json"]),
+        ("time box --trace missing/t.json", &["missing/t.json"]),
+        ("time box room --trace t.json", &["two scenes", "room"]),
+        ("time box --trace t.json --json u.json", &["--trace", "--json"]),
+        ("time box --trace t.json --lights 2", &["--trace", "--lights"]),
+        ("time box --repeat gathr 5", &["gathr", "gather", "tonemap"]),
+        ("time box --repeat gather", &["--repeat", "2 values"]),
+        ("time box --repeat gather 0", &["`0`", "1 to 100000"]),
+        ("time box --repeat gather 100001", &["`100001`", "1 to 100000"]),
+        ("time box --repeat gather often", &["`often`", "1 to 100000"]),
+        ("time box --repeat gather 5 --frames 2", &["--repeat", "--frames"]),
+        ("time box --repeat gather 5 --statistics", &["--repeat", "--statistics"]),
+        ("time box --capture missing/shot", &["missing/shot", "no folder missing"]),
+        ("render box -o a.png --capture missing/shot", &["missing/shot"]),
+        ("render box -o a.png --capture shot --method path", &["--capture", "path"]),
     ] {
         let arguments: Vec<&str> = arguments.split(' ').collect();
         assert_refused(&run(&folder, &arguments), 2, words);

@@ -71,7 +71,7 @@ impl Renderer {
             self.record(rec, stages, gathering);
         })?;
         let frame_ms = start.elapsed().as_secs_f64() * 1e3;
-        let (bytes, rays) = self.accounts(&passes);
+        let (bytes, rays) = self.accounts(&passes)?;
         let (columns, lights_unchanged) = (Columns::of(&passes), [0.0, 0.0]);
         Ok(FrameReport { passes, frame_ms, columns, bytes, rays, gathered: 0, lights_unchanged })
     }

@@ -23,6 +23,8 @@ pub mod renderer;
 #[forbid(unsafe_code)]
 pub mod scene;
 #[forbid(unsafe_code)]
+pub mod stored;
+#[forbid(unsafe_code)]
 pub mod types;
 
 pub use error::{Error, Result};

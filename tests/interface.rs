@@ -285,9 +285,9 @@ fn host_files_name_what_shaders_declare() {
 const LAYERS: [&[&str]; 6] = [
     &["error", "layout", "types"],
     &["gpu", "scene"],
-    &["cpu", "image", "metrics"],
+    &["cpu", "image", "metrics", "stored"],
     &["passes"],
-    &["reference", "renderer", "stored"],
+    &["reference", "renderer"],
     &["app"],
 ];
 

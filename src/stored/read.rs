@@ -1,0 +1,164 @@
+//! How files are read: nothing is believed before it was checked.
+
+use super::format::{BYTE_ORDER, Dependency, Header, Key, MAGIC, Section, hash, head_checksum};
+use super::{Refusal, VERSION};
+use bytemuck::Pod;
+use std::fs;
+use std::io;
+use std::path::Path;
+
+/// Dependencies and sections of a file at most.
+const MOST_ENTRIES: u32 = 256;
+
+/// The sections of a file whose every byte is what was written.
+#[derive(Debug)]
+pub struct File<'a> {
+    sections: Vec<(&'a str, u64, &'a [u8])>,
+}
+
+/// The bytes of a file.
+///
+/// # Errors
+/// [`Refusal::Missing`] or [`Refusal::Unreadable`].
+pub(super) fn bytes_of(file: &Path) -> Result<Vec<u8>, Refusal> {
+    let failed = |error: io::Error| match error.kind() {
+        io::ErrorKind::NotFound => Refusal::Missing,
+        kind => Refusal::Unreadable(kind.to_string()),
+    };
+    // Anything else, a pipe for one, might never end.
+    if !fs::metadata(file).map_err(failed)?.is_file() {
+        return Err(Refusal::Unreadable("it is no regular file".into()));
+    }
+    fs::read(file).map_err(failed)
+}
+
+/// A copy of the item at the start of some bytes, and the rest.
+fn split<T: Pod>(bytes: &[u8]) -> Option<(T, &[u8])> {
+    let (item, rest) = bytes.split_at_checked(size_of::<T>())?;
+    Some((bytemuck::pod_read_unaligned(item), rest))
+}
+
+/// A stored name: zeros behind it, and none in it.
+fn name(bytes: &[u8]) -> Result<&str, Refusal> {
+    let end = bytes.iter().position(|&byte| byte == 0).unwrap_or(bytes.len());
+    let (name, padding) = bytes.split_at(end);
+    let name = std::str::from_utf8(name).ok().filter(|name| !name.is_empty());
+    name.filter(|_| padding.iter().all(|&byte| byte == 0)).ok_or_else(|| Refusal::damaged("a name is none"))
+}
+
+impl<'a> File<'a> {
+    /// The bytes of a file, to be parsed.
+    ///
+    /// # Errors
+    /// [`Refusal::Missing`] or [`Refusal::Unreadable`].
+    pub fn bytes(file: &Path) -> Result<Vec<u8>, Refusal> {
+        bytes_of(file)
+    }
+
+    /// Reads a file's contents, which must have been made from what the key names.
+    ///
+    /// # Errors
+    /// All but [`Refusal::Missing`] and [`Refusal::Unreadable`].
+    pub fn parse(bytes: &'a [u8], key: &Key) -> Result<Self, Refusal> {
+        let short = || Refusal::damaged("it ends too early");
+        let (header, after) = split::<Header>(bytes).ok_or_else(short)?;
+        if header.magic != MAGIC {
+            return Err(Refusal::Foreign("does not hold light paths".into()));
+        }
+        if header.byte_order != BYTE_ORDER {
+            return Err(Refusal::Foreign("comes from a machine of another byte order".into()));
+        }
+        if header.version != VERSION {
+            let version = header.version;
+            return Err(Refusal::Foreign(format!("has form {version}, and this program's is {VERSION}")));
+        }
+        if header.file_bytes != bytes.len() as u64 {
+            let (found, told) = (bytes.len(), header.file_bytes);
+            return Err(Refusal::damaged(format!("it has {found} bytes instead of {told}")));
+        }
+        if header.dependency_count.max(header.section_count) > MOST_ENTRIES {
+            return Err(Refusal::damaged("its tables are too long"));
+        }
+        let dependency_bytes = header.dependency_count as usize * size_of::<Dependency>();
+        let section_bytes = header.section_count as usize * size_of::<Section>();
+        let (tables, contents) =
+            after.split_at_checked(dependency_bytes + section_bytes).ok_or_else(short)?;
+        if header.checksum != head_checksum(&header, tables) {
+            return Err(Refusal::damaged("the checksum of its header is wrong"));
+        }
+        let (dependencies, sections) = tables.split_at(dependency_bytes);
+        compare(dependencies, key)?;
+        Self::cut(sections, contents)
+    }
+
+    /// Cuts the contents into the sections of the table.
+    fn cut(table: &'a [u8], contents: &'a [u8]) -> Result<Self, Refusal> {
+        let mut sections: Vec<(&str, u64, &[u8])> = Vec::new();
+        let mut rest = contents;
+        for entry in table.chunks_exact(size_of::<Section>()) {
+            let section: Section = bytemuck::pod_read_unaligned(entry);
+            let name = name(&entry[..section.name.len()])?;
+            let size = section.element_bytes.checked_mul(section.count);
+            let size = size.and_then(|size| usize::try_from(size).ok());
+            let (own, others) = size
+                .and_then(|size| rest.split_at_checked(size))
+                .ok_or_else(|| Refusal::damaged(format!("section `{name}` is longer than the file")))?;
+            if section.checksum != hash(own) {
+                return Err(Refusal::damaged(format!("the checksum of section `{name}` is wrong")));
+            }
+            if sections.iter().any(|other| other.0 == name) {
+                return Err(Refusal::damaged(format!("section `{name}` is there twice")));
+            }
+            sections.push((name, section.element_bytes, own));
+            rest = others;
+        }
+        if !rest.is_empty() {
+            return Err(Refusal::damaged("bytes are left that no section holds"));
+        }
+        Ok(Self { sections })
+    }
+
+    /// The items of a section.
+    ///
+    /// # Errors
+    /// There is none of that name, or it is of other items.
+    pub fn list<T: Pod>(&self, name: &str) -> Result<Vec<T>, Refusal> {
+        let section = self.sections.iter().find(|section| section.0 == name);
+        let &(_, element_bytes, bytes) =
+            section.ok_or_else(|| Refusal::damaged(format!("section `{name}` is missing")))?;
+        if element_bytes != size_of::<T>() as u64 || bytes.len() % size_of::<T>() != 0 {
+            return Err(Refusal::damaged(format!("section `{name}` holds something else")));
+        }
+        let mut items = vec![T::zeroed(); bytes.len() / size_of::<T>()];
+        bytemuck::cast_slice_mut(&mut items).copy_from_slice(bytes);
+        Ok(items)
+    }
+
+    /// The item of a section that holds one.
+    ///
+    /// # Errors
+    /// As [`Self::list`], or there are more or fewer.
+    pub fn one<T: Pod>(&self, name: &str) -> Result<T, Refusal> {
+        match self.list(name)?[..] {
+            [item] => Ok(item),
+            _ => Err(Refusal::damaged(format!("section `{name}` holds more or less than one item"))),
+        }
+    }
+}
+
+/// Whether a file was made from what the key names; else what has changed.
+fn compare(table: &[u8], key: &Key) -> Result<(), Refusal> {
+    let mut found = Vec::new();
+    for entry in table.chunks_exact(size_of::<Dependency>()) {
+        let dependency: Dependency = bytemuck::pod_read_unaligned(entry);
+        found.push((name(&entry[..dependency.name.len()])?, dependency.hash));
+    }
+    let names = |names: &mut dyn Iterator<Item = &str>| names.map(str::to_owned).collect::<Vec<_>>();
+    let wanted = &key.dependencies;
+    if names(&mut found.iter().map(|found| found.0)) != names(&mut wanted.iter().map(|wanted| wanted.0)) {
+        return Err(Refusal::Stale(vec!["what light paths depend on".to_owned()]));
+    }
+    let changed = found.iter().zip(wanted).filter(|(found, wanted)| found.1 != wanted.1);
+    let changed = names(&mut changed.map(|(found, _)| found.0));
+    if changed.is_empty() { Ok(()) } else { Err(Refusal::Stale(changed)) }
+}

@@ -20,6 +20,7 @@ mod resolution;
 mod scope;
 mod shine;
 mod skips;
+mod stored;
 mod twins;
 mod views;
 
@@ -29,6 +30,7 @@ pub use inspect::{ClusterAt, GatherRaySegment, PathPoint, RecordShare, SurfaceAt
 pub use outputs::StageBuffers;
 pub use preview::Preview;
 pub use report::{Columns, FrameReport, Layer, Statistics};
+pub use stored::{Store, Written};
 pub use twins::{Exact, Stage};
 
 use crate::error::Result;
@@ -58,6 +60,7 @@ use changes::{Changes, Stages};
 use closed_places::ClosedPlaces;
 use lights::Lights;
 use needs::{Gathering, Needs};
+use precompute::Precomputed;
 use scope::{Scope, Scopes};
 use shine::Shine;
 use std::{sync::Arc, time::Instant};
@@ -116,12 +119,16 @@ impl Renderer {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn new(context: &Arc<Context>, scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
-        Self::make(context, scene, progress).map_err(advice::advise)
+        let make = || {
+            let (start, mut scene) = (Instant::now(), scene);
+            let made = precompute::precompute(context, &mut scene, progress)?;
+            Self::of(context, scene, made, start)
+        };
+        make().map_err(advice::advise)
     }
 
-    fn make(context: &Arc<Context>, mut scene: Scene, progress: &mut dyn Progress) -> Result<Self> {
-        let start = Instant::now();
-        let mut made = precompute::precompute(context, &mut scene, progress)?;
+    /// Takes what the precomputation made, which began then.
+    fn of(context: &Arc<Context>, scene: Scene, mut made: Precomputed, start: Instant) -> Result<Self> {
         let size = scene.cameras[0].size;
         let pixels = size[0] * size[1];
         let antialias = Antialias::new(context, size, scene.quality.edge_samples)?;
@@ -146,8 +153,15 @@ impl Renderer {
         let counts = [factor_count, direct.point_count(), pyramid.base_count()];
         let gloss_room = shine.as_ref().map(Shine::room);
         let (points, hemisphere) = (made.point_count, made.hemisphere);
-        let gather =
-            Gather::new(context, made.cache_points, points, made.rays, hemisphere, made.code, shines)?;
+        let gather = Gather::of_bundles(
+            context,
+            made.cache_points,
+            points,
+            made.bundles,
+            hemisphere,
+            made.code,
+            shines,
+        )?;
         let mut renderer = Self {
             context: context.clone(),
             view: View::from(&scene.cameras[0]),

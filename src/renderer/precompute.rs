@@ -1,7 +1,7 @@
 //! The precomputation, in the paper's order. [Yue §1, §2]
 
 use super::closed_places::{ClosedPlaces, lost_lights};
-use super::resolution::{blurred, outgoing_directions, undersampled};
+use super::resolution::{blurred, outgoing_directions, uncovered, undersampled};
 use super::{Statistics, counts};
 use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
@@ -10,7 +10,7 @@ use crate::passes::frame::near_field::NearCluster;
 use crate::passes::precompute::cache_points::{self, Geometry, Placed, Survey};
 use crate::passes::precompute::cluster_views::{self, ViewTables};
 use crate::passes::precompute::entry_points::{self, Strata};
-use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, LEAST_ENTRY_POINTS, RayTable};
+use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, LEAST_ENTRY_POINTS};
 use crate::passes::precompute::gloss::{self, GlossTables};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
@@ -19,6 +19,7 @@ use crate::passes::precompute::{
     near_clusters::{self, Extent},
     near_hits::{self, NearHits},
     open_shares, openness,
+    ray_bundles::RayBundles,
     rays::Rays,
     separated, sides,
 };
@@ -54,13 +55,16 @@ pub(super) struct Precomputed {
     pub(super) surfaces: Vec<Surface>,
     pub(super) hvds: Hvds,
     pub(super) entry_points: Vec<PathVertex>,
-    /// Area that each entry point stands for, m².
+    /// Area that each entry point stands for, m², and that all do.
     pub(super) area_m2: f32,
+    pub(super) all_area_m2: f64,
     pub(super) paths: LightPaths,
     pub(super) point_count: u32,
     pub(super) cache_points: Buffer,
+    /// They cover the scene's curved surfaces.
+    pub(super) is_covering: bool,
     pub(super) neighbourhoods: Neighbourhoods,
-    pub(super) rays: RayTable,
+    pub(super) bundles: RayBundles,
     /// None where nothing hides a part of a cluster that is read.
     pub(super) views: Option<ViewTables>,
     /// None where no material may shine.
@@ -136,8 +140,7 @@ pub(super) fn precompute(
         Ok::<_, Error>(hvds)
     };
     let cells = build(quality.cells)?;
-    let finest = (REFINED * quality.cells).min(FINEST);
-    let mut hvds = build(finest)?;
+    let mut hvds = build(finest_cells(quality.cells))?;
     let gaps = narrow_gaps::find(&tracer, &buffers, &scene.lights)?;
     watch.lap("cells");
 
@@ -211,10 +214,7 @@ pub(super) fn precompute(
     let cache_points = Buffer::from_slice(context, "cache points", &points)?;
     let neighbourhoods = Neighbourhoods::new(&placement.points);
     if !placement.is_covering {
-        scene.warnings.push(format!(
-            "{} cache points do not cover the scene's curved surfaces; pixels without one take the nearest; raise quality.cache_points",
-            quality.cache_points
-        ));
+        scene.warnings.push(uncovered(quality.cache_points));
     }
     watch.lap("cache points");
 
@@ -292,6 +292,8 @@ pub(super) fn precompute(
     )?
     .map_or((None, code), |(tables, code)| (Some(tables), code));
     watch.lap("outgoing directions");
+    let bundles = RayBundles::new(context, rays, hemisphere)?;
+    watch.lap("ray bundles");
     progress.finish();
 
     let mut statistics = Statistics {
@@ -323,11 +325,13 @@ pub(super) fn precompute(
         hvds,
         entry_points,
         area_m2,
+        all_area_m2: strata.area_m2,
         paths,
         point_count,
         cache_points,
+        is_covering: placement.is_covering,
         neighbourhoods,
-        rays,
+        bundles,
         views: views.filter(|views| !views.is_empty()),
         gloss,
         hemisphere,
@@ -341,6 +345,11 @@ pub(super) fn precompute(
         tight_parts,
         statistics,
     })
+}
+
+/// Cells of the finest level along an axis.
+pub(super) fn finest_cells(cells: u32) -> u32 {
+    (REFINED * cells).min(FINEST)
 }
 
 /// What cache points are placed on; the scene's size and how far rays start off surfaces, metres.

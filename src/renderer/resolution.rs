@@ -63,3 +63,10 @@ pub(super) fn undersampled(
         })
     })
 }
+
+/// What to say of cache points that are too few.
+pub(super) fn uncovered(cache_points: u32) -> String {
+    format!(
+        "{cache_points} cache points do not cover the scene's curved surfaces; pixels without one take the nearest; raise quality.cache_points"
+    )
+}

@@ -9,7 +9,6 @@ use crate::passes::frame::hvds::{ClusterLists, Pyramid};
 use crate::passes::frame::near_field::{NearCluster, NearField};
 use crate::passes::frame::needed_records::RecordList;
 use crate::passes::precompute::gloss::GlossTables;
-use crate::passes::precompute::ray_bundles::rows_per_part;
 use crate::passes::precompute::reads::Reads;
 use crate::scene::directions::Directions;
 use crate::scene::hvds::Hvds;
@@ -80,7 +79,7 @@ impl Scopes {
             levels: made.hvds.levels.clone(),
             near_clusters: std::mem::take(&mut made.near_clusters),
             near_parts: std::mem::take(&mut made.near_parts),
-            records: [made.point_count, rows_per_part(context, &made.rays, made.hemisphere)],
+            records: [made.point_count, made.bundles.rows_per_part],
             tight_count: made.tight_count,
         };
         let read = sources.scope(context, reads)?;
@@ -124,7 +123,8 @@ pub(super) fn reads(made: &Precomputed, views: &Views, pyramid: &Pyramid) -> Res
         return Ok(Reads::all(made.hvds.cluster_count()));
     }
     let sources = pyramid.indirect_sources.read::<u32>()?;
-    Reads::find(&made.hvds, &made.rays, made.code, views.tables(), &made.near_parts, &sources)
+    let targets = made.bundles.reflectors.read::<u32>()?;
+    Ok(Reads::of(&made.hvds, targets, made.code, views.tables(), &made.near_parts, &sources))
 }
 
 /// Shares of the hierarchy that nothing reads, 0..=1.

@@ -253,7 +253,8 @@ impl Hvds {
         self.cell_first.resize(self.grid.cell_count() + 1, self.cell_clusters.len() as u32);
     }
 
-    pub(super) fn link_children(&mut self) {
+    /// Makes `first_children` from `parents`: children of a cluster stand together, and all of those in the order of their parents.
+    pub fn link_children(&mut self) {
         let base = self.levels[0].len();
         let mut first_children = vec![0; base];
         for (child, &parent) in self.parents.iter().enumerate() {

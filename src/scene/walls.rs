@@ -159,6 +159,20 @@ pub(super) fn read(list: &[u32]) -> impl Iterator<Item = CellCluster> {
     })
 }
 
+/// Whether a cell's list can be read, and names but the first so many clusters.
+pub fn is_list(list: &[u32], clusters: usize) -> bool {
+    let mut rest = list;
+    while let Some((&entry, after)) = rest.split_first() {
+        let is_split = after.first().is_some_and(|&next| next >> 26 == SPLIT);
+        let last = (entry & 0x03ff_ffff) as usize + usize::from(is_split);
+        if entry >> 26 == SPLIT || last >= clusters || (is_split && after.len() < 5) {
+            return false;
+        }
+        rest = if is_split { &after[5..] } else { after };
+    }
+    true
+}
+
 /// The grid's words for a part: a cell's own bits stand above them.
 pub(super) const PART_BITS: u32 = 3;
 

@@ -99,6 +99,22 @@ impl Gather {
         shines: bool,
     ) -> Result<Self> {
         let bundles = RayBundles::new(context, rays, hemisphere)?;
+        Self::of_bundles(context, cache_points, point_count, bundles, hemisphere, code, shines)
+    }
+
+    /// The same, of rays that are bundled.
+    ///
+    /// # Errors
+    /// The device lacks memory, or a Vulkan call failed.
+    pub fn of_bundles(
+        context: &Arc<Context>,
+        cache_points: Buffer,
+        point_count: u32,
+        bundles: RayBundles,
+        hemisphere: Hemisphere,
+        code: GatherCode,
+        shines: bool,
+    ) -> Result<Self> {
         let does_shine = ("SHINES", u32::from(shines));
         let constants = [does_shine, has_textures(bundles.has_colours), context.waiting_group()];
         let room = |count: u32| Buffer::storage(context, "reflected radiance", 12 * u64::from(count.max(1)));

@@ -137,7 +137,7 @@ fn wanted_directions(sources: &Sources<'_>, rows: &[GatherRay], code: GatherCode
 }
 
 /// First base cluster below each cluster, and the end.
-pub(super) fn base_ranges(hvds: &Hvds) -> Vec<UVec2> {
+pub fn base_ranges(hvds: &Hvds) -> Vec<UVec2> {
     let base = hvds.levels[0].end;
     let mut ranges: Vec<UVec2> = (0..base).map(|cluster| UVec2::new(cluster, cluster + 1)).collect();
     for cluster in base as usize..hvds.cluster_count() as usize {

@@ -109,12 +109,92 @@ pub struct RayBundles {
 
 /// Cache points of a part: of as many rays, were each a bundle of its own, as a binding holds.
 pub fn rows_per_part(context: &Context, table: &RayTable, hemisphere: Hemisphere) -> u32 {
+    table.rows_per_buffer.min(most_rows(context, hemisphere))
+}
+
+/// Cache points whose bundles one binding holds, however few rays share one.
+fn most_rows(context: &Context, hemisphere: Hemisphere) -> u32 {
     let row_bytes = u64::from(hemisphere.rays()) * size_of::<RayBundle>() as u64;
     let limit = (context.limits().storage_range_bytes / row_bytes).max(1);
-    u64::from(table.rows_per_buffer).min(limit) as u32
+    limit.min(u64::from(u32::MAX)) as u32
+}
+
+/// Bundles of all cache points as plain lists.
+#[derive(Debug, PartialEq)]
+pub struct BundleLists {
+    /// Targets of gather rays that occur, in ascending order.
+    pub reflectors: Vec<u32>,
+    /// Bundles of each cache point.
+    pub counts: Vec<u32>,
+    /// [`RayBundle`]s of one cache point after the other.
+    pub bundles: Vec<RayBundle>,
+    /// Beside each, the packed colour of the image that its rays met; none at all in scenes without images.
+    pub colours: Vec<u32>,
 }
 
 impl RayBundles {
+    fn empty(
+        context: &Arc<Context>,
+        code: &BundleCode,
+        rows_per_part: u32,
+        has_colours: bool,
+    ) -> Result<Self> {
+        Ok(Self {
+            rows_per_part,
+            parts: Vec::new(),
+            reflectors: Buffer::from_slice(context, "reflectors", &code.reflectors)?,
+            reflector_count: code.reflectors.len() as u32,
+            reflector_bits: code.reflector_bits,
+            turn_unit: code.turn_unit,
+            has_colours,
+            ray_count: 0,
+            bundle_count: 0,
+        })
+    }
+
+    /// Uploads bundles that were found before ([`Self::lists`]), whose reflectors ascend.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn of_lists(
+        context: &Arc<Context>,
+        lists: BundleLists,
+        hemisphere: Hemisphere,
+        has_colours: bool,
+    ) -> Result<Self> {
+        let BundleLists { reflectors, counts, bundles, colours } = lists;
+        let rows_per_part = (counts.len().max(1) as u32).min(most_rows(context, hemisphere));
+        let code = BundleCode::new(reflectors, hemisphere);
+        let mut found = Self::empty(context, &code, rows_per_part, has_colours)?;
+        let mut start = 0;
+        for counts in counts.chunks(rows_per_part as usize) {
+            let end = start + counts.iter().map(|&count| count as usize).sum::<usize>();
+            let colours = if has_colours { &colours[start..end] } else { &[] };
+            found.add(context, counts, &bundles[start..end], colours)?;
+            start = end;
+        }
+        Ok(found)
+    }
+
+    /// Reads all of it back, to be kept.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn lists(&self) -> Result<BundleLists> {
+        let reflectors = self.reflectors.read()?;
+        let mut lists =
+            BundleLists { reflectors, counts: Vec::new(), bundles: Vec::new(), colours: Vec::new() };
+        for part in &self.parts {
+            let first: Vec<u32> = part.first_bundles.read()?;
+            lists.counts.extend(first.windows(2).map(|ends| ends[1] - ends[0]));
+            lists.bundles.extend(part.bundles.read::<RayBundle>()?);
+            if self.has_colours {
+                lists.colours.extend(part.colours.read::<u32>()?);
+            }
+        }
+        Ok(lists)
+    }
+
     /// Bundles the rays of a table, which goes part by part as they are.
     ///
     /// # Errors
@@ -125,17 +205,7 @@ impl RayBundles {
         let mut targets = Vec::new();
         table.scan(hemisphere.rays(), |_, rays| targets.extend(distinct(rays)))?;
         let code = BundleCode::new(targets, hemisphere);
-        let mut found = Self {
-            rows_per_part,
-            parts: Vec::new(),
-            reflectors: Buffer::from_slice(context, "reflectors", &code.reflectors)?,
-            reflector_count: code.reflectors.len() as u32,
-            reflector_bits: code.reflector_bits,
-            turn_unit: code.turn_unit,
-            has_colours,
-            ray_count: 0,
-            bundle_count: 0,
-        };
+        let mut found = Self::empty(context, &code, rows_per_part, has_colours)?;
         let piece = (PIECE_RAYS / per_row).max(1) * per_row;
         let mut rows: Vec<Vec<(RayBundle, u32)>> = Vec::new();
         for (rays, colours) in table.buffers.into_iter().zip(table.colours) {
@@ -154,37 +224,49 @@ impl RayBundles {
                 }));
                 while rows.len() >= rows_per_part as usize {
                     let rest = rows.split_off(rows_per_part as usize);
-                    found.add(context, &std::mem::replace(&mut rows, rest))?;
+                    found.add_rows(context, &std::mem::replace(&mut rows, rest))?;
                 }
             }
         }
         if !rows.is_empty() {
-            found.add(context, &rows)?;
+            found.add_rows(context, &rows)?;
         }
         Ok(found)
     }
 
     /// Uploads the next part.
-    fn add(&mut self, context: &Arc<Context>, rows: &[Vec<(RayBundle, u32)>]) -> Result<()> {
+    fn add_rows(&mut self, context: &Arc<Context>, rows: &[Vec<(RayBundle, u32)>]) -> Result<()> {
+        let counts: Vec<u32> = rows.iter().map(|row| row.len() as u32).collect();
+        let (bundles, colours): (Vec<RayBundle>, Vec<u32>) = rows.iter().flatten().copied().unzip();
+        self.add(context, &counts, &bundles, &colours)
+    }
+
+    /// The same from lists: bundles of each cache point, and all of them, with their colours.
+    fn add(
+        &mut self,
+        context: &Arc<Context>,
+        counts: &[u32],
+        bundles: &[RayBundle],
+        colours: &[u32],
+    ) -> Result<()> {
         let first_point = self.parts.last().map_or(0, |part| part.points.end);
         let mut first_bundles = vec![0_u32];
-        for row in rows {
-            first_bundles.push(first_bundles[first_bundles.len() - 1] + row.len() as u32);
+        for count in counts {
+            first_bundles.push(first_bundles[first_bundles.len() - 1] + count);
         }
-        let (bundles, colours): (Vec<RayBundle>, Vec<u32>) = rows.iter().flatten().copied().unzip();
         self.bundle_count += bundles.len() as u64;
         let rays = |bundle: &RayBundle| {
             u64::from(bundle.reflector.checked_shr(self.reflector_bits).unwrap_or(0)) + 1
         };
         self.ray_count += bundles.iter().map(rays).sum::<u64>();
         self.parts.push(BundlePart {
-            points: first_point..first_point + rows.len() as u32,
+            points: first_point..first_point + counts.len() as u32,
             first_bundles: Buffer::from_slice(context, "first bundles", &first_bundles)?,
-            bundles: Buffer::from_slice(context, "ray bundles", &bundles)?,
+            bundles: Buffer::from_slice(context, "ray bundles", bundles)?,
             colours: Buffer::from_slice(
                 context,
                 "bundle colours",
-                if self.has_colours { &colours } else { &[0] },
+                if self.has_colours { colours } else { &[0] },
             )?,
         });
         Ok(())

@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::passes::frame::near_field::NearCluster;
 use crate::scene::hvds::Hvds;
 use crate::types::{NO_CLUSTER, NO_TARGET};
+use std::collections::BTreeSet;
 
 /// What is read, by cluster.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,15 +38,27 @@ impl Reads {
         near_parts: &[NearCluster],
         indirect_sources: &[u32],
     ) -> Result<Self> {
+        let mut targets = BTreeSet::new();
+        rays.scan(1, |_, rays| targets.extend(rays.iter().map(|ray| ray.target)))?;
+        targets.remove(&NO_TARGET);
+        Ok(Self::of(hvds, targets, code, views, near_parts, indirect_sources))
+    }
+
+    /// The same, of the targets of gather rays: what these met.
+    pub fn of(
+        hvds: &Hvds,
+        targets: impl IntoIterator<Item = u32>,
+        code: GatherCode,
+        views: Option<&ViewTables>,
+        near_parts: &[NearCluster],
+        indirect_sources: &[u32],
+    ) -> Self {
         let count = hvds.cluster_count() as usize;
         let view_count = views.map_or(0, |views| views.count() as usize);
-        let mut is_read = vec![false; count + view_count + near_parts.len()];
-        rays.scan(1, |_, rays| {
-            for ray in rays.iter().filter(|ray| ray.target != NO_TARGET) {
-                is_read[(ray.target & ((1 << code.cluster_bits) - 1)) as usize] = true;
-            }
-        })?;
-        let mut irradiance = is_read;
+        let mut irradiance = vec![false; count + view_count + near_parts.len()];
+        for target in targets {
+            irradiance[(target & ((1 << code.cluster_bits) - 1)) as usize] = true;
+        }
         let read_views = irradiance.split_off(count);
         if let Some(views) = views {
             for (parts, _) in views.first_parts.windows(2).zip(read_views).filter(|(_, is_read)| *is_read) {
@@ -66,6 +79,6 @@ impl Reads {
             let parent = hvds.parents[cluster];
             flux[cluster] |= parent != NO_CLUSTER && flux[parent as usize];
         }
-        Ok(Self { irradiance, flux })
+        Self { irradiance, flux }
     }
 }

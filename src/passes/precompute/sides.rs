@@ -41,6 +41,17 @@ impl ClosedPlaces {
         Self { groups, bounds }
     }
 
+    /// The group of each side, [`u32::MAX`] where it has none: what [`Self::of_numbers`] takes.
+    pub fn numbers(&self) -> Vec<u32> {
+        self.groups.iter().map(|group| group.map_or(u32::MAX, |group| group as u32)).collect()
+    }
+
+    /// Those that were found before; triangles in BVH order.
+    pub fn of_numbers(triangles: &[Triangle], numbers: &[u32]) -> Self {
+        let group = |&group: &u32| (group != u32::MAX).then_some(group as usize);
+        Self::new(triangles, numbers.iter().map(group).collect())
+    }
+
     /// Whether one of them may hold both points.
     pub fn may_hold(&self, points: [Vec3; 2]) -> bool {
         let is_in = |point: Vec3, [low, high]: [Vec3; 2]| point.cmpgt(low).all() && point.cmplt(high).all();

@@ -1,0 +1,189 @@
+//! Whether what a file holds fits together and fits the scene. Whoever wrote it may have meant harm, and checksums are right all the same:
+//! each index that the host or the device follows is held against the length of the list that it points into.
+
+use super::contents::Contents;
+use super::gloss_checks;
+use crate::passes::frame::path_scan::{FROM_ENTRY, HEAD};
+use crate::scene::hvds::Hvds;
+use crate::scene::{Scene, walls};
+use crate::stored::Refusal;
+use crate::types::{NO_CLUSTER, Surface};
+use glam::Vec3;
+
+/// Refuses what is not so.
+pub(super) fn demand(is_so: bool, what: &str) -> Result<(), Refusal> {
+    if is_so { Ok(()) } else { Err(Refusal::damaged(what)) }
+}
+
+/// Whether a list of starts, and the end, cuts `length` items into so many runs.
+pub(super) fn cuts(first: &[u32], runs: usize, length: usize) -> bool {
+    first.len() == runs + 1 && first[0] == 0 && first.is_sorted() && first[runs] as usize == length
+}
+
+/// Holds all that was read against itself and the scene, whose triangles the tree puts into `order`, and links the hierarchy.
+pub(super) fn check(contents: &mut Contents, scene: &Scene, order: &[u32]) -> Result<(), Refusal> {
+    demand(contents.order == order, "triangles stand in another order")?;
+    demand(contents.sides.len() == order.len(), "sides of triangles")?;
+    demand(contents.closed.len() == 2 * order.len(), "closed places")?;
+    hierarchy(&contents.hvds)?;
+    demand(contents.trusted.len() == contents.hvds.areas_m2.len(), "entry points of clusters")?;
+    contents.hvds.link_children();
+    paths(contents, scene)?;
+    records(contents, scene)?;
+    bundles(contents, scene)?;
+    views(contents)?;
+    gloss_checks::check(contents, scene)
+}
+
+/// Sides of triangles: what the surface itself tells of them has to be the same.
+pub(super) fn sides(surface: &Surface, sides: u32) -> Result<(), Refusal> {
+    demand((surface.sides ^ sides) >> 12 <= 3 && (surface.sides ^ sides) & 0xfff == 0, "codes of sides")
+}
+
+fn hierarchy(hvds: &Hvds) -> Result<(), Refusal> {
+    let count = hvds.areas_m2.len();
+    demand(!hvds.levels.is_empty() && count <= 1 << 26, "levels")?;
+    let mut end = 0;
+    for level in &hvds.levels {
+        demand(level.start == end && level.start <= level.end, "levels")?;
+        end = level.end;
+    }
+    demand(end as usize == count, "levels")?;
+    demand(hvds.shown_m2.len() == count && hvds.parents.len() == count, "clusters")?;
+    demand(hvds.mixed.is_empty() || hvds.mixed.len() == count, "mixed clusters")?;
+    let areas = hvds.areas_m2.iter().chain(&hvds.shown_m2);
+    demand(areas.into_iter().all(|area| area.is_finite() && *area >= 0.0), "areas")?;
+
+    // Children of a cluster stand together, in the order of their parents, and nobody is without.
+    for (level, up) in hvds.levels.iter().zip(&hvds.levels[1..]) {
+        let mut next = up.start;
+        for &parent in &hvds.parents[level.start as usize..level.end as usize] {
+            let is_last = next > up.start && parent == next - 1;
+            demand(is_last || (parent == next && up.contains(&parent)), "parents")?;
+            next = parent + 1;
+        }
+        demand(next == up.end, "parents")?;
+    }
+    let roots = &hvds.levels[hvds.levels.len() - 1];
+    demand(hvds.parents[roots.start as usize..].iter().all(|&parent| parent == NO_CLUSTER), "roots")?;
+
+    let (base, own) = (hvds.levels[0].len(), hvds.wholes.len());
+    let is_whole = |&whole: &u32| whole == NO_CLUSTER || (own..base).contains(&(whole as usize));
+    demand(own <= base && hvds.wholes.iter().all(is_whole), "wholes")?;
+    let cells = hvds.grid.cell_count();
+    demand(cuts(&hvds.cell_first, cells, hvds.cell_clusters.len()), "cells")?;
+    let is_list = |cell: usize| {
+        let list = hvds.cell_first[cell] as usize..hvds.cell_first[cell + 1] as usize;
+        walls::is_list(&hvds.cell_clusters[list], own)
+    };
+    demand((0..cells).all(is_list), "clusters of cells")
+}
+
+fn paths(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
+    let Contents { paths, entry_points, hvds, .. } = contents;
+    let sides = 2 * scene.triangles.len();
+    let base = hvds.levels[0].len();
+    demand(contents.numbers.all_area_m2.is_finite() && contents.numbers.all_area_m2 >= 0.0, "area")?;
+    demand(entry_points.len() == scene.quality.entry_points as usize, "number of entry points")?;
+    for point in entry_points {
+        let is_held = point.cluster == NO_CLUSTER || (point.cluster as usize) < base;
+        let is_finite = point.position.is_finite() && point.weight.is_finite();
+        demand((point.side as usize) < sides && is_held && is_finite, "entry points")?;
+    }
+    let (steps, deposits) = (&paths.steps, &paths.deposits);
+    let shines = !paths.arrivals.lobes.is_empty();
+    demand(shines == (contents.numbers.has_gloss != 0) || steps.is_empty(), "lobes")?;
+    demand(!shines || paths.arrivals.lobes.len() == steps.len(), "lobes")?;
+    demand(paths.colours.len() == if has_images(scene) { steps.len() } else { 0 }, "colours of steps")?;
+    for step in steps {
+        let is_known = (step.material as usize) < scene.materials.len()
+            || step.material == HEAD
+            || (shines && step.material == FROM_ENTRY);
+        demand(is_known && (step.slot as usize) < deposits.len(), "steps")?;
+    }
+    let heads = steps.iter().filter(|step| step.material == HEAD).count();
+    let starts = steps.first().is_none_or(|step| step.material == HEAD);
+    demand(starts && heads == entry_points.len(), "starts of paths")?;
+    let is_path = |path: u32| (path as usize) < entry_points.len();
+    // The last deposit is nobody's.
+    let held = deposits.len().checked_sub(1).ok_or_else(|| Refusal::damaged("deposits"))?;
+    demand(deposits[..held].iter().all(|deposit| is_path(deposit.path())), "deposits")?;
+    demand(cuts(&paths.first_deposits, 2 * base, held), "deposits of clusters")?;
+    let mut end = 0;
+    for group in &paths.groups {
+        demand(group.steps.start >= end && group.steps.start <= group.steps.end, "groups of paths")?;
+        end = group.steps.end;
+    }
+    demand(end as usize <= steps.len(), "groups of paths")?;
+    let names = &paths.names;
+    let are_names = names.is_empty() || names.len() == entry_points.len();
+    demand(are_names && names.iter().all(|&name| is_path(name)), "names of paths")
+}
+
+/// Whether images take part: then steps and gather rays have colours.
+pub(super) fn has_images(scene: &Scene) -> bool {
+    !scene.texture_coordinates.is_empty()
+}
+
+fn records(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
+    let points = &contents.cache_points;
+    let is_point = |record: u32| (record as usize) < points.len();
+    for point in points {
+        let vectors = [point.position, point.normal, point.wall, point.facet];
+        let is_finite = vectors.into_iter().all(Vec3::is_finite) && point.radius.is_finite();
+        demand(is_finite && (point.side as usize) < 2 * scene.triangles.len(), "cache points")?;
+    }
+    let neighbours = &contents.neighbourhoods;
+    demand(cuts(&neighbours.first, points.len(), neighbours.list.len()), "neighbours")?;
+    demand(neighbours.list.iter().all(|neighbour| is_point(neighbour.record)), "neighbours")?;
+    let clusters = contents.hvds.areas_m2.len();
+    let mut near = contents.near_clusters.iter().chain(&contents.near_parts);
+    let is_near = near.all(|near| (near.cluster as usize) < clusters && is_point(near.record));
+    demand(is_near, "near clusters")?;
+    let mut own = contents.near_clusters.iter();
+    demand(own.all(|near| (near.target as usize) < clusters), "targets of near clusters")?;
+    let mut parts = (clusters + contents.view_count()..).zip(&contents.near_parts);
+    demand(parts.all(|(target, part)| part.target as usize == target), "targets of near parts")?;
+    let numbers = &contents.numbers;
+    let is_tight = numbers.tight_count as usize <= points.len()
+        && numbers.tight_parts as usize <= contents.near_parts.len();
+    demand(is_tight, "records in narrow gaps")
+}
+
+fn bundles(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
+    let lists = &contents.bundles;
+    let bits = contents.numbers.cluster_bits;
+    let slots = contents.gloss.as_ref().map_or(0, |gloss| gloss.slots.len());
+    let targets = contents.lit_count() + slots;
+    demand((1..32).contains(&bits) && targets < 1 << bits, "bits of a cluster")?;
+    demand((scene.materials.len() as u64) < 1 << (32 - bits), "bits of a material")?;
+    demand(contents.numbers.least_distance.is_finite(), "unit of gradients")?;
+    let is_target = |&target: &u32| {
+        ((target & ((1 << bits) - 1)) as usize) < targets
+            && ((target >> bits) as usize) < scene.materials.len()
+    };
+    demand(
+        lists.reflectors.is_sorted_by(|a, b| a < b) && lists.reflectors.iter().all(is_target),
+        "reflectors",
+    )?;
+    let total: u64 = lists.counts.iter().map(|&count| u64::from(count)).sum();
+    let are_all = lists.counts.len() == contents.cache_points.len() && total == lists.bundles.len() as u64;
+    demand(are_all && total <= u64::from(u32::MAX), "bundles of cache points")?;
+    let colours = if has_images(scene) { lists.bundles.len() } else { 0 };
+    demand(lists.colours.len() == colours, "colours of bundles")?;
+    let reflector_bits = u32::BITS - (lists.reflectors.len() as u32).saturating_sub(1).leading_zeros();
+    let mask = 1_u32.checked_shl(reflector_bits).map_or(u32::MAX, |end| end - 1);
+    let is_bundle = |reflector: u32| ((reflector & mask) as usize) < lists.reflectors.len();
+    demand(lists.bundles.iter().all(|bundle| is_bundle(bundle.reflector)), "bundles")
+}
+
+fn views(contents: &Contents) -> Result<(), Refusal> {
+    let Some(views) = &contents.views else { return Ok(()) };
+    let (count, clusters) = (contents.view_count(), contents.hvds.areas_m2.len());
+    demand(cuts(&views.first_parts, count, views.parts.len()), "views")?;
+    let is_cluster = |cluster: u32| (cluster as usize) < clusters;
+    demand(views.parts.iter().all(|&part| is_cluster(views.code.cluster(part))), "parts of views")?;
+    let is_pair = |pair: &[u32; 3]| is_cluster(pair[0]) && (pair[2] as usize) < count;
+    let are_pairs = views.pairs.is_sorted_by(|a, b| a[..2] < b[..2]) && views.pairs.iter().all(is_pair);
+    demand(are_pairs, "pairs of views")
+}

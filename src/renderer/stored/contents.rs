@@ -1,0 +1,141 @@
+//! What a file of light paths holds, before anybody believes it.
+
+use super::write::Numbers;
+use crate::passes::frame::cluster_views::PartCode;
+use crate::passes::frame::near_field::NearCluster;
+use crate::passes::precompute::cluster_views::ViewTables;
+use crate::passes::precompute::gloss::GlossTables;
+use crate::passes::precompute::neighbours::Neighbourhoods;
+use crate::passes::precompute::path_orders::{Arrivals, LightPaths, PathGroup};
+use crate::passes::precompute::ray_bundles::BundleLists;
+use crate::scene::hvds::Hvds;
+use crate::stored::{File, Refusal};
+use crate::types::{CachePoint, Deposit, Grid, PathVertex};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Everything that is stored. `first_children` of the hierarchy are still to be linked, and `base_ranges` of what shines to be found.
+pub(super) struct Contents {
+    pub(super) numbers: Numbers,
+    pub(super) counts: BTreeMap<String, u64>,
+    pub(super) skipped: BTreeMap<String, f64>,
+    pub(super) order: Vec<u32>,
+    pub(super) sides: Vec<u32>,
+    pub(super) closed: Vec<u32>,
+    pub(super) hvds: Hvds,
+    pub(super) trusted: Vec<f32>,
+    pub(super) entry_points: Vec<PathVertex>,
+    pub(super) paths: LightPaths,
+    pub(super) cache_points: Vec<CachePoint>,
+    pub(super) neighbourhoods: Neighbourhoods,
+    pub(super) bundles: BundleLists,
+    pub(super) near_clusters: Vec<NearCluster>,
+    pub(super) near_parts: Vec<NearCluster>,
+    pub(super) views: Option<ViewTables>,
+    pub(super) gloss: Option<GlossTables>,
+}
+
+fn ranges(ends: Vec<[u32; 2]>) -> Vec<Range<u32>> {
+    ends.into_iter().map(|[start, end]| start..end).collect()
+}
+
+impl Contents {
+    /// Reads all sections; `grid` is that of the finest cells.
+    pub(super) fn read(file: &File<'_>, grid: Grid) -> Result<Self, Refusal> {
+        let numbers: Numbers = file.one("numbers")?;
+        let notes = serde_json::from_slice(&file.list::<u8>("notes")?);
+        let (counts, skipped): (BTreeMap<String, u64>, BTreeMap<String, Option<f64>>) =
+            notes.map_err(|_| Refusal::damaged("its notes are none"))?;
+        let areas_m2: Vec<f32> = file.list("areas")?;
+        let hvds = Hvds {
+            grid,
+            levels: ranges(file.list("levels")?),
+            cell_first: file.list("cell first")?,
+            cell_clusters: file.list("cell clusters")?,
+            shown_m2: file.list("shown areas")?,
+            areas_m2,
+            wholes: file.list("wholes")?,
+            parents: file.list("parents")?,
+            first_children: Vec::new(),
+            pieces: Vec::new(),
+            mixed: file.list::<u8>("mixed")?.into_iter().map(|mixed| mixed != 0).collect(),
+        };
+        let deposit = |what: u32| Deposit { what, ..Deposit::new(0, 0) };
+        let group = |[materials, start, end]: [u32; 3]| PathGroup { materials, steps: start..end };
+        let paths = LightPaths {
+            steps: file.list("steps")?,
+            colours: file.list("step colours")?,
+            deposits: file.list("deposits")?.into_iter().map(deposit).collect(),
+            first_deposits: file.list("first deposits")?,
+            groups: file.list("path groups")?.into_iter().map(group).collect(),
+            names: file.list("path names")?,
+            arrivals: Arrivals { lobes: file.list("lobes")?, ..Arrivals::default() },
+            lost: 0,
+        };
+        let views = || -> Result<ViewTables, Refusal> {
+            Ok(ViewTables {
+                first_parts: file.list("view first parts")?,
+                parts: file.list("view parts")?,
+                code: PartCode::new(hvds.cluster_count()),
+                pairs: file.list("view pairs")?,
+                measured: 0,
+                poor: 0,
+                readers: 0,
+            })
+        };
+        let views = if numbers.has_views == 0 { None } else { Some(views()?) };
+        let gloss = || -> Result<GlossTables, Refusal> {
+            Ok(GlossTables {
+                entries: file.list("gloss entries")?,
+                vertices: file.list("gloss vertices")?,
+                most_vertices: numbers.gloss_most_vertices,
+                shifts: file.list("gloss shifts")?,
+                base_ranges: Vec::new(),
+                slots: file.list("gloss slots")?,
+                leaf_count: numbers.gloss_leaf_count,
+                sums: ranges(file.list("gloss sums")?),
+                first_children: file.list("gloss first children")?,
+                children: file.list("gloss children")?,
+                readers: 0,
+            })
+        };
+        let gloss = if numbers.has_gloss == 0 { None } else { Some(gloss()?) };
+        Ok(Self {
+            numbers,
+            counts,
+            skipped: skipped.into_iter().filter_map(|(name, share)| Some((name, share?))).collect(),
+            order: file.list("order")?,
+            sides: file.list("sides")?,
+            closed: file.list("closed places")?,
+            trusted: file.list("trusted")?,
+            entry_points: file.list("entry points")?,
+            paths,
+            cache_points: file.list("cache points")?,
+            neighbourhoods: Neighbourhoods {
+                first: file.list("first neighbours")?,
+                list: file.list("neighbours")?,
+            },
+            bundles: BundleLists {
+                reflectors: file.list("reflectors")?,
+                counts: file.list("bundle counts")?,
+                bundles: file.list("bundles")?,
+                colours: file.list("bundle colours")?,
+            },
+            near_clusters: file.list("near clusters")?,
+            near_parts: file.list("near parts")?,
+            views,
+            gloss,
+            hvds,
+        })
+    }
+
+    /// Views of clusters.
+    pub(super) fn view_count(&self) -> usize {
+        self.views.as_ref().map_or(0, |views| views.first_parts.len().saturating_sub(1))
+    }
+
+    /// What gather rays may name that has irradiance: clusters, views, parts of clusters.
+    pub(super) fn lit_count(&self) -> usize {
+        self.hvds.areas_m2.len() + self.view_count() + self.near_parts.len()
+    }
+}

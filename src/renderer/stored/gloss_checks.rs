@@ -1,0 +1,60 @@
+//! Whether the tables of what shines fit together.
+
+use super::checks::{cuts, demand};
+use super::contents::Contents;
+use crate::passes::frame::gloss::NO_ENTRY;
+use crate::scene::{Material, Scene};
+use crate::stored::Refusal;
+
+pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
+    let shines = scene.materials.iter().any(Material::may_shine);
+    demand(shines == contents.gloss.is_some(), "what shines")?;
+    let Some(gloss) = &contents.gloss else { return Ok(()) };
+    let is_material = |material: u32| (material as usize) < scene.materials.len();
+    let (entries, vertices) = (gloss.entries.len(), gloss.vertices.len());
+    let is_entry = |entry: u32| entry == NO_ENTRY || (entry as usize) < entries;
+    for entry in &gloss.entries {
+        let is_path = (entry.path as usize) < contents.entry_points.len();
+        demand(is_path && is_material(entry.material), "shining entry points")?;
+    }
+    let mut all = gloss.vertices.iter();
+    demand(all.all(|vertex| is_material(vertex.material) && is_entry(vertex.entry)), "shining vertices")?;
+    // It bounds how many dispatches there are.
+    demand(gloss.most_vertices as usize <= contents.paths.deposits.len(), "most shining vertices")?;
+
+    let hvds = &contents.hvds;
+    let first = &contents.paths.first_deposits;
+    demand(gloss.shifts.len() == hvds.levels[0].len(), "shifts")?;
+    let holds = |shift: u32, cluster: usize| {
+        let (start, end) = (first[2 * cluster], first[2 * cluster + 2]);
+        let run = u64::from(start.wrapping_add(shift)) + u64::from(end - start);
+        start == end || shift == NO_ENTRY || run <= vertices as u64
+    };
+    for (cluster, &shift) in gloss.shifts.iter().enumerate() {
+        demand(holds(shift, cluster), "shifts")?;
+    }
+    // A whole has the deposits of its cluster, and so its vertices.
+    for (cluster, &whole) in hvds.wholes.iter().enumerate() {
+        if let Some(&shift) = gloss.shifts.get(whole as usize) {
+            demand(shift == gloss.shifts[cluster], "shifts of wholes")?;
+        }
+    }
+
+    let (slots, leaves) = (gloss.slots.len(), gloss.leaf_count as usize);
+    let clusters = hvds.areas_m2.len();
+    demand(gloss.slots.iter().all(|slot| (slot.cluster as usize) < clusters), "outgoing directions")?;
+    demand(leaves <= slots, "outgoing directions that are no sums")?;
+    let sums = slots - leaves;
+    demand(cuts(&gloss.first_children, sums, gloss.children.len()), "parts of sums")?;
+    let mut end = leaves;
+    for level in &gloss.sums {
+        let range = level.start as usize..level.end as usize;
+        demand(range.start == end && range.start <= range.end && range.end <= slots, "levels of sums")?;
+        let runs = gloss.first_children[range.start - leaves]..gloss.first_children[range.end - leaves];
+        let children = &gloss.children[runs.start as usize..runs.end as usize];
+        // What a level adds up is ready by then.
+        demand(children.iter().all(|&child| (child as usize) < range.start), "parts of sums")?;
+        end = range.end;
+    }
+    demand(end == slots, "levels of sums")
+}

@@ -1,0 +1,76 @@
+//! What stored light paths depend on. Lights are not among it: paths are traced without them, and what is said of where they stand
+//! is found anew.
+
+use crate::gpu::Context;
+use crate::gpu::shaders::SHADERS;
+use crate::scene::{Material, Scene};
+use crate::stored::{Key, hash};
+use glam::Vec3;
+
+/// Counts changes of what is stored and of how the host finds it, which no hash of a shader tells.
+const CONTENTS: u32 = 1;
+
+/// Dependencies that tell one entry of a folder from another. A new program or driver replaces what the old one left.
+pub(super) const OF_NAME: &[&str] = &["device", "geometry", "materials", "viewpoints", "settings"];
+
+/// Of a scene as it was given, its triangles in their own order.
+pub(super) fn key(context: &Context, scene: &Scene) -> Key {
+    Key::default()
+        .with("program", program())
+        .with("device", hash(context.name().as_bytes()))
+        .with("driver", hash(context.driver().as_bytes()))
+        .with("geometry", geometry(scene))
+        .with("materials", materials(&scene.materials))
+        .with("viewpoints", viewpoints(&scene.viewpoints()))
+        .with("settings", hash(format!("{:?}", scene.quality).as_bytes()))
+}
+
+fn program() -> [u64; 2] {
+    let mut text = format!("{} {CONTENTS}", env!("CARGO_PKG_VERSION"));
+    for shader in SHADERS {
+        text += &format!(" {} {} {:x?}", shader.stem, shader.source_hash, hash(shader.bytes));
+    }
+    hash(text.as_bytes())
+}
+
+fn push(words: &mut Vec<u32>, v: Vec3) {
+    words.extend(v.to_array().map(f32::to_bits));
+}
+
+fn geometry(scene: &Scene) -> [u64; 2] {
+    let mut words = Vec::new();
+    for triangle in &scene.triangles {
+        triangle.positions.iter().chain(&triangle.normals).for_each(|&v| push(&mut words, v));
+        words.push(triangle.material);
+    }
+    for corner in scene.texture_coordinates.iter().flatten() {
+        words.extend(corner.to_array().map(f32::to_bits));
+    }
+    hash(bytemuck::cast_slice(&words))
+}
+
+/// All but their names: each property decides how paths go on, or may once it is edited.
+fn materials(materials: &[Material]) -> [u64; 2] {
+    let mut words = Vec::new();
+    for material in materials {
+        let Material { name: _, diffuse, texture, specular, exponent, editable } = material;
+        push(&mut words, *diffuse);
+        push(&mut words, *specular);
+        words.extend([exponent.to_bits(), u32::from(*editable)]);
+        let Some(texture) = texture else {
+            words.push(0);
+            continue;
+        };
+        words.extend([1, u32::from(texture.is_clamped)]);
+        words.extend(texture.image.size);
+        words.extend(texture.image.codes.iter().flatten().map(|&code| u32::from(code)));
+    }
+    hash(bytemuck::cast_slice(&words))
+}
+
+fn viewpoints(points: &[Vec3]) -> [u64; 2] {
+    // Which of them is the first makes no difference.
+    let mut words: Vec<[u32; 3]> = points.iter().map(|point| point.to_array().map(f32::to_bits)).collect();
+    words.sort_unstable();
+    hash(bytemuck::cast_slice(&words))
+}

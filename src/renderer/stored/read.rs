@@ -1,0 +1,183 @@
+//! The precomputation from what is stored of it. What follows quickly from the scene is found anew.
+
+use super::checks::{self, has_images};
+use super::contents::Contents;
+use crate::error::Result;
+use crate::gpu::{Buffer, Context};
+use crate::passes::precompute::gather_rays::{GatherCode, Hemisphere};
+use crate::passes::precompute::gloss::base_ranges;
+use crate::passes::precompute::ray_bundles::RayBundles;
+use crate::passes::precompute::{narrow_gaps, rays::Rays, sides};
+use crate::passes::{ClusterTables, SceneBuffers};
+use crate::renderer::Statistics;
+use crate::renderer::closed_places::{ClosedPlaces, lost_lights};
+use crate::renderer::precompute::{Precomputed, finest_cells};
+use crate::renderer::resolution::{blurred, outgoing_directions, uncovered, undersampled};
+use crate::scene::directions::Directions;
+use crate::scene::{Scene, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces};
+use crate::stored::{File, Key, Refusal};
+use crate::types::Surface;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// What a file holds, once it is known to fit the scene.
+pub(super) struct Checked {
+    contents: Contents,
+    /// In the tree's order.
+    surfaces: Vec<Surface>,
+    bvh: Bvh,
+}
+
+impl Checked {
+    /// Reads the light paths of a scene from a file, or says why it cannot. The device hears nothing of it.
+    ///
+    /// # Errors
+    /// The scene itself cannot be traced.
+    pub(super) fn read(scene: &Scene, file: &Path, key: &Key) -> Result<std::result::Result<Self, Refusal>> {
+        let bytes = match File::bytes(file) {
+            Ok(bytes) => bytes,
+            Err(refusal) => return Ok(Err(refusal)),
+        };
+        let file = match File::parse(&bytes, key) {
+            Ok(file) => file,
+            Err(refusal) => return Ok(Err(refusal)),
+        };
+        let bvh = Bvh::build(&scene.triangles)?;
+        let (low, high) = scene.bounds();
+        let grid = grid::grid(low, high, finest_cells(scene.quality.cells));
+        Ok(Contents::read(&file, grid).and_then(|mut contents| {
+            checks::check(&mut contents, scene, &bvh.order)?;
+            let surfaces = surfaces_of(&contents, scene, &bvh.order)?;
+            Ok(Self { contents, surfaces, bvh })
+        }))
+    }
+
+    /// Takes it, and reorders the scene's triangles as the precomputation does; all of that began then.
+    pub(super) fn build(
+        self,
+        context: &Arc<Context>,
+        scene: &mut Scene,
+        start: Instant,
+    ) -> Result<Precomputed> {
+        scene.reorder(&self.bvh.order);
+        build(context, scene, self, start)
+    }
+}
+
+/// Surfaces in the tree's order.
+fn surfaces_of(
+    contents: &Contents,
+    scene: &Scene,
+    order: &[u32],
+) -> std::result::Result<Vec<Surface>, Refusal> {
+    let mut all = Vec::with_capacity(order.len());
+    for (&triangle, &sides) in order.iter().zip(&contents.sides) {
+        let mut surface = surfaces::surface(&scene.triangles[triangle as usize], [false; 2]);
+        checks::sides(&surface, sides)?;
+        surface.sides = sides;
+        all.push(surface);
+    }
+    Ok(all)
+}
+
+fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Instant) -> Result<Precomputed> {
+    let Checked { contents, surfaces, bvh } = checked;
+    let numbers = contents.numbers;
+    let quality = scene.quality.clone();
+    let hemisphere = Hemisphere::new(quality.gather_rays);
+    let code = GatherCode { cluster_bits: numbers.cluster_bits, least_distance: numbers.least_distance };
+    let buffers = SceneBuffers::new(
+        context,
+        &bvh,
+        &scene.triangles,
+        &surfaces,
+        &scene.texture_coordinates,
+        &scene.materials,
+    )?;
+    let rays = Rays::new(context)?;
+    let solids = Solids::new(&scene.triangles, &scene.viewpoints());
+    warn(scene, &contents, &solids, (&rays, &buffers))?;
+
+    let hvds = contents.hvds;
+    // The device's table was made before part of some clusters turned out not to show.
+    let complete = Hvds { shown_m2: hvds.areas_m2.clone(), ..hvds.without_pieces() };
+    let cluster_tables = ClusterTables { hvds: complete, entry_points: contents.trusted };
+    let mut gloss = contents.gloss;
+    let mut clusters = None;
+    if let Some(gloss) = &mut gloss {
+        gloss.base_ranges = base_ranges(&hvds);
+        clusters = Some(cluster_tables.upload(context)?);
+    }
+    let cache_points = Buffer::from_slice(context, "cache points", &contents.cache_points)?;
+    let bundles = RayBundles::of_lists(context, contents.bundles, hemisphere, has_images(scene))?;
+    let took = start.elapsed().as_secs_f64();
+    Ok(Precomputed {
+        surfaces,
+        hvds,
+        area_m2: (numbers.all_area_m2 / f64::from(quality.entry_points)) as f32,
+        all_area_m2: numbers.all_area_m2,
+        entry_points: contents.entry_points,
+        paths: contents.paths,
+        point_count: contents.cache_points.len() as u32,
+        cache_points,
+        is_covering: numbers.is_covering != 0,
+        neighbourhoods: contents.neighbourhoods,
+        bundles,
+        views: contents.views,
+        gloss,
+        hemisphere,
+        code,
+        cluster_tables,
+        clusters,
+        closed: ClosedPlaces {
+            solids,
+            groups: sides::ClosedPlaces::of_numbers(&scene.triangles, &contents.closed),
+            rays,
+            order: bvh.order,
+            is_due: false,
+        },
+        near_clusters: contents.near_clusters,
+        near_parts: contents.near_parts,
+        tight_count: numbers.tight_count,
+        tight_parts: numbers.tight_parts,
+        statistics: Statistics {
+            precompute_s: took,
+            precompute_stages: vec![("stored light paths".to_owned(), took)],
+            counts: contents.counts,
+            skipped: contents.skipped,
+            ..Statistics::default()
+        },
+        buffers,
+    })
+}
+
+/// What the precomputation says of lights and materials, in its order. Lights may have moved since.
+fn warn(
+    scene: &mut Scene,
+    contents: &Contents,
+    solids: &Solids,
+    (rays, buffers): (&Rays, &SceneBuffers),
+) -> Result<()> {
+    let quality = scene.quality.clone();
+    let (low, high) = scene.bounds();
+    let lost: Vec<String> = lost_lights(solids, &scene.lights).collect();
+    scene.warnings.extend(lost);
+    let gaps = narrow_gaps::find(rays, buffers, &scene.lights)?;
+    let finest = contents.hvds.grid.cell_size() as f32;
+    let hemisphere = Hemisphere::new(quality.gather_rays);
+    let [resolved, _] = narrow_gaps::resolved((high - low).length(), finest, hemisphere);
+    let cell_size = grid::grid(low, high, quality.cells).cell_size() as f32;
+    let all_area_m2 = contents.numbers.all_area_m2;
+    let told: Vec<String> = undersampled(scene, &gaps, resolved, all_area_m2, cell_size).collect();
+    scene.warnings.extend(told);
+    if contents.numbers.is_covering == 0 {
+        scene.warnings.push(uncovered(quality.cache_points));
+    }
+    if !contents.cache_points.is_empty() {
+        let outgoing = outgoing_directions(&scene.materials, Directions::new(quality.directions));
+        let told: Vec<String> = blurred(&scene.materials, outgoing).collect();
+        scene.warnings.extend(told);
+    }
+    Ok(())
+}

@@ -1,0 +1,134 @@
+//! What is stored of the precomputation, section by section.
+
+use crate::error::Result;
+use crate::passes::precompute::ray_bundles::BundleLists;
+use crate::renderer::precompute::Precomputed;
+use crate::stored::Writer;
+use crate::types::CachePoint;
+use bytemuck::{Pod, Zeroable};
+use std::borrow::Cow;
+use std::ops::Range;
+
+/// Single numbers.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct Numbers {
+    /// That all entry points stand for, m².
+    pub(super) all_area_m2: f64,
+    /// Unit of gradients, metres.
+    pub(super) least_distance: f32,
+    pub(super) cluster_bits: u32,
+    pub(super) tight_count: u32,
+    pub(super) tight_parts: u32,
+    pub(super) is_covering: u32,
+    pub(super) has_views: u32,
+    pub(super) has_gloss: u32,
+    pub(super) gloss_leaf_count: u32,
+    pub(super) gloss_most_vertices: u32,
+    pub(super) triangle_count: u32,
+}
+
+/// Lists that the device holds, or that are stored otherwise than they are kept.
+pub(super) struct Tables {
+    cache_points: Vec<CachePoint>,
+    bundles: BundleLists,
+    /// Sides of each triangle, as [`Surface`](crate::types::Surface) has them.
+    sides: Vec<u32>,
+    /// What each deposit has besides its throughput, which is the scan's.
+    deposits: Vec<u32>,
+    /// Counts and shares, for people.
+    notes: Vec<u8>,
+}
+
+/// Starts and ends.
+fn ends(ranges: &[Range<u32>]) -> Vec<[u32; 2]> {
+    ranges.iter().map(|range| [range.start, range.end]).collect()
+}
+
+impl Tables {
+    pub(super) fn of(made: &Precomputed) -> Result<Self> {
+        let notes = serde_json::json!([made.statistics.counts, made.statistics.skipped]);
+        Ok(Self {
+            cache_points: made.cache_points.read()?,
+            bundles: made.bundles.lists()?,
+            sides: made.surfaces.iter().map(|surface| surface.sides).collect(),
+            deposits: made.paths.deposits.iter().map(|deposit| deposit.what).collect(),
+            notes: notes.to_string().into_bytes(),
+        })
+    }
+
+    /// All sections.
+    pub(super) fn sections<'a>(&'a self, made: &'a Precomputed) -> Writer<'a> {
+        let mut writer = Writer::default();
+        let gloss = made.gloss.as_ref();
+        writer.add(
+            "numbers",
+            vec![Numbers {
+                all_area_m2: made.all_area_m2,
+                least_distance: made.code.least_distance,
+                cluster_bits: made.code.cluster_bits,
+                tight_count: made.tight_count,
+                tight_parts: made.tight_parts,
+                is_covering: made.is_covering.into(),
+                has_views: made.views.is_some().into(),
+                has_gloss: gloss.is_some().into(),
+                gloss_leaf_count: gloss.map_or(0, |gloss| gloss.leaf_count),
+                gloss_most_vertices: gloss.map_or(0, |gloss| gloss.most_vertices),
+                triangle_count: made.surfaces.len() as u32,
+            }],
+        );
+        writer.add("notes", &self.notes[..]);
+        writer.add("order", &made.closed.order[..]);
+        writer.add("sides", &self.sides[..]);
+        writer.add("closed places", made.closed.groups.numbers());
+
+        let hvds = &made.hvds;
+        writer.add("levels", ends(&hvds.levels));
+        writer.add("cell first", &hvds.cell_first[..]);
+        writer.add("cell clusters", &hvds.cell_clusters[..]);
+        writer.add("areas", &hvds.areas_m2[..]);
+        writer.add("shown areas", &hvds.shown_m2[..]);
+        writer.add("wholes", &hvds.wholes[..]);
+        writer.add("parents", &hvds.parents[..]);
+        writer.add("mixed", hvds.mixed.iter().map(|&mixed| u8::from(mixed)).collect::<Vec<_>>());
+        writer.add("trusted", &made.cluster_tables.entry_points[..]);
+
+        writer.add("entry points", &made.entry_points[..]);
+        let paths = &made.paths;
+        writer.add("steps", &paths.steps[..]);
+        writer.add("step colours", &paths.colours[..]);
+        writer.add("lobes", &paths.arrivals.lobes[..]);
+        writer.add("deposits", &self.deposits[..]);
+        writer.add("first deposits", &paths.first_deposits[..]);
+        let group = |group: &crate::passes::precompute::path_orders::PathGroup| {
+            [group.materials, group.steps.start, group.steps.end]
+        };
+        writer.add("path groups", paths.groups.iter().map(group).collect::<Vec<_>>());
+        writer.add("path names", &paths.names[..]);
+
+        writer.add("cache points", &self.cache_points[..]);
+        writer.add("first neighbours", &made.neighbourhoods.first[..]);
+        writer.add("neighbours", &made.neighbourhoods.list[..]);
+        writer.add("reflectors", &self.bundles.reflectors[..]);
+        writer.add("bundle counts", &self.bundles.counts[..]);
+        writer.add("bundles", &self.bundles.bundles[..]);
+        writer.add("bundle colours", &self.bundles.colours[..]);
+        writer.add("near clusters", &made.near_clusters[..]);
+        writer.add("near parts", &made.near_parts[..]);
+        if let Some(views) = &made.views {
+            writer.add("view first parts", &views.first_parts[..]);
+            writer.add("view parts", &views.parts[..]);
+            writer.add("view pairs", &views.pairs[..]);
+        }
+        if let Some(gloss) = gloss {
+            writer.add("gloss entries", &gloss.entries[..]);
+            writer.add("gloss vertices", &gloss.vertices[..]);
+            writer.add("gloss shifts", &gloss.shifts[..]);
+            writer.add("gloss slots", &gloss.slots[..]);
+            writer.add("gloss sums", ends(&gloss.sums));
+            writer.add("gloss first children", &gloss.first_children[..]);
+            writer.add("gloss children", Cow::Borrowed(&gloss.children[..]));
+        }
+        writer
+    }
+}

@@ -1,5 +1,6 @@
 //! Arguments that several commands share.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
@@ -7,11 +8,15 @@ use clap::Args;
 use super::{note, progress};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, ContextOptions};
-use crate::renderer::{Progress, Renderer};
+use crate::renderer::{Progress, Renderer, Store};
 use crate::scene::{LoadOptions, Quality, Scene};
+use crate::stored::Folder;
 
 /// Largest image side in pixels; what a device can hold is asked of the device.
 const SIZE_MAX: u32 = 16_384;
+
+/// Bytes of light paths in a folder, unless something else is asked for.
+const CACHE_LIMIT: u64 = 4 << 30;
 
 /// How a scene is read.
 #[derive(Clone, Debug, Args)]
@@ -28,6 +33,40 @@ pub(super) struct SceneArgs {
     /// Overrides one key of the scene file, as in --set quality.cache_points=8000; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+}
+
+/// Where light paths are kept.
+#[derive(Clone, Debug, Args)]
+pub(super) struct CacheArgs {
+    /// Keeps light paths in this folder, and takes them from there as long as they would come out the same; or from a file
+    /// that `precompute` wrote
+    #[arg(long, value_name = "DIR")]
+    cache: Option<PathBuf>,
+    /// What the light paths in the folder take at most, as in 500M or 8G; those that were not used for longest go [default: 4G]
+    #[arg(long, value_name = "SIZE", requires = "cache", value_parser = parse_bytes)]
+    cache_limit: Option<u64>,
+}
+
+impl CacheArgs {
+    /// Where that is, if somewhere.
+    pub(super) fn store(&self) -> Result<Option<Store>> {
+        let Some(path) = &self.cache else { return Ok(None) };
+        if path.is_file() {
+            return match self.cache_limit {
+                Some(_) => {
+                    Err(Error::Usage("--cache-limit is for a folder, and --cache names a file".into()))
+                }
+                None => Ok(Some(Store::File(path.clone()))),
+            };
+        }
+        let limit_bytes = self.cache_limit.unwrap_or(CACHE_LIMIT);
+        Ok(Some(Store::Folder(Folder { path: path.clone(), limit_bytes })))
+    }
+
+    /// Whether it was asked for.
+    pub(super) fn is_given(&self) -> bool {
+        self.cache.is_some()
+    }
 }
 
 /// Where the work is done and what is said about it.
@@ -115,8 +154,25 @@ impl DeviceArgs {
 
     /// Precomputes a scene, with progress, and passes on what is to be said of it then.
     pub(super) fn renderer(&self, context: &Arc<Context>, scene: Scene) -> Result<Renderer> {
+        self.renderer_from(None, context, scene)
+    }
+
+    /// The same, or takes it from where light paths are kept.
+    pub(super) fn renderer_from(
+        &self,
+        store: Option<&Store>,
+        context: &Arc<Context>,
+        scene: Scene,
+    ) -> Result<Renderer> {
         let said = scene.warnings.len();
-        let renderer = Renderer::new(context, scene, self.progress().as_mut())?;
+        let mut progress = self.progress();
+        let renderer = match store {
+            None => Renderer::new(context, scene, progress.as_mut())?,
+            Some(store) => {
+                let mut say = |line: &str| self.say(line);
+                Renderer::stored(context, scene, store, progress.as_mut(), &mut say)?
+            }
+        };
         renderer.scene().warnings.iter().skip(said).for_each(|warning| self.warn(warning));
         Ok(renderer)
     }
@@ -143,6 +199,19 @@ fn parse_size(text: &str) -> std::result::Result<[u32; 2], String> {
         Some(_) => Err(format!("each side must be 1 to {SIZE_MAX} pixels")),
         None => Err("expected WIDTHxHEIGHT, as in 640x480".to_owned()),
     }
+}
+
+/// Takes a number of bytes, with K, M or G behind it for powers of 1024.
+fn parse_bytes(text: &str) -> std::result::Result<u64, String> {
+    let (digits, shift) = match text.as_bytes().last() {
+        Some(b'k' | b'K') => (&text[..text.len() - 1], 10),
+        Some(b'm' | b'M') => (&text[..text.len() - 1], 20),
+        Some(b'g' | b'G') => (&text[..text.len() - 1], 30),
+        _ => (text, 0),
+    };
+    let bytes = digits.parse::<u64>().ok().filter(|_| !digits.starts_with('+'));
+    let bytes = bytes.and_then(|count| count.checked_mul(1 << shift));
+    bytes.ok_or_else(|| "expected a number of bytes, as in 500M or 8G".to_owned())
 }
 
 /// Refuses a number that is not finite.
@@ -199,6 +268,16 @@ mod tests {
         assert_eq!(parse_size("1X16384"), Ok([1, 16_384]));
         for bad in ["", "5", "x", "0x0", "0x5", "5x0", "-1x5", "5x5x5", "1.5x2", "16385x1", "99999999999x1"] {
             assert!(parse_size(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn bytes_have_units() {
+        for (text, bytes) in [("0", 0), ("700", 700), ("3k", 3 << 10), ("500M", 500 << 20), ("8G", 8 << 30)] {
+            assert_eq!(parse_bytes(text), Ok(bytes), "{text}");
+        }
+        for bad in ["", "G", "-1G", "+1G", "1.5G", "1T", "99999999999G"] {
+            assert!(parse_bytes(bad).is_err(), "{bad}");
         }
     }
 

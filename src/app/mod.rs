@@ -19,6 +19,7 @@ mod heatmap;
 mod info;
 mod output;
 mod plot;
+mod precompute;
 mod progress;
 mod render;
 mod scale;
@@ -42,6 +43,7 @@ enum Command {
     Figures(sweep::figures::Figures),
     Compare(compare::Compare),
     Film(film::Film),
+    Precompute(precompute::Precompute),
     Info(info::Info),
     #[cfg(feature = "window")]
     Demo(demo::Demo),
@@ -61,6 +63,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Figures(command) => command.run(),
             Command::Compare(command) => command.run(),
             Command::Film(command) => command.run(),
+            Command::Precompute(command) => command.run(),
             Command::Info(command) => command.run(),
             #[cfg(feature = "window")]
             Command::Demo(command) => command.run(),

@@ -9,12 +9,14 @@ mod film;
 mod lights;
 mod profile;
 mod scale;
+mod stored;
 mod sweep;
 mod textures;
 mod time;
 
 use std::fs;
 use std::io::BufReader;
+use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
 use common::channels;

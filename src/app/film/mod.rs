@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 
-use super::args::{DeviceArgs, SceneArgs, device_label, parse_finite};
+use super::args::{CacheArgs, DeviceArgs, SceneArgs, device_label, parse_finite};
 use super::output::{OutputFile, create_folder};
 use crate::error::{Error, Result};
 use crate::image::{ExrLayer, write_exr, write_png};
@@ -44,6 +44,8 @@ pub(super) struct Film {
     #[command(flatten)]
     scene_args: SceneArgs,
     #[command(flatten)]
+    cache_args: CacheArgs,
+    #[command(flatten)]
     device_args: DeviceArgs,
 }
 
@@ -63,6 +65,7 @@ impl Film {
             let message = "--video needs --format png; an EXR is not ready to be looked at";
             return Err(Error::Usage(message.to_owned()));
         }
+        let store = self.cache_args.store()?;
         let (film, scene) = film::Film::load(&self.film, &self.scene_args.options())?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let share = self.frames.unwrap_or_default().of(film.frame_count)?;
@@ -70,7 +73,7 @@ impl Film {
         create_folder(&self.output)?;
         OutputFile::check(&self.frame_path(share.start, &film))?;
 
-        let mut renderer = self.device_args.renderer(&context, scene)?;
+        let mut renderer = self.device_args.renderer_from(store.as_ref(), &context, scene)?;
         renderer.set_exposure(self.exposure.unwrap_or(0.0));
         let start = Instant::now();
         let mut times_ms = Vec::new();

@@ -8,7 +8,7 @@ use crate::app::args::{DeviceArgs, device_label};
 use crate::app::capture;
 use crate::error::Result;
 use crate::gpu::Context;
-use crate::renderer::{Exact, FrameReport, Layer, Renderer, Stage, Statistics};
+use crate::renderer::{Exact, FrameReport, Layer, Renderer, Stage, Statistics, Store};
 use crate::scene::Scene;
 
 /// Paths of each stratum of a cache point's hemisphere where a stage is replaced by path tracing.
@@ -26,6 +26,8 @@ pub(super) struct Job<'a> {
     pub(super) no_skip: bool,
     /// Has RenderDoc capture the frame, to files whose names begin so.
     pub(super) capture: Option<&'a Path>,
+    /// Where light paths are kept.
+    pub(super) store: Option<&'a Store>,
 }
 
 /// Precomputes and renders one frame.
@@ -35,13 +37,13 @@ pub(super) fn render(
     job: Job<'_>,
     device_args: &DeviceArgs,
 ) -> Result<Rendered> {
-    let Job { with_indirect, aovs, exposure_stops, exact, no_skip, capture } = job;
+    let Job { with_indirect, aovs, exposure_stops, exact, no_skip, capture, store } = job;
     let capture = capture.map(capture::attach).transpose()?;
     if !with_indirect {
         // Without paths and records there is nothing to precompute, and no indirect light.
         (scene.quality.entry_points, scene.quality.cache_points) = (0, 0);
     }
-    let mut renderer = device_args.renderer(context, scene)?;
+    let mut renderer = device_args.renderer_from(store, context, scene)?;
     renderer.set_exposure(exposure_stops);
     renderer.set_skipping(!no_skip);
     let frame = match capture {

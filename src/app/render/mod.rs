@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use super::args::{DeviceArgs, SceneArgs, parse_finite, parse_seconds, refuse_same_output};
+use super::args::{CacheArgs, DeviceArgs, SceneArgs, parse_finite, parse_seconds, refuse_same_output};
 use super::capture;
 use super::output::OutputFile;
 use crate::error::{Error, Result};
@@ -57,6 +57,8 @@ pub(super) struct Render {
     capture: Option<PathBuf>,
     #[command(flatten)]
     scene_args: SceneArgs,
+    #[command(flatten)]
+    cache_args: CacheArgs,
     #[command(flatten)]
     device_args: DeviceArgs,
 }
@@ -166,6 +168,7 @@ impl Render {
     fn render(&self) -> Result<Rendered> {
         let scene = self.scene_args.load(&self.scene)?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
+        let store = self.cache_args.store()?;
         let context = self.device_args.open()?;
         let exposure = self.exposure.unwrap_or(0.0);
         // In the order of the file, each once.
@@ -194,6 +197,7 @@ impl Render {
                     exact: self.exact,
                     no_skip: self.no_skip,
                     capture: self.capture.as_deref(),
+                    store: store.as_ref(),
                 };
                 lightpaths::render(&context, scene, job, &self.device_args)
             }
@@ -229,6 +233,12 @@ impl Render {
             let method = self.method.name();
             return refuse(format!(
                 "--capture is for --method lightpaths and direct; --method {method} has no single frame"
+            ));
+        }
+        if self.cache_args.is_given() && self.method != Method::Lightpaths {
+            let method = self.method.name();
+            return refuse(format!(
+                "--cache is for --method lightpaths; --method {method} traces none that could be kept"
             ));
         }
         if self.exact.is_some() && format == Format::Png {
@@ -299,6 +309,8 @@ mod tests {
             ("-o a.exr --exact gather --method direct", "--exact"),
             ("-o a.exr --no-skip --method path", "--no-skip"),
             ("-o a.png --capture c --method photon", "--capture"),
+            ("-o a.exr --cache c --method direct", "--cache"),
+            ("-o a.exr --cache c --method path", "--cache"),
             ("-o a.png --exact clusters", ".exr"),
             ("-o a.exr --exact clusters --spp 4", "--spp"),
             ("-o a.exr --aov variance", "--method path"),

@@ -1,0 +1,193 @@
+//! Files whose checksums are right and whose contents are not: whatever the device or the host would follow is held against the list that it
+//! points into.
+
+use crate::common::context;
+use crate::pictures::{shining, textured, with_gaps};
+use crate::tables::Tables;
+use lightpaths::renderer::{Renderer, Silent, Store};
+use lightpaths::scene::Scene;
+use std::fs;
+use std::path::PathBuf;
+use tempfile::TempDir;
+
+/// Beyond any list of a small scene, and no mark.
+const FAR: u32 = 0x0fff_ffff;
+
+/// Section, words of an element, and the word that points into a list, or says how long one is.
+const POINTERS: &[(&str, usize, usize)] = &[
+    ("numbers", 12, 3),
+    ("numbers", 12, 4),
+    ("numbers", 12, 5),
+    ("numbers", 12, 9),
+    ("numbers", 12, 10),
+    ("order", 1, 0),
+    ("sides", 1, 0),
+    ("levels", 2, 0),
+    ("levels", 2, 1),
+    ("cell first", 1, 0),
+    ("wholes", 1, 0),
+    ("parents", 1, 0),
+    ("entry points", 10, 3),
+    ("entry points", 10, 8),
+    ("steps", 3, 0),
+    ("steps", 3, 2),
+    ("first deposits", 1, 0),
+    ("path groups", 3, 1),
+    ("path groups", 3, 2),
+    ("path names", 1, 0),
+    ("cache points", 14, 7),
+    ("first neighbours", 1, 0),
+    ("neighbours", 2, 0),
+    ("reflectors", 1, 0),
+    ("bundle counts", 1, 0),
+    ("bundles", 2, 0),
+    ("near clusters", 6, 0),
+    ("near clusters", 6, 1),
+    ("near clusters", 6, 5),
+    ("near parts", 6, 0),
+    ("near parts", 6, 1),
+    ("near parts", 6, 5),
+    ("view first parts", 1, 0),
+    ("view pairs", 3, 0),
+    ("view pairs", 3, 2),
+    ("gloss entries", 13, 3),
+    ("gloss entries", 13, 11),
+    ("gloss vertices", 5, 3),
+    ("gloss vertices", 5, 4),
+    ("gloss slots", 4, 0),
+    ("gloss sums", 2, 0),
+    ("gloss sums", 2, 1),
+    ("gloss first children", 1, 0),
+    ("gloss children", 1, 0),
+];
+
+/// Sections that cannot be shorter.
+const LENGTHS: &[&str] = &[
+    "order",
+    "sides",
+    "closed places",
+    "levels",
+    "cell first",
+    "cell clusters",
+    "areas",
+    "shown areas",
+    "parents",
+    "mixed",
+    "trusted",
+    "entry points",
+    "steps",
+    "step colours",
+    "lobes",
+    "deposits",
+    "first deposits",
+    "path names",
+    "cache points",
+    "first neighbours",
+    "neighbours",
+    "bundle counts",
+    "bundles",
+    "bundle colours",
+    "view first parts",
+    "view parts",
+    "gloss shifts",
+    "gloss first children",
+];
+
+/// A file that holds everything there is.
+struct Everything {
+    _folder: TempDir,
+    file: PathBuf,
+    scene: Scene,
+    tables: Tables,
+}
+
+impl Everything {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("scene.paths");
+        let mut scene = with_gaps(textured(shining()));
+        // So many that some clusters add up what others shine.
+        scene.quality.entry_points = 40_000;
+        Renderer::store(&context(), scene.clone(), &file, &mut Silent).unwrap();
+        let tables = Tables::of(&fs::read(&file).unwrap());
+        Self { _folder: folder, file, scene, tables }
+    }
+
+    fn refusal(&self, tables: &Tables) -> Option<String> {
+        fs::write(&self.file, tables.file()).unwrap();
+        let store = Store::File(self.file.clone());
+        store.refusal(&context(), &self.scene).unwrap().map(|refusal| refusal.to_string())
+    }
+
+    #[track_caller]
+    fn assert_refused(&self, tables: &Tables, what: &str) {
+        let refusal = self.refusal(tables);
+        assert!(refusal.as_ref().is_some_and(|line| line.starts_with("is damaged: ")), "{what}: {refusal:?}");
+    }
+}
+
+#[test]
+fn no_index_leads_out_of_a_list() {
+    let all = Everything::new();
+    assert_eq!(all.refusal(&all.tables), None, "untouched");
+    for &(section, words, word) in POINTERS {
+        let count = all.tables.clone().words(section) / words;
+        assert!(count > 0, "`{section}` is empty");
+        for element in [0, count / 2, count - 1] {
+            let mut tables = all.tables.clone();
+            *tables.word(section, words * element + word) = FAR.to_le_bytes();
+            all.assert_refused(&tables, &format!("{section}, element {element}, word {word}"));
+        }
+    }
+    // Where another value is further out, or not every element counts.
+    let mut tables = all.tables.clone();
+    *tables.word("deposits", 0) = FAR.to_le_bytes();
+    all.assert_refused(&tables, "deposits");
+    let mut tables = all.tables.clone();
+    *tables.word("cell clusters", 0) = FAR.to_le_bytes();
+    all.assert_refused(&tables, "cell clusters");
+    let mut tables = all.tables.clone();
+    *tables.word("view parts", 0) = u32::MAX.to_le_bytes();
+    all.assert_refused(&tables, "view parts");
+    for count in [0, 1] {
+        let mut tables = all.tables.clone();
+        for shift in 0..tables.words("gloss shifts") {
+            *tables.word("gloss shifts", shift) = (FAR + count).to_le_bytes();
+        }
+        all.assert_refused(&tables, "gloss shifts");
+    }
+    // A split at the end of a cell's list would read beyond it.
+    let mut tables = all.tables.clone();
+    let last = tables.words("cell clusters") - 1;
+    *tables.word("cell clusters", last) = (63_u32 << 26).to_le_bytes();
+    all.assert_refused(&tables, "a split without its plane");
+    for (section, word) in [("cache points", 0), ("cache points", 3), ("entry points", 1), ("areas", 0)] {
+        let mut tables = all.tables.clone();
+        *tables.word(section, word) = f32::NAN.to_le_bytes();
+        all.assert_refused(&tables, &format!("no number in {section}"));
+    }
+}
+
+#[test]
+fn no_list_is_shorter_than_it_must_be() {
+    let all = Everything::new();
+    for section in LENGTHS {
+        let mut tables = all.tables.clone();
+        let element = {
+            let is_it =
+                |entry: &[u8]| entry[..24].split(|&byte| byte == 0).next() == Some(section.as_bytes());
+            let (entry, _) = tables.sections.iter().find(|(entry, _)| is_it(entry)).unwrap();
+            u64::from_le_bytes(entry[24..32].try_into().unwrap()) as usize
+        };
+        let contents = tables.contents(section);
+        assert!(contents.len() >= element, "`{section}` is empty");
+        contents.truncate(contents.len() - element);
+        all.assert_refused(&tables, section);
+    }
+    // None at all: a section under another name.
+    for section in 0..all.tables.sections.len() {
+        let mut tables = all.tables.clone();
+        tables.sections[section].0[0] ^= 0x20;
+        all.assert_refused(&tables, &format!("section {section} renamed"));
+    }
+}

@@ -263,3 +263,27 @@ fn captures_need_renderdoc() {
         assert_eq!(listing(&folder), [""; 0]);
     }
 }
+
+#[test]
+fn wrong_arguments_of_sessions_are_refused_and_named() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, words) in [
+        ("time box --trace missing/t.json", &["missing/t.json"][..]),
+        ("time box room --trace t.json", &["two scenes", "room"]),
+        ("time box --trace t.json --json u.json", &["--trace", "--json"]),
+        ("time box --trace t.json --lights 2", &["--trace", "--lights"]),
+        ("time box --repeat gathr 5", &["gathr", "gather", "tonemap"]),
+        ("time box --repeat gather", &["--repeat", "2 values"]),
+        ("time box --repeat gather 0", &["`0`", "1 to 100000"]),
+        ("time box --repeat gather 100001", &["`100001`", "1 to 100000"]),
+        ("time box --repeat gather often", &["`often`", "1 to 100000"]),
+        ("time box --repeat gather 5 --frames 2", &["--repeat", "--frames"]),
+        ("time box --repeat gather 5 --statistics", &["--repeat", "--statistics"]),
+        ("time box --capture missing/shot", &["missing/shot", "no folder missing"]),
+        ("render box -o a.png --capture missing/shot", &["missing/shot"]),
+        ("render box -o a.png --capture shot --method path", &["--capture", "path"]),
+    ] {
+        assert_refused(&run(&folder, &arguments.split(' ').collect::<Vec<_>>()), 2, words);
+        assert_eq!(listing(&folder), [""; 0], "{arguments}");
+    }
+}

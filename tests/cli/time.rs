@@ -21,9 +21,48 @@ fn the_tables_stand_beside_the_papers() {
         assert!(tables.contains(words), "{words} in {tables}");
     }
     assert_eq!(tables.matches("here / paper").count(), 3);
-    let energy = &json(&folder, "t.json")["scenes"][0]["energy"];
+    let document = json(&folder, "t.json");
+    floors_follow_from_what_was_measured(&document);
+    assert!(
+        text.contains("Mrays/s camera reflected to light pairs device") && text.contains("sum of floors")
+    );
+    let energy = &document["scenes"][0]["energy"];
     assert!((energy["ratio"].as_f64().unwrap() - 1.0).abs() < 0.02 && energy["spp"].as_u64().unwrap() > 4);
     assert!(energy["noise"].as_f64().unwrap() <= 0.002, "{energy}");
+}
+
+/// A pass takes no less than its bytes at the copy rate, nor than its rays at the rate of such rays.
+fn floors_follow_from_what_was_measured(document: &serde_json::Value) {
+    let number = |value: &serde_json::Value| value.as_f64().unwrap_or_else(|| panic!("{value} is no number"));
+    let (copy_gbps, scene) = (number(&document["copy_gbps"]), &document["scenes"][0]);
+    let rates = &scene["mrays_per_s"];
+    for kind in ["closest_coherent", "closest_incoherent", "any_coherent", "any_incoherent"] {
+        assert!(number(&rates["device"][kind]) > 0.0, "{kind}");
+        assert_eq!(rates["host"][kind].is_number(), document["device"]["cpu"] == true, "{kind}");
+    }
+    let (mut sums, mut with_rays) = ([0.0; 2], Vec::new());
+    for pass in scene["passes"].as_array().unwrap() {
+        let (name, ms) = (pass["name"].as_str().unwrap(), number(&pass["ms"]));
+        let bytes_ms = number(&pass["bytes"]) / (1e6 * copy_gbps);
+        let is_closest = ["primary", "edge_samples"].contains(&name);
+        let rate = &rates["device"][if is_closest { "closest_coherent" } else { "any_coherent" }];
+        let rays_ms = pass["mrays_per_s"].as_f64().map_or(0.0, |mrays| mrays * ms / number(rate));
+        if rays_ms > 0.0 {
+            with_rays.push(name);
+        }
+        let floor = bytes_ms.max(rays_ms);
+        if floor == 0.0 {
+            assert!(pass["floor_ms"].is_null(), "{pass}");
+            continue;
+        }
+        assert!((number(&pass["floor_ms"]) / floor - 1.0).abs() < 1e-9, "{pass}");
+        assert!((number(&pass["share_of_floor"]) * ms / floor - 1.0).abs() < 1e-9, "{pass}");
+        sums = [sums[0] + floor, sums[1] + ms];
+    }
+    assert_eq!(with_rays, ["primary", "edge_samples", "direct", "shadow_edges", "form_factors"]);
+    for (key, sum) in [("floors_ms", sums[0]), ("floored_ms", sums[1])] {
+        assert!((number(&scene[key]) / sum - 1.0).abs() < 1e-9, "{key}");
+    }
 }
 
 #[test]

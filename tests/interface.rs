@@ -217,6 +217,17 @@ fn scalar(rust_type: &str) -> String {
     .into()
 }
 
+/// Numbers that shaders know by heart and the host, too.
+#[test]
+fn constants_have_one_value() {
+    use lightpaths::passes::frame::shafts::{BATCH, SHAFT_WORDS};
+    let shafts = read(&root().join("glsl/include/shafts.glsl"));
+    for (name, value) in [("BATCH", BATCH), ("SHAFT_WORDS", SHAFT_WORDS), ("MOST_ROOTS", SHAFT_WORDS - 1)] {
+        let line = format!("const uint {name} = {value}u;");
+        assert!(shafts.contains(&line), "no `{line}` in shafts.glsl");
+    }
+}
+
 #[test]
 fn blocks_wrap_one_array_or_structure() {
     let layouts = passes::layouts();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
-use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT};
+use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource};
 
 /// Point samples of a light that one dispatch takes: more would keep a slow device busy for longer than watchdogs bear,
 /// and turn one shader's loops more often than lavapipe lets them.
@@ -25,7 +25,12 @@ pub struct OneLight<'a> {
     pub traces_all: bool,
 }
 
-impl OneLight<'_> {
+impl<'a> OneLight<'a> {
+    /// The light that stands there in the table. Rays are traced where they can bring light.
+    pub fn new(table: &'a Buffer, index: u32, source: &LightSource) -> Self {
+        Self { table, index, kind: source.kind, samples: source.samples, traces_all: false }
+    }
+
     /// The samples by dispatch: the first and the one behind the last. The first dispatch writes, later ones add.
     pub fn spans(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
         let samples = self.samples;

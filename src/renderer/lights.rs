@@ -367,8 +367,8 @@ impl Lights {
         let lights = self.sources.iter().zip(&self.rows);
         let shining = (0..).zip(lights).filter(|(_, (source, _))| self.traces_all || shines(source));
         shining.map(|(index, (source, rows))| {
-            let LightSource { kind, samples, .. } = *source;
-            (OneLight { table: &self.table, index, kind, samples, traces_all: self.traces_all }, rows)
+            let light = OneLight::new(&self.table, index, source);
+            (OneLight { traces_all: self.traces_all, ..light }, rows)
         })
     }
 }

@@ -71,13 +71,7 @@ impl Frame {
             .unwrap();
         let (mut layers, mut shadow_counts, mut needs) = (Vec::new(), Vec::new(), Vec::new());
         for ((index, light), layer) in (0..).zip(lights).zip(&buffers) {
-            let light = OneLight {
-                table: &table,
-                index,
-                kind: light.kind,
-                samples: light.samples,
-                traces_all: false,
-            };
+            let light = OneLight::new(&table, index, light);
             context
                 .run(|rec| {
                     let mut pass = rec.pass("direct");

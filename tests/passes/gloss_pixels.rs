@@ -102,13 +102,7 @@ fn shining_pixels_equal_the_twin_in(world: World) {
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 let mut open = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
                 for (index, (light, layer)) in (0..).zip(lights.iter().zip(&layers)) {
-                    let light = OneLight {
-                        table: &table,
-                        index,
-                        kind: light.kind,
-                        samples: light.samples,
-                        traces_all: false,
-                    };
+                    let light = OneLight::new(&table, index, light);
                     pass.record_highlights(&mut open, scene, light, (view.position, SEED), layer);
                 }
                 drop(open);

@@ -42,13 +42,7 @@ fn overhead(light: &LightSource, position: Vec3) -> f64 {
 }
 
 fn one<'a>(table: &'a Buffer, lights: &[LightSource], index: usize) -> OneLight<'a> {
-    OneLight {
-        table,
-        index: index as u32,
-        kind: lights[index].kind,
-        samples: lights[index].samples,
-        traces_all: false,
-    }
+    OneLight::new(table, index as u32, &lights[index])
 }
 
 #[test]

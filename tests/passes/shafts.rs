@@ -70,8 +70,7 @@ fn shafts_of(
     all: bool,
 ) -> Vec<u32> {
     let table = Buffer::from_slice(&world.context, "lights", lights).unwrap();
-    let LightSource { kind, samples, .. } = lights[index as usize];
-    let light = OneLight { table: &table, index, kind, samples, traces_all: all };
+    let light = OneLight { traces_all: all, ..OneLight::new(&table, index, &lights[index as usize]) };
     let shafts = Shafts::new(&world.context, batches.len() as u32).unwrap();
     shafts.batches.write(batches).unwrap();
     let record = |rec: &mut Recorder| shafts.record(&mut rec.pass("shafts"), &world.buffers, light);

@@ -112,25 +112,18 @@ mod tests {
 
     #[test]
     fn rays_meet_what_is_there() {
-        let scene = shapes::facing_squares(1.0, 1.0, 0.5);
-        let tree = Tree::new(&scene.triangles);
-        let (low, high) = scene.bounds();
-        let (middle, size) = (0.5 * (low + high), (high - low).length());
-        let thin = (high - low).min_position();
-        let axis = Vec3::AXES[thin];
-        // Off the diagonals, where two triangles meet.
-        let origin = middle + 0.01 * size * (Vec3::ONE - axis);
-        let query = |direction| RayQuery {
-            origin: origin + 1e-3 * size * Vec3::new(1.0, 0.3, 0.7) * (Vec3::ONE - axis),
-            direction,
-        };
-        assert!(tree.meets_closest(&query(axis)) && tree.meets_any(&query(size * axis)));
-        assert!(!tree.meets_any(&query(1e-3 * size * axis)), "the segment ends before the square");
-        let aside = RayQuery { origin: high + size * Vec3::ONE, direction: axis };
-        assert!(!tree.meets_closest(&aside));
+        let tree = Tree::new(&shapes::facing_squares(1.0, 1.0, 0.5).triangles);
+        // Off the diagonals, where two triangles meet; half a metre from either square.
+        let ray = |origin: Vec3, direction| RayQuery { origin, direction };
+        let middle = Vec3::new(0.1, 0.0, 0.2);
+        for up in [Vec3::Y, Vec3::NEG_Y] {
+            assert!(tree.meets_closest(&ray(middle, up)) && tree.meets_any(&ray(middle, 0.6 * up)));
+            assert!(!tree.meets_any(&ray(middle, 0.4 * up)), "the segment ends before the square");
+        }
+        let (towards, aside) = (ray(middle, Vec3::Y), ray(middle + Vec3::X, Vec3::Y));
+        assert!(!tree.meets_closest(&aside) && !tree.meets_closest(&ray(middle, Vec3::X)));
         // However many threads share the work.
-        let queries: Vec<_> =
-            (0..3 * SHARE + 7).map(|i| if i % 3 == 0 { aside } else { query(axis) }).collect();
+        let queries: Vec<_> = (0..3 * SHARE + 7).map(|i| if i % 3 == 0 { aside } else { towards }).collect();
         let hits = (0..queries.len()).filter(|i| i % 3 != 0).count();
         assert_eq!(count(&queries, &|query| tree.meets_closest(query)), hits);
     }

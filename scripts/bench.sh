@@ -13,7 +13,7 @@ cd "$(dirname "$0")/.."
 base=$1
 shift
 rounds=${ROUNDS:-5}
-case $rounds in ''|*[!0-9]*|0|1) echo "bench: ROUNDS=$rounds: at least 2 are needed for a confidence" >&2; exit 2 ;; esac
+case $rounds in ''|*[!0-9]*|0|1|2) echo "bench: ROUNDS=$rounds: at least 3 are needed for a confidence that says anything" >&2; exit 2 ;; esac
 commit=$(git rev-parse --verify --quiet "$base^{commit}") || { echo "bench: there is no commit $base" >&2; exit 2; }
 cargo=${CARGO:-cargo}
 out=out/bench

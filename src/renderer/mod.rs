@@ -20,6 +20,7 @@ mod resolution;
 mod scope;
 mod shine;
 mod skips;
+mod steps;
 mod stored;
 mod twins;
 mod views;
@@ -37,19 +38,9 @@ use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER};
 use crate::gpu::{Context, Recorder};
 use crate::passes::frame::{
-    antialias::Antialias,
-    blend::Blend,
-    compose::{Compose, Irradiances},
-    direct::Direct,
-    form_factors::FormFactors,
-    gather::{Gather, GatherSources},
-    hvds::{ClusterLight, Pyramid},
-    needed_records::RecordList,
-    path_scan::PathScan,
-    pixel_colours::PixelColours,
-    primary::Primary,
-    splat::Splat,
-    tonemap::Tonemap,
+    antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
+    gather::Gather, hvds::Pyramid, path_scan::PathScan, pixel_colours::PixelColours, primary::Primary,
+    splat::Splat, tonemap::Tonemap,
 };
 use crate::passes::precompute::path_orders::PathGroup;
 use crate::passes::{ClusterBuffers, ClusterTables, SceneBuffers, reflectances};
@@ -61,9 +52,10 @@ use closed_places::ClosedPlaces;
 use lights::Lights;
 use needs::{Gathering, Needs};
 use precompute::Precomputed;
-use scope::{Scope, Scopes};
+use scope::Scopes;
 use shine::Shine;
-use std::{sync::Arc, time::Instant};
+use std::sync::Arc;
+use std::time::Instant;
 use views::Views;
 
 /// A scene whose light paths, cache points and gather rays are traced: every frame is the converged picture.
@@ -328,98 +320,6 @@ impl Renderer {
         }
         if stages.display {
             self.tonemap.record(rec, &self.compose.radiance, self.exposure_stops);
-        }
-    }
-
-    /// The hierarchy, as far as it is asked for: the layers of the lights for which that is due, and the sum of all lights' layers.
-    fn record_flux(&self, rec: &mut Recorder, scope: &Scope, due: &[ClusterLight<'_>]) {
-        if !due.is_empty() {
-            self.pyramid.record_layers(rec, due, &self.path_scan.deposits, &scope.clusters);
-            rec.barrier(COMPUTE_TO_COMPUTE);
-        }
-        self.pyramid.record_sum(rec, &self.lights.clusters(), &scope.clusters);
-        rec.barrier(COMPUTE_TO_COMPUTE);
-    }
-
-    /// Views of clusters; then small clusters, and parts of them, take the light of the records beside them, and views are seen
-    /// again; and so on with records that are gathered again.
-    fn record_near_field(&self, rec: &mut Recorder, scope: &Scope) {
-        let (near_field, records) = (&scope.near_field, &self.gather.records);
-        let part_count = near_field.part_count();
-        self.views.record(rec, &self.pyramid);
-        near_field.record_parts(rec, &self.pyramid, None, part_count);
-        self.gather.record(rec, self.gather_sources(), &scope.sources);
-        rec.barrier(COMPUTE_TO_COMPUTE);
-        let take = |rec: &mut Recorder, parts| {
-            near_field.record(rec, &self.pyramid, records);
-            rec.barrier(COMPUTE_TO_COMPUTE);
-            self.views.record(rec, &self.pyramid);
-            near_field.record_parts(rec, &self.pyramid, Some(records), parts);
-        };
-        for (list, _, parts) in self.gathered_again(scope) {
-            take(rec, parts);
-            self.gather.record(rec, self.gather_sources(), list);
-            rec.barrier(COMPUTE_TO_COMPUTE);
-        }
-        take(rec, part_count);
-    }
-
-    /// Records that are gathered again, round by round, their number, and the parts of clusters that they read: if there are several
-    /// rounds, all of them first, because few paths tell what light comes to shadows; then, as it goes to and fro there, those in
-    /// narrow gaps.
-    fn gathered_again<'a>(&self, scope: &'a Scope) -> impl Iterator<Item = (&'a RecordList, u32, u32)> {
-        let all = (&scope.sources, scope.source_count, scope.near_field.part_count());
-        let gaps = (&scope.gaps, scope.gap_count, self.tight_parts);
-        let rounds = self.scene.quality.gap_rounds;
-        let round = move |round| if round == 0 && rounds > 1 { all } else { gaps };
-        (0..rounds).map(round).filter(|again| again.1 > 0)
-    }
-
-    fn gather_sources(&self) -> GatherSources<'_> {
-        GatherSources {
-            materials: &self.buffers.materials,
-            irradiance: &self.pyramid.irradiance,
-            inverse_areas: &self.pyramid.inverse_areas,
-            gloss: self.shine.as_ref().map(|shine| &shine.clusters),
-        }
-    }
-
-    /// The layers of the lights that have none.
-    fn record_layers(&self, rec: &mut Recorder) {
-        let (lights, pixels) = (self.lights.without_layer(), &self.primary.pixels);
-        if !self.lights.has_batches {
-            self.direct.record_batches(rec, &self.buffers, pixels);
-            rec.barrier(COMPUTE_TO_COMPUTE);
-        }
-        let mut pass = rec.pass(Direct::STEM);
-        for (place, &(light, layer)) in lights.iter().enumerate() {
-            if place > 0 {
-                pass.barrier(COMPUTE_TO_TRANSFER);
-            }
-            self.direct.record(&mut pass, &self.buffers, light, pixels, layer);
-        }
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        drop(pass);
-        let mut pass = rec.pass(Antialias::SHADOW_STEM);
-        for (place, (light, layer)) in lights.into_iter().enumerate() {
-            if place > 0 {
-                pass.barrier(COMPUTE_TO_TRANSFER);
-            }
-            let layer = (layer, self.lights.shadow_groups(light));
-            self.antialias.record_light(&mut pass, &self.buffers, &self.view, light, pixels, layer);
-        }
-        pass.barrier(COMPUTE_TO_COMPUTE);
-    }
-
-    fn irradiances(&self) -> Irradiances<'_> {
-        Irradiances {
-            pixels: &self.primary.pixels,
-            direct: &self.direct.irradiance,
-            indirect: &self.splat.irradiance,
-            gloss: self.shine.as_ref().map(|shine| &shine.pixels.radiance),
-            antialias: &self.antialias,
-            colours: &self.pixel_colours,
-            tint: self.lights.tint,
         }
     }
 }

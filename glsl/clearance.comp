@@ -26,8 +26,8 @@ struct ClearancePush {
     float scene_size;  // metres
 };
 
-layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
-layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 0) uniform usamplerBuffer Nodes;
+layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) readonly buffer Candidates { CachePoint candidates[]; };
 layout(scalar, binding = 4) writeonly buffer Clearances { Clearance clearances[]; };

@@ -17,7 +17,7 @@ struct EdgeColoursPush {
     EdgeRoom room;
 };
 
-layout(scalar, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 0) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 1) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 2) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 3) readonly buffer EdgePixels { uint edge_pixels[]; };

@@ -17,8 +17,8 @@ struct EntryBatchesPush {
     uint point_count;  // in it
 };
 
-layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
-layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 0) uniform usamplerBuffer Nodes;
+layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) readonly buffer EntryPoints { EntryPoint entry_points[]; };
 

@@ -25,7 +25,7 @@ struct EntryPointsPush {
     uint seed;
 };
 
-layout(scalar, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 0) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 1) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 2) readonly buffer EntryPatches { EntryPatch entry_patches[]; };
 layout(scalar, binding = 3) readonly buffer FirstPoints { uint first_points[]; };  // of each patch
@@ -54,7 +54,7 @@ void main() {
     if (flat_invocation() >= push.point_count) return;
     uint index = push.first_point + flat_invocation();
     EntryPatch entry_patch = entry_patches[find_patch(index)];
-    Triangle triangle = triangle_at(entry_patch.side >> 1);
+    Corners triangle = corners_of(entry_patch.side >> 1);
     Surface surface = surface_at(entry_patch.side >> 1);
     bool back = (entry_patch.side & 1u) != 0u;
 

@@ -26,8 +26,8 @@ struct GatherRaysPush {
     float least_distance; // distances in gradients are bounded from below by this, metres
 };
 
-layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
-layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 0) uniform usamplerBuffer Nodes;
+layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) readonly buffer CellFirst { uint cell_first[]; };
 layout(scalar, binding = 4) readonly buffer CellClusters { uint cell_clusters[]; };

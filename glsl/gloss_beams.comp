@@ -20,8 +20,8 @@ struct GlossBeamsPush {
     float area_m2;  // that each entry point stands for, in the mean
 };
 
-layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
-layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 0) uniform usamplerBuffer Nodes;
+layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 3) readonly buffer GlossEntries { GlossEntry gloss_entries[]; };
 layout(scalar, binding = 4) writeonly buffer GlossBeams { GlossBeam gloss_beams[]; };  // one a point sample, entry by entry

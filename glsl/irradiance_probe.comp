@@ -37,8 +37,8 @@ struct IrradianceProbePush {
     uint rounds;
 };
 
-layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
-layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 0) uniform usamplerBuffer Nodes;
+layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
 layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };

@@ -23,8 +23,8 @@ struct OpennessPush {
     float reach;  // metres
 };
 
-layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
-layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 0) uniform usamplerBuffer Nodes;
+layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) readonly buffer OpennessPoints { OpennessPoint openness_points[]; };
 layout(scalar, binding = 4) writeonly buffer OpenRays { uint open_rays[]; };

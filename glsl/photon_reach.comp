@@ -18,8 +18,8 @@ struct PhotonReachPush {
     uint end_point;
 };
 
-layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
-layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 0) uniform usamplerBuffer Nodes;
+layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Points { MapEntry points[]; };
 layout(scalar, binding = 3) writeonly buffer Reaches { uvec4 reaches[]; };
 layout(scalar, push_constant) uniform Push { PhotonReachPush push; };

@@ -13,8 +13,8 @@ struct PixelBatchesPush {
     uint point_count;
 };
 
-layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
-layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 0) uniform usamplerBuffer Nodes;
+layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) readonly buffer SeenPoints { PixelSurface seen_points[]; };
 

@@ -13,7 +13,7 @@ layout(constant_id = 0) const uint POINTS = 0;  // along each side of a pixel
 
 struct PixelColoursPush { View view; };
 
-layout(scalar, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 0) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 1) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 2) readonly buffer Pixels { PixelSurface pixels[]; };
 layout(scalar, binding = 3) writeonly buffer PixelColours { uint pixel_colours[]; };

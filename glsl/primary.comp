@@ -11,8 +11,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 struct PrimaryPush { View view; };
 
-layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
-layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 0) uniform usamplerBuffer Nodes;
+layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) writeonly buffer Pixels { PixelSurface pixels[]; };
 layout(scalar, push_constant) uniform Push { PrimaryPush push; };

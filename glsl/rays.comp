@@ -15,8 +15,8 @@ struct RayQuery { vec3 origin; vec3 direction; };
 struct RayAnswer { float t; uint side; };
 struct RaysPush { uint ray_count; };
 
-layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
-layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 0) uniform usamplerBuffer Nodes;
+layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) readonly buffer Queries { RayQuery queries[]; };
 layout(scalar, binding = 4) writeonly buffer Answers { RayAnswer answers[]; };

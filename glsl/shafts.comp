@@ -18,8 +18,8 @@ struct ShaftsPush {
     uint traces_all;  // 1: rays start from the tree's root
 };
 
-layout(scalar, binding = 0) readonly buffer Nodes { Node nodes[]; };
-layout(scalar, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 0) uniform usamplerBuffer Nodes;
+layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Lights { LightSource lights[]; };
 
 #include "include/triangles.glsl"
@@ -103,7 +103,7 @@ vec2 extent(Box box, vec3 across, vec3 origin, float blur, float slack) {
 }
 
 // False where no ray from the points to the light can meet a triangle.
-bool may_hide(Shaft shaft, Triangle corners) {
+bool may_hide(Shaft shaft, Corners corners) {
     vec3 p0 = corners.p0;
     vec3 p1 = corners.p1;
     vec3 p2 = corners.p2;
@@ -143,7 +143,7 @@ uint children_in(Shaft shaft, Node node) {
     uint hiding = 0u;
     for (uint left = found & 0xffffffu; left != 0u; left &= left - 1u) {
         uint place = uint(findLSB(left));
-        if (may_hide(shaft, triangle_at(node.children.y + place))) hiding |= 1u << place;
+        if (may_hide(shaft, corners_of(node.children.y + place))) hiding |= 1u << place;
     }
     return (found & 0xff000000u) | hiding;
 }

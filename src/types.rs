@@ -2,7 +2,7 @@
 
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use bytemuck::Zeroable;
-use glam::{Mat3, UVec3, UVec4, Vec3};
+use glam::{Mat3, UVec3, UVec4, Vec3, Vec4};
 
 /// Marks a gather ray that left the scene.
 pub const NO_TARGET: u32 = u32::MAX;
@@ -12,14 +12,14 @@ pub const NO_SIDE: u32 = u32::MAX;
 pub const NO_CLUSTER: u32 = u32::MAX;
 
 gpu_struct! {
-    /// One triangle for traversal, in BVH leaf order.
+    /// One triangle for traversal, in BVH leaf order. Three texels: nothing stands in `w`.
     pub struct Triangle {
         /// First corner.
-        pub p0: Vec3,
+        pub p0: Vec4,
         /// Second corner.
-        pub p1: Vec3,
+        pub p1: Vec4,
         /// Third corner.
-        pub p2: Vec3,
+        pub p2: Vec4,
     }
 }
 

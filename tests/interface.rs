@@ -146,6 +146,7 @@ fn the_reader_sees_what_a_shader_declares() {
         binding,
         name: name.into(),
         access,
+        is_texels: false,
         element: Some("uint".into()),
         stride: Some(4),
     };
@@ -221,10 +222,16 @@ fn scalar(rust_type: &str) -> String {
 #[test]
 fn constants_have_one_value() {
     use lightpaths::passes::frame::shafts::{BATCH, SHAFT_WORDS};
+    use lightpaths::types::{Node, Triangle};
     let shafts = read(&root().join("glsl/include/shafts.glsl"));
     for (name, value) in [("BATCH", BATCH), ("SHAFT_WORDS", SHAFT_WORDS), ("MOST_ROOTS", SHAFT_WORDS - 1)] {
         let line = format!("const uint {name} = {value}u;");
         assert!(shafts.contains(&line), "no `{line}` in shafts.glsl");
+    }
+    let lists = read(&root().join("glsl/include/lists.glsl"));
+    for (name, bytes) in [("NODE_TEXELS", size_of::<Node>()), ("TRIANGLE_TEXELS", size_of::<Triangle>())] {
+        let line = format!("const uint {name} = {}u;", bytes / 16);
+        assert!(bytes % 16 == 0 && lists.contains(&line), "no `{line}` in lists.glsl");
     }
 }
 
@@ -242,6 +249,9 @@ fn blocks_wrap_one_array_or_structure() {
                 (0, number as u32),
                 "`{stem}`: `{name}` is numbered in order"
             );
+            if binding.is_texels {
+                continue;
+            }
             let element =
                 binding.element.as_deref().unwrap_or_else(|| panic!("`{stem}`: `{name}` has one member"));
             // Arrays of a shared structure step by its size, as slices in Rust do.
@@ -261,10 +271,14 @@ fn blocks_wrap_one_array_or_structure() {
 #[test]
 fn shaders_keep_to_the_rules() {
     const SHADER: u32 = 1;
+    const TEXELS: u32 = 46;
     const ADDRESSES: u32 = 5347;
     for (stem, module) in modules() {
         let follows = module.constants.iter().any(|constant| constant.name == spirv::FOLLOWS_ADDRESSES);
-        let allowed: &[u32] = if follows { &[SHADER, ADDRESSES] } else { &[SHADER] };
+        // Texel buffers are no feature: every device has them.
+        let reads_texels = module.bindings.iter().any(|binding| binding.is_texels);
+        let needs = [(SHADER, true), (TEXELS, reads_texels), (ADDRESSES, follows)];
+        let allowed: Vec<u32> = needs.into_iter().filter(|need| need.1).map(|need| need.0).collect();
         assert_eq!(module.capabilities, allowed, "`{stem}` asks for no other feature");
         assert_eq!(module.instruction_sets, ["GLSL.std.450"], "`{stem}` does not print");
         for constant in &module.constants {

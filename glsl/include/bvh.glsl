@@ -1,9 +1,11 @@
 // Ray traversal of the compressed wide BVH, closest hit and any hit. [Ylitie], triangle test [Woop]
-// The including shader binds `Node nodes[]`. Include behind triangles.glsl.
+// The including shader binds the texels `Nodes`. Include behind triangles.glsl.
 
 Node node_at(uint index) {
-    if (FOLLOWS_ADDRESSES == 0u) return nodes[index];
-    return NodeList(nodes[0].frame.xy).items[index];
+    if (FOLLOWS_ADDRESSES != 0u) return NodeList(texelFetch(Nodes, 0).xy).items[index];
+    int first = int(NODE_TEXELS * index);
+    return Node(texelFetch(Nodes, first), texelFetch(Nodes, first + 1), texelFetch(Nodes, first + 2), texelFetch(Nodes, first + 3),
+                texelFetch(Nodes, first + 4));
 }
 
 struct Ray {
@@ -39,7 +41,7 @@ Shear shear_along(vec3 direction) {
 }
 
 bool intersect_triangle(uint index, vec3 origin, Shear shear, inout Hit hit) {
-    Triangle triangle = triangle_at(index);
+    Corners triangle = corners_of(index);
     precise vec3 a = rotate_axes(triangle.p0 - origin, shear.axis);
     precise vec3 b = rotate_axes(triangle.p1 - origin, shear.axis);
     precise vec3 c = rotate_axes(triangle.p2 - origin, shear.axis);
@@ -161,7 +163,7 @@ vec3 offset_origin(vec3 p, vec3 normal) { return p + clear_distance() * normal; 
 // the edges, too: rounding puts a point on an edge now and then behind the surface that meets it there, and a path
 // that goes on from such a point escapes. Four clear distances suffice for walls that meet at 15° or more.
 vec3 hit_position(Hit hit) {
-    Triangle t = triangle_at(hit.triangle);
+    Corners t = corners_of(hit.triangle);
     vec3 edges = vec3(distance(t.p1, t.p2), distance(t.p2, t.p0), distance(t.p0, t.p1));
     vec3 least = 4.0 * clear_distance() * edges / length(cross(t.p1 - t.p0, t.p2 - t.p0));
     vec3 weights = max(hit.barycentric, min(least, 0.25));

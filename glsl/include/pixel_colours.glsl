@@ -7,7 +7,7 @@ vec4 colour_through(View view, vec2 point, uint triangle) {
     vec3 direction = view.forward + ndc.x * view.right - ndc.y * view.up;
     Surface surface = surface_at(triangle);
     float facing = dot(surface.normal, direction);
-    float t = dot(surface.normal, triangle_at(triangle).p0 - view.position) / facing;
+    float t = dot(surface.normal, corners_of(triangle).p0 - view.position) / facing;
     vec3 barycentric = barycentric_at(triangle, view.position + t * direction);
     return vec4(facing == 0.0 ? vec3(0.0) : image_at(surface.material, triangle, barycentric), facing);
 }

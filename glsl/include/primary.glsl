@@ -19,7 +19,7 @@ PixelSurface seen_on(View view, vec2 point, uint side) {
     vec2 ndc = point / vec2(view.width, view.height) * 2.0 - 1.0;
     vec3 direction = view.forward + ndc.x * view.right - ndc.y * view.up;
     uint triangle = side >> 1;
-    Triangle corners = triangle_at(triangle);
+    Corners corners = corners_of(triangle);
     Surface surface = surface_at(triangle);
     vec3 across = cross(corners.p1 - corners.p0, corners.p2 - corners.p0);
     float t = dot(across, corners.p0 - view.position) / dot(across, direction);

@@ -1,5 +1,5 @@
 // Images that materials take their diffuse albedo from: bilinear, decoded from sRGB before texels are mixed. Include after
-// colour.glsl. The including shader binds `Triangle triangles[]`, `vec2 texture_coordinates[]`, three a triangle, `Texture textures[]`,
+// colour.glsl. The including shader binds the texels `Triangles`, `vec2 texture_coordinates[]`, three a triangle, `Texture textures[]`,
 // one a material, and `uint texels[]`: what the 256 codes decode to, as floats, then the images. Without HAS_TEXTURES nothing of it
 // is read.
 
@@ -34,7 +34,7 @@ vec3 image_at(uint material, uint triangle, vec3 barycentric) {
 
 // Weights of a triangle's corners at a point of its plane.
 vec3 barycentric_at(uint triangle, vec3 position) {
-    Triangle t = triangle_at(triangle);
+    Corners t = corners_of(triangle);
     vec3 normal = cross(t.p1 - t.p0, t.p2 - t.p0);
     vec3 from_p0 = position - t.p0;
     vec2 weights = vec2(dot(cross(from_p0, t.p2 - t.p0), normal), dot(cross(t.p1 - t.p0, from_p0), normal)) / dot(normal, normal);

@@ -1,10 +1,10 @@
 // Structs that cross passes; twins of src/types.rs, held in lockstep by tests/interface.rs. Scalar layout.
 
-// One triangle for traversal, in BVH leaf order. World space, metres.
+// One triangle for traversal, in BVH leaf order. World space, metres. Three texels: nothing stands in `w`.
 struct Triangle {
-    vec3 p0;
-    vec3 p1;
-    vec3 p2;
+    vec4 p0;
+    vec4 p1;
+    vec4 p2;
 };
 
 // What a hit on that triangle needs besides its corners.

@@ -1,6 +1,6 @@
 //! Storage on the device, and transfers to and from it.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use ash::vk;
@@ -21,6 +21,7 @@ const LEAST_BYTES: u64 = 16;
 /// What storage is used for.
 const STORAGE: vk::BufferUsageFlags = vk::BufferUsageFlags::from_raw(
     vk::BufferUsageFlags::STORAGE_BUFFER.as_raw()
+        | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER.as_raw()
         | vk::BufferUsageFlags::INDIRECT_BUFFER.as_raw()
         | vk::BufferUsageFlags::TRANSFER_SRC.as_raw()
         | vk::BufferUsageFlags::TRANSFER_DST.as_raw(),
@@ -38,6 +39,8 @@ pub(super) struct Allocated {
     pub(super) name: String,
     bytes: u64,
     location: MemoryLocation,
+    /// Its words as texels, once a kernel has asked for them.
+    texels: OnceLock<vk::BufferView>,
     /// What the address in it points to.
     pointee: Option<Arc<Self>>,
     /// None only while it goes.
@@ -210,6 +213,7 @@ impl Allocated {
             name: name.into(),
             bytes,
             location,
+            texels: OnceLock::new(),
             pointee: None,
             allocation: None,
         };
@@ -236,6 +240,25 @@ impl Allocated {
         allocated.allocation = Some(allocation);
         allocated.count(usage.contains(vk::BufferUsageFlags::STORAGE_BUFFER));
         Ok(allocated)
+    }
+
+    /// The view that kernels bind which read texels of four words.
+    pub(super) fn texels(&self) -> Result<vk::BufferView> {
+        if let Some(&view) = self.texels.get() {
+            return Ok(view);
+        }
+        let info = vk::BufferViewCreateInfo::default()
+            .buffer(self.handle)
+            .format(vk::Format::R32G32B32A32_UINT)
+            .range(vk::WHOLE_SIZE);
+        let view = unsafe { self.context.device.create_buffer_view(&info, None) }.vk("vkCreateBufferView")?;
+        self.context.set_name(view, &self.name);
+        let kept = *self.texels.get_or_init(|| view);
+        if kept != view {
+            // Another thread was faster.
+            unsafe { self.context.device.destroy_buffer_view(view, None) };
+        }
+        Ok(kept)
     }
 
     fn count(&self, is_bound: bool) {
@@ -269,6 +292,9 @@ impl Allocated {
 
 impl Drop for Allocated {
     fn drop(&mut self) {
+        if let Some(&view) = self.texels.get() {
+            unsafe { self.context.device.destroy_buffer_view(view, None) };
+        }
         unsafe { self.context.device.destroy_buffer(self.handle, None) };
         let Some(allocation) = self.allocation.take() else { return };
         self.context

@@ -6,11 +6,16 @@ use super::VkResultExt;
 use super::instance::Instance;
 use crate::error::{Error, Result};
 
+/// Bytes of a texel: four words.
+const TEXEL_BYTES: u64 = 16;
+
 /// The limits of a device that matter here.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
     /// Largest storage buffer that can be bound, in bytes.
     pub storage_range_bytes: u64,
+    /// Largest texel buffer that can be bound, in bytes, of texels of four words.
+    pub texel_range_bytes: u64,
     /// The largest heap of device-local memory, in bytes.
     pub device_memory_bytes: u64,
     /// Push constants, in bytes.
@@ -116,6 +121,7 @@ fn examine(
     let local = heaps.filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));
     let limits = Limits {
         storage_range_bytes: properties.limits.max_storage_buffer_range.into(),
+        texel_range_bytes: TEXEL_BYTES * u64::from(properties.limits.max_texel_buffer_elements),
         device_memory_bytes: local.map(|heap| heap.size).max().unwrap_or(0),
         push_bytes: properties.limits.max_push_constants_size,
         storage_buffers: push

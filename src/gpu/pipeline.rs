@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::device::Limits;
 use super::shaders::Shader;
-use super::spirv::{self, FOLLOWS_ADDRESSES, Module};
+use super::spirv::{self, Binding, FOLLOWS_ADDRESSES, Module};
 use super::{Buffer, Context, VkResultExt};
 use crate::error::{Error, Result};
 
@@ -123,7 +123,7 @@ impl Handles {
             .map(|binding| {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(binding.binding)
-                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                    .descriptor_type(descriptor_type(binding))
                     .descriptor_count(1)
                     .stage_flags(stages)
             })
@@ -212,6 +212,15 @@ fn specialisation(
             (entry, value)
         })
         .unzip()
+}
+
+/// How a buffer is bound.
+pub(super) fn descriptor_type(binding: &Binding) -> vk::DescriptorType {
+    if binding.is_texels {
+        vk::DescriptorType::UNIFORM_TEXEL_BUFFER
+    } else {
+        vk::DescriptorType::STORAGE_BUFFER
+    }
 }
 
 fn check_limits(stem: &str, module: &Module, limits: &Limits) -> Result<()> {

@@ -10,6 +10,7 @@ use bytemuck::Pod;
 
 use super::barrier::{Barrier, Places, SUBMISSION};
 use super::hazard::{Hazards, Use};
+use super::pipeline::descriptor_type;
 use super::spirv::Access;
 use super::submission::Submission;
 use super::timing::{PassTiming, milliseconds};
@@ -222,16 +223,25 @@ impl Recorder {
                 [vk::DescriptorBufferInfo::default().buffer(buffer.allocated.handle).range(vk::WHOLE_SIZE)]
             })
             .collect();
-        let writes: Vec<_> = pipeline
-            .module
-            .bindings
+        let declared = &pipeline.module.bindings;
+        let texels = declared.iter().zip(bindings).map(|(declared, (_, buffer))| {
+            declared.is_texels.then(|| buffer.allocated.texels().map(|view| [view])).transpose()
+        });
+        let texels: Vec<_> = match texels.collect::<Result<_>>() {
+            Ok(texels) => texels,
+            Err(error) => {
+                self.failure.get_or_insert(error);
+                return false;
+            }
+        };
+        let writes: Vec<_> = declared
             .iter()
-            .zip(&infos)
-            .map(|(declared, info)| {
-                vk::WriteDescriptorSet::default()
+            .zip(infos.iter().zip(&texels))
+            .map(|(declared, (info, texels))| {
+                let write = vk::WriteDescriptorSet::default()
                     .dst_binding(declared.binding)
-                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                    .buffer_info(info)
+                    .descriptor_type(descriptor_type(declared));
+                texels.as_ref().map_or(write.buffer_info(info), |view| write.texel_buffer_view(view))
             })
             .collect();
         let (device, point) = (&self.context.device, vk::PipelineBindPoint::COMPUTE);

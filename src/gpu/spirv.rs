@@ -16,17 +16,19 @@ pub enum Access {
     ReadWrite,
 }
 
-/// A storage buffer of the shader.
+/// A buffer of the shader.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Binding {
     /// Descriptor set.
     pub set: u32,
     /// Binding number in the set.
     pub binding: u32,
-    /// The block's name.
+    /// The block's name; that of the variable where it is bound as texels.
     pub name: String,
     /// What the shader does with it.
     pub access: Access,
+    /// Whether it is bound as texels of four words, `usamplerBuffer`, and not as storage.
+    pub is_texels: bool,
     /// Type of the block's only member, without array brackets. None if it has several.
     pub element: Option<String>,
     /// Bytes from one element to the next, where the block is an array of unknown length.
@@ -78,7 +80,7 @@ pub struct Constant {
 pub struct Module {
     /// Invocations of a workgroup along each axis, before specialisation.
     pub local_size: [u32; 3],
-    /// Storage buffers by set and binding.
+    /// Buffers by set and binding.
     pub bindings: Vec<Binding>,
     /// The push constant block, if any.
     pub push: Option<Push>,
@@ -135,6 +137,7 @@ mod code {
 
     pub(super) const NUM_WORKGROUPS: u32 = 24;
     pub(super) const WORKGROUP_SIZE: u32 = 25;
+    pub(super) const UNIFORM_CONSTANT: u32 = 0;
     pub(super) const PUSH_CONSTANT: u32 = 9;
     pub(super) const STORAGE_BUFFER: u32 = 12;
 }
@@ -257,6 +260,7 @@ impl Reader {
             };
             match class {
                 code::STORAGE_BUFFER => found.bindings.push(self.binding(variable, block)),
+                code::UNIFORM_CONSTANT => found.bindings.push(self.texels(variable)),
                 code::PUSH_CONSTANT => {
                     found.push = Some(Push {
                         element: self.element(block).map(|(name, _)| name),
@@ -274,10 +278,23 @@ impl Reader {
         found
     }
 
+    fn decoration(&self, variable: u32, which: u32) -> u32 {
+        *self.decorations.get(&(variable, which)).expect("a buffer has a descriptor set and a binding")
+    }
+
+    fn texels(&self, variable: u32) -> Binding {
+        Binding {
+            set: self.decoration(variable, code::DESCRIPTOR_SET),
+            binding: self.decoration(variable, code::BINDING),
+            name: self.name(variable),
+            access: Access::Read,
+            is_texels: true,
+            element: None,
+            stride: None,
+        }
+    }
+
     fn binding(&self, variable: u32, block: u32) -> Binding {
-        let decoration = |which| {
-            *self.decorations.get(&(variable, which)).expect("a buffer has a descriptor set and a binding")
-        };
         // Compilers differ in whether the variable or each of its members carries the qualifier.
         let members = self.members(block).len() as u32;
         let has = |which| {
@@ -291,10 +308,11 @@ impl Reader {
         };
         let (element, stride) = self.element(block).unzip();
         Binding {
-            set: decoration(code::DESCRIPTOR_SET),
-            binding: decoration(code::BINDING),
+            set: self.decoration(variable, code::DESCRIPTOR_SET),
+            binding: self.decoration(variable, code::BINDING),
             name: self.name(block),
             access,
+            is_texels: false,
             element,
             stride: stride.flatten(),
         }

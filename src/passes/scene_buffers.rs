@@ -12,9 +12,9 @@ use std::sync::Arc;
 /// Immutable geometry and the material table. Triangles and surfaces stand in BVH leaf order. Nodes, triangles and surfaces are behind
 /// addresses ([`Buffer::address_of`]) where the device does not bind one of these lists.
 pub struct SceneBuffers {
-    /// `Node`s, the root first.
+    /// `Node`s, the root first; bound as texels.
     pub nodes: Buffer,
-    /// Corners of each triangle.
+    /// Corners of each triangle; bound as texels.
     pub triangles: Buffer,
     /// Normals, material and sides of each triangle.
     pub surfaces: Buffer,
@@ -39,11 +39,14 @@ impl SceneBuffers {
     ) -> Result<Self> {
         let corners: Vec<types::Triangle> = triangles
             .iter()
-            .map(|t| types::Triangle { p0: t.positions[0], p1: t.positions[1], p2: t.positions[2] })
+            .map(|t| t.positions.map(|corner| corner.extend(0.0)))
+            .map(|[p0, p1, p2]| types::Triangle { p0, p1, p2 })
             .collect();
-        let longest = size_of_val(&*bvh.nodes).max(size_of_val(&*corners)).max(size_of_val(surfaces));
+        let limits = context.limits();
+        let texels = size_of_val(&*bvh.nodes).max(size_of_val(&*corners)) as u64;
+        let longest = texels.max(size_of_val(surfaces) as u64);
         // Kernels bind all three, or look behind all three.
-        let is_bound = longest as u64 <= context.limits().storage_range_bytes;
+        let is_bound = longest <= limits.storage_range_bytes && texels <= limits.texel_range_bytes;
         Ok(Self {
             nodes: list(context, "nodes", &bvh.nodes, is_bound)?,
             triangles: list(context, "triangles", &corners, is_bound)?,

@@ -6,6 +6,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/dispatch.glsl"
 #include "include/blend.glsl"
 
@@ -19,12 +20,10 @@ struct BlendPush {
 layout(scalar, binding = 0) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 1) readonly buffer FirstNeighbours { uint first_neighbours[]; };  // of each record, and the end
 layout(scalar, binding = 2) readonly buffer Neighbours { Neighbour neighbours[]; };
-layout(scalar, binding = 3) readonly buffer Records { vec4 record_vectors[]; };  // `Record`s
+layout(binding = 3) uniform usamplerBuffer Records;  // `Record`s
 layout(scalar, binding = 4) writeonly buffer Blended { Record blended[]; };
 layout(scalar, binding = 5) readonly buffer IsSeen { uint is_seen[]; };
 layout(scalar, push_constant) uniform Push { BlendPush push; };
-
-#include "include/record_vectors.glsl"
 
 void main() {
     uint index = flat_invocation();
@@ -35,7 +34,7 @@ void main() {
     mat3 translation = mat3(0.0);
     mat3 rotation = mat3(0.0);
     for (uint i = first_neighbours[index]; i < first_neighbours[index + 1u]; ++i) {
-        Record record = record_at(neighbours[i].record);
+        Record record = record_at(Records, neighbours[i].record);
         float weight = neighbours[i].weight;
         // Half of the way by the gradient at the neighbour; below, half by that at the record itself: curvature cancels.
         vec3 moved = point.position - record.position;

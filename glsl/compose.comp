@@ -7,6 +7,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
@@ -28,8 +29,8 @@ struct ComposePush {
 };
 
 layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
-layout(scalar, binding = 1) readonly buffer Materials { Reflectance materials[]; };
-layout(scalar, binding = 2) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(binding = 1) uniform usamplerBuffer Materials;
+layout(binding = 2) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 3) readonly buffer DirectIrradiance { vec3 direct_irradiance[]; };
 layout(scalar, binding = 4) readonly buffer IndirectIrradiance { vec3 indirect_irradiance[]; };
 layout(scalar, binding = 5) readonly buffer EdgeOffsets { uint edge_offsets[]; };
@@ -50,7 +51,7 @@ uint material_of(uint side) { return surface_at(side >> 1).material; }
 vec3 reflected(uint side, vec3 colour, vec3 direct, uint source, uint shiner, float weight) {
     if (side == NO_SIDE) return vec3(0.0);
     vec3 irradiance = push.direct_share * direct + push.indirect_share * weight * indirect_irradiance[source];
-    vec3 radiance = materials[material_of(side)].diffuse * irradiance * (1.0 / PI);
+    vec3 radiance = reflectance_at(Materials, material_of(side)).diffuse * irradiance * (1.0 / PI);
     if (HAS_TEXTURES != 0u) radiance *= colour;
     if (SHINES == 1u) {
         GlossShine shine = gloss_radiance[shiner];
@@ -61,7 +62,7 @@ vec3 reflected(uint side, vec3 colour, vec3 direct, uint source, uint shiner, fl
 
 // A pixel shines on average over all that it shows of its centre's material: so do samples of that. Others shine as their sources do.
 uint shiner_of(uint side, uint source, uint index) {
-    uint centre = pixels[index].side;
+    uint centre = pixel_surface_at(Pixels, index).side;
     if (side == NO_SIDE || centre == NO_SIDE) return source;
     return material_of(side) == material_of(centre) ? index : source;
 }
@@ -69,7 +70,7 @@ uint shiner_of(uint side, uint source, uint index) {
 // What the centre of a pixel sees.
 vec3 centre(uint index) {
     vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(pixel_colours[index]) : vec3(1.0);
-    return reflected(pixels[index].side, colour, direct_irradiance[index], index, index, 1.0);
+    return reflected(pixel_surface_at(Pixels, index).side, colour, direct_irradiance[index], index, index, 1.0);
 }
 
 // What the samples of the edge pixel that is number `edge` of all see on average.

@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/math.glsl"
 
@@ -22,7 +23,7 @@ layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) readonly buffer Lights { LightSource lights[]; };
-layout(scalar, binding = 4) readonly buffer SeenPoints { PixelSurface seen_points[]; };
+layout(binding = 4) uniform usamplerBuffer SeenPoints;
 layout(scalar, binding = 5) readonly buffer ShaftRoots { uint shaft_roots[]; };
 layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 7) buffer LightLayer { float light_layer[]; };
@@ -44,7 +45,7 @@ void main() {
     uvec2 xy = 8u * uvec2(batch % tiles, batch / tiles) + gl_LocalInvocationID.xy;
     uint index = xy.y * push.width + xy.x;
     if (xy.x >= push.width || index >= push.point_count) return;
-    PixelSurface point = seen_points[index];
+    PixelSurface point = pixel_surface_at(SeenPoints, index);
     float found = 0.0;
     // A loop that turns once or never: where no point of a group sees a surface, lavapipe skips it.
     for (bool is_due = point.side != NO_SIDE; is_due; is_due = false) {

@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/records.glsl"
 
@@ -17,7 +18,7 @@ struct EdgeMarkPush {
 };
 
 layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
-layout(scalar, binding = 1) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(binding = 1) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 2) writeonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, push_constant) uniform Push { EdgeMarkPush push; };
 
@@ -39,12 +40,12 @@ void main() {
     ivec2 xy = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(xy, size))) return;
     int index = xy.y * size.x + xy.x;
-    PixelSurface pixel = pixels[index];
+    PixelSurface pixel = pixel_surface_at(Pixels, index);
     bool found = false;
     for (int i = 1; i < 9 && !found; i += 2) {
         // Above, left, right, below.
         ivec2 other = clamp(xy + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1);
-        found = is_edge(pixel, pixels[other.y * size.x + other.x]);
+        found = is_edge(pixel, pixel_surface_at(Pixels, other.y * size.x + other.x));
     }
     edge_offsets[index] = uint(found);
 }

@@ -6,6 +6,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
@@ -24,7 +25,7 @@ struct EdgeSamplesPush {
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
-layout(scalar, binding = 3) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(binding = 3) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 4) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 5) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(scalar, binding = 6) writeonly buffer EdgeSamples { EdgeSample edge_samples[]; };
@@ -46,7 +47,7 @@ void main() {
     uvec2 size = uvec2(view.width, view.height);
     vec2 corner = vec2(pixel % size.x, pixel / size.x);
     bool is_outline = false;
-    for (uint i = 0u; i < 9u; ++i) is_outline = is_outline || pixels[pixel_at(size, pixel, i)].side == NO_SIDE;
+    for (uint i = 0u; i < 9u; ++i) is_outline = is_outline || pixel_surface_at(Pixels, pixel_at(size, pixel, i)).side == NO_SIDE;
     PixelSurface found = PixelSurface(vec3(0.0), NO_SIDE, vec3(0.0), 0.0);
     uint points = is_outline ? OUTLINE_POINTS : 1u;
     uint shown = 0u;
@@ -65,7 +66,7 @@ void main() {
     uint place = 4u;
     // The pixel itself first: if it will do, the others need not be asked.
     for (uint i = 4u; i < 13u && found.side != NO_SIDE && least > 0.01; ++i) {
-        PixelSurface candidate = pixels[pixel_at(size, pixel, i % 9u)];
+        PixelSurface candidate = pixel_surface_at(Pixels, pixel_at(size, pixel, i % 9u));
         float cost = candidate.side == NO_SIDE ? 1e30 : dissimilarity(found, candidate);
         place = cost < least ? i % 9u : place;
         least = min(cost, least);

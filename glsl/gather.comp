@@ -27,7 +27,7 @@ layout(scalar, binding = 1) readonly buffer FirstBundles { uint first_bundles[];
 // workgroup read neighbours here, and, because a point's bundles are in the order of their reflectors, close places of the radiances.
 layout(scalar, binding = 2) readonly buffer Bundles { uvec2 bundles[]; };
 layout(scalar, binding = 3) readonly buffer BundleColours { uint bundle_colours[]; };  // packed; only in scenes with images
-layout(scalar, binding = 4) readonly buffer Radiances { vec3 radiances[]; };
+layout(binding = 4) uniform usamplerBuffer Radiances;
 layout(scalar, binding = 5) readonly buffer Shines { vec3 shines[]; };
 layout(scalar, binding = 6) writeonly buffer Records { Record records[]; };
 layout(scalar, binding = 7) readonly buffer RecordOffsets { uint record_offsets[]; };  // listed ones before each, and all
@@ -57,7 +57,7 @@ void main() {
     for (uint i = first_bundles[row] + thread; i < end; i += gl_WorkGroupSize.x) {
         uvec2 bundle = bundles[i];
         uint reflector = bundle.x & reflectors;
-        vec3 radiance = radiances[reflector];
+        vec3 radiance = uintBitsToFloat(texelFetch(Radiances, int(reflector)).xyz);
         if (HAS_TEXTURES != 0u) radiance *= unpack_colour(bundle_colours[i]);
         if (SHINES == 1u) radiance += shines[reflector];
         vec2 movement = unpack_pair(bundle.y, 8, 127u - MOVEMENT_EXPONENT + ((bundle.y >> 16u) & 31u));

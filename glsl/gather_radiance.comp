@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -21,12 +22,12 @@ struct GatherRadiancePush {
 };
 
 layout(scalar, binding = 0) readonly buffer Reflectors { uint reflectors[]; };  // targets of gather rays, in ascending order
-layout(scalar, binding = 1) readonly buffer Materials { Reflectance materials[]; };
+layout(binding = 1) uniform usamplerBuffer Materials;
 layout(scalar, binding = 2) readonly buffer Irradiance { vec3 irradiance[]; };
 layout(scalar, binding = 3) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
 layout(scalar, binding = 4) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
 layout(scalar, binding = 5) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };     // of slots, W
-layout(scalar, binding = 6) writeonly buffer Radiances { vec3 radiances[]; };  // reflected evenly; the image's colour is still to come
+layout(scalar, binding = 6) writeonly buffer Radiances { vec4 radiances[]; };  // reflected evenly; the image's colour is still to come; texels
 layout(scalar, binding = 7) writeonly buffer Shines { vec3 shines[]; };        // by lobes, which images do not colour
 layout(scalar, push_constant) uniform Push { GatherRadiancePush push; };
 
@@ -44,5 +45,6 @@ void main() {
         }
         shines[index] = shine;
     }
-    radiances[index] = materials[target >> push.cluster_bits].diffuse * irradiance[cluster] * (1.0 / PI);
+    vec3 diffuse = reflectance_at(Materials, target >> push.cluster_bits).diffuse;
+    radiances[index] = vec4(diffuse * irradiance[cluster] * (1.0 / PI), 0.0);
 }

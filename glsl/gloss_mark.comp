@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/gloss_rays.glsl"
@@ -14,7 +15,7 @@ struct GlossMarkPush { uint pixel_count; };
 
 layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 1) readonly buffer Materials { Reflectance materials[]; };
-layout(scalar, binding = 2) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(binding = 2) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 3) writeonly buffer GlossOffsets { uint gloss_offsets[]; };
 layout(scalar, binding = 4) writeonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
 layout(scalar, push_constant) uniform Push { GlossMarkPush push; };
@@ -24,7 +25,7 @@ layout(scalar, push_constant) uniform Push { GlossMarkPush push; };
 void main() {
     uint index = flat_invocation();
     if (index >= push.pixel_count) return;
-    uint side = pixels[index].side;
+    uint side = pixel_surface_at(Pixels, index).side;
     bool shines = side != NO_SIDE && any(greaterThan(materials[surface_at(side >> 1).material].specular, vec3(0.0)));
     gloss_offsets[index] = uint(shines);
     gloss_radiance[index] = GlossShine(vec3(0.0), vec3(0.0));

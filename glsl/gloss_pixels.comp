@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
@@ -24,7 +25,7 @@ struct GlossPixelsPush {
 
 layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 1) readonly buffer Materials { Reflectance materials[]; };
-layout(scalar, binding = 2) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(binding = 2) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 3) readonly buffer GlossOffsets { uint gloss_offsets[]; };
 layout(scalar, binding = 4) readonly buffer GlossPixels { uint gloss_pixels[]; };
 layout(scalar, binding = 5) readonly buffer GlossRays { GlossRay gloss_rays[]; };
@@ -59,7 +60,7 @@ void main() {
         direct += highlights[i];
         sum += gloss_hits[i];
     }
-    vec3 specular = materials[surface_at(pixels[pixel].side >> 1).material].specular;
+    vec3 specular = materials[surface_at(pixel_surface_at(Pixels, pixel).side >> 1).material].specular;
     float share = 1.0 / float(max(samples, 1u));
     gloss_radiance[pixel] = GlossShine(share * specular * direct, share / (PI * float(LOBE_RAYS)) * specular * sum);
 }

@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
@@ -34,7 +35,7 @@ layout(scalar, binding = 4) readonly buffer CellFirst { uint cell_first[]; };
 layout(scalar, binding = 5) readonly buffer CellClusters { uint cell_clusters[]; };
 layout(scalar, binding = 6) readonly buffer ClusterLinks { ClusterLink links[]; };
 layout(scalar, binding = 7) readonly buffer Wholes { uint wholes[]; };
-layout(scalar, binding = 8) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(binding = 8) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 9) readonly buffer GlossOffsets { uint gloss_offsets[]; };
 layout(scalar, binding = 10) readonly buffer GlossPixels { uint gloss_pixels[]; };
 layout(scalar, binding = 11) writeonly buffer GlossSamples { PixelSurface gloss_samples[]; };
@@ -89,7 +90,7 @@ void main() {
         vec2 corner = vec2(pixel % push.view.width, pixel / push.view.width);
         PixelSurface point = seen_through(push.view, corner + sample_3d(number, hash(seed, 1u)).xy);
         // Where the pixel shows an edge: what is beyond is not what shines here.
-        PixelSurface centre = pixels[pixel];
+        PixelSurface centre = pixel_surface_at(Pixels, pixel);
         bool is_other = point.side == NO_SIDE;
         if (!is_other) is_other = material_of(point.side) != material_of(centre.side);
         if (is_other) point = centre;

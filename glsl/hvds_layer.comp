@@ -8,6 +8,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/dispatch.glsl"
 #include "include/hvds.glsl"
 
@@ -30,8 +31,8 @@ layout(scalar, binding = 4) readonly buffer Carried0 { vec3 carried_0[]; };
 layout(scalar, binding = 5) readonly buffer Carried1 { vec3 carried_1[]; };
 layout(scalar, binding = 6) readonly buffer Carried2 { vec3 carried_2[]; };
 layout(scalar, binding = 7) readonly buffer Carried3 { vec3 carried_3[]; };
-layout(scalar, binding = 8) readonly buffer DepositRuns { DepositRun deposit_runs[]; };  // of each base cluster
-layout(scalar, binding = 9) readonly buffer Deposits { Deposit deposits[]; };
+layout(binding = 8) uniform usamplerBuffer DepositRuns;  // of each base cluster
+layout(binding = 9) uniform usamplerBuffer Deposits;
 layout(scalar, binding = 10) readonly buffer SummedClusters { uint summed_clusters[]; };
 layout(scalar, binding = 11) buffer Layer0 { ClusterLayer layer_0[]; };
 layout(scalar, binding = 12) buffer Layer1 { ClusterLayer layer_1[]; };
@@ -55,7 +56,7 @@ void main() {
     uint cluster = summed_clusters[push.first_place + index];
     const ClusterLayer DARK = ClusterLayer(0.0, vec3(0.0));
     ClusterLayer sum_0 = DARK, sum_1 = DARK, sum_2 = DARK, sum_3 = DARK;
-    DepositRun run = deposit_runs[cluster];
+    DepositRun run = deposit_run_at(DepositRuns, cluster);
     bool is_whole = run.is_whole != 0u;
     if (push.first_deposit > 0u) {
         if (run.end <= push.first_deposit || run.first >= push.end_deposit) return;
@@ -68,7 +69,7 @@ void main() {
     }
     uint first = max(run.first, push.first_deposit), end = min(run.first_other, push.end_deposit);
     for (uint i = first; i < end; ++i) {
-        Deposit deposit = deposits[i - push.first_deposit];
+        Deposit deposit = deposit_at(Deposits, i - push.first_deposit);
         // Nothing has reflected the path yet: its channels are alike.
         float throughput = share_of(deposit, is_whole) * deposit.throughput.x;
         uint path = path_of(deposit);
@@ -81,7 +82,7 @@ void main() {
     first = max(run.first_other, push.first_deposit);
     end = min(run.end, push.end_deposit);
     for (uint i = first; i < end; ++i) {
-        Deposit deposit = deposits[i - push.first_deposit];
+        Deposit deposit = deposit_at(Deposits, i - push.first_deposit);
         vec3 throughput = share_of(deposit, is_whole) * deposit.throughput;
         uint path = path_of(deposit);
         add(sum_0, throughput, SHINES != 0u ? carried_0[path] : vec3(factors_0[path]));

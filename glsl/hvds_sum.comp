@@ -10,14 +10,14 @@
 
 layout(local_size_x = 64) in;
 
-layout(scalar, binding = 0) readonly buffer Row0 { ClusterLayer row_0[]; };
-layout(scalar, binding = 1) readonly buffer Row1 { ClusterLayer row_1[]; };
-layout(scalar, binding = 2) readonly buffer Row2 { ClusterLayer row_2[]; };
-layout(scalar, binding = 3) readonly buffer Row3 { ClusterLayer row_3[]; };
-layout(scalar, binding = 4) readonly buffer Row4 { ClusterLayer row_4[]; };
-layout(scalar, binding = 5) readonly buffer Row5 { ClusterLayer row_5[]; };
-layout(scalar, binding = 6) readonly buffer Row6 { ClusterLayer row_6[]; };
-layout(scalar, binding = 7) readonly buffer Row7 { ClusterLayer row_7[]; };
+layout(binding = 0) uniform usamplerBuffer Row0;
+layout(binding = 1) uniform usamplerBuffer Row1;
+layout(binding = 2) uniform usamplerBuffer Row2;
+layout(binding = 3) uniform usamplerBuffer Row3;
+layout(binding = 4) uniform usamplerBuffer Row4;
+layout(binding = 5) uniform usamplerBuffer Row5;
+layout(binding = 6) uniform usamplerBuffer Row6;
+layout(binding = 7) uniform usamplerBuffer Row7;
 layout(scalar, binding = 8) buffer LightSums { ClusterFlux light_sums[]; };
 layout(scalar, push_constant) uniform Push { LightSumPush push; };
 
@@ -34,17 +34,17 @@ void main() {
     uint place = push.step * index;
     ClusterFlux sum = ClusterFlux(vec3(0.0), vec3(0.0));
     if (push.adds != 0u) sum = light_sums[index];
-    sum = added(sum, row_0[place], push.emission_0);
-    if (ROWS > 1u) sum = added(sum, row_1[place], push.emission_1);
+    sum = added(sum, cluster_layer_at(Row0, place), push.emission_0);
+    if (ROWS > 1u) sum = added(sum, cluster_layer_at(Row1, place), push.emission_1);
     if (ROWS > 2u) {
-        sum = added(sum, row_2[place], push.emission_2);
-        sum = added(sum, row_3[place], push.emission_3);
+        sum = added(sum, cluster_layer_at(Row2, place), push.emission_2);
+        sum = added(sum, cluster_layer_at(Row3, place), push.emission_3);
     }
     if (ROWS > 4u) {
-        sum = added(sum, row_4[place], push.emission_4);
-        sum = added(sum, row_5[place], push.emission_5);
-        sum = added(sum, row_6[place], push.emission_6);
-        sum = added(sum, row_7[place], push.emission_7);
+        sum = added(sum, cluster_layer_at(Row4, place), push.emission_4);
+        sum = added(sum, cluster_layer_at(Row5, place), push.emission_5);
+        sum = added(sum, cluster_layer_at(Row6, place), push.emission_6);
+        sum = added(sum, cluster_layer_at(Row7, place), push.emission_7);
     }
     light_sums[index] = ClusterFlux(push.scale * sum.direct, push.scale * sum.indirect);
 }

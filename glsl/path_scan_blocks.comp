@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
@@ -24,7 +25,7 @@ struct PathScanPush {
     uint end_slot;     // its end
 };
 
-layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[]; };
+layout(binding = 0) uniform usamplerBuffer Materials;
 layout(scalar, binding = 1) readonly buffer Steps { PathStep steps[]; };
 layout(scalar, binding = 2) readonly buffer Lobes { float lobes[]; };  // of each step: 1 - cosα off the mirror direction
 layout(scalar, binding = 3) buffer Deposits { Deposit deposits[]; };
@@ -47,7 +48,7 @@ void main() {
             bool head = path_step.material == HEAD;
             vec3 factor = vec3(path_step.weight);
             if (path_step.material < FROM_ENTRY) {
-                Reflectance material = materials[path_step.material];
+                Reflectance material = reflectance_at(Materials, path_step.material);
                 if (HAS_TEXTURES != 0u) material.diffuse *= unpack_colour(step_colours[first + i - push.first_step]);
                 factor *= SHINES == 1u ? reflected_share(material, lobes[first + i - push.first_step]) : material.diffuse;
             }

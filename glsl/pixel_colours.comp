@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/colour.glsl"
@@ -15,7 +16,7 @@ struct PixelColoursPush { View view; };
 
 layout(binding = 0) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 1) readonly buffer Surfaces { Surface surfaces[]; };
-layout(scalar, binding = 2) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(binding = 2) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 3) writeonly buffer PixelColours { uint pixel_colours[]; };
 layout(scalar, binding = 4) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
 layout(scalar, binding = 5) readonly buffer Textures { Texture textures[]; };
@@ -31,7 +32,7 @@ void main() {
     uint index = flat_invocation();
     View view = push.view;
     if (index >= view.width * view.height) return;
-    uint side = pixels[index].side;
+    uint side = pixel_surface_at(Pixels, index).side;
     vec2 corner = vec2(index % view.width, index / view.width);
     vec4 sum = vec4(0.0);
     // Beyond the surface's horizon, on the other side of its plane, there is nothing of it.

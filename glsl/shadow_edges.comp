@@ -6,6 +6,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
@@ -31,7 +32,7 @@ layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
 layout(scalar, binding = 3) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 4) readonly buffer EdgeOffsets { uint edge_offsets[]; };
-layout(scalar, binding = 5) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(binding = 5) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 6) readonly buffer ShadowOffsets { uint shadow_offsets[]; };
 layout(scalar, binding = 7) readonly buffer ShadowPixels { uint shadow_pixels[]; };
 layout(scalar, binding = 8) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
@@ -72,7 +73,7 @@ uint slot_for(PixelSurface found, uint pixel, uint first, uint room) {
     for (uint i = 0u; i < room; ++i) {
         EdgeSlot slot = edge_slots[first + i];
         if (slot.side == NO_SIDE) break;
-        float cost = dissimilarity(found, pixels[pixel_at(size, pixel, place_of(slot))]);
+        float cost = dissimilarity(found, pixel_surface_at(Pixels, pixel_at(size, pixel, place_of(slot))));
         if (surface_at(found.side >> 1).material != surface_at(slot.side >> 1).material) cost += 1e6;
         best = cost < least ? i : best;
         least = min(cost, least);
@@ -101,7 +102,7 @@ void main() {
     vec2 corner = vec2(index % view.width, index / view.width);
     vec4 sum = vec4(0.0);
     for (uint i = before + lane; i < count && place < listed; i += LANES) {
-        PixelSurface found = pixels[index];
+        PixelSurface found = pixel_surface_at(Pixels, index);
         vec3 normal = facing_normal(found.side);
         vec2 point = corner + sample_3d(i, index).xy;
         bool is_traced = is_edge || dot(found.normal, normal) < FLAT;

@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/dispatch.glsl"
 #include "include/splat.glsl"
 
@@ -15,25 +16,23 @@ struct SplatApplyPush {
     uint weight_capacity;
 };
 
-layout(scalar, binding = 0) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(binding = 0) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 1) readonly buffer FirstWeights { uint first_weights[]; };  // of each pixel, and the end
 layout(scalar, binding = 2) readonly buffer Weights { SplatWeight weights[]; };
-layout(scalar, binding = 3) readonly buffer Records { vec4 record_vectors[]; };  // `Record`s
+layout(binding = 3) uniform usamplerBuffer Records;  // `Record`s
 layout(scalar, binding = 4) writeonly buffer IndirectIrradiance { vec3 indirect_irradiance[]; };
 layout(scalar, push_constant) uniform Push { SplatApplyPush push; };
-
-#include "include/record_vectors.glsl"
 
 void main() {
     uint index = flat_invocation();
     if (index >= push.pixel_count) return;
-    PixelSurface pixel = pixels[index];
+    PixelSurface pixel = pixel_surface_at(Pixels, index);
     vec3 irradiance = vec3(0.0);
     vec3 offset = vec3(0.0);
     mat3 translation = mat3(0.0);
     uint end = min(first_weights[index + 1u], push.weight_capacity);
     for (uint i = first_weights[index]; i < end; ++i) {
-        Record record = record_at(weights[i].record);
+        Record record = record_at(Records, weights[i].record);
         float weight = abs(weights[i].weight);
         // Half of the way by the gradient at the record; below, half by that at the pixel: curvature cancels.
         vec3 moved = pixel.position - record.position;

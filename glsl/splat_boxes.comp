@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/splat.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
@@ -12,7 +13,7 @@ struct SplatBoxesPush {
     uvec2 size;  // of the image, pixels
 };
 
-layout(scalar, binding = 0) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(binding = 0) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 1) writeonly buffer TileBoxes { TileBox tile_boxes[]; };
 layout(scalar, push_constant) uniform Push { SplatBoxesPush push; };
 
@@ -23,7 +24,7 @@ void main() {
     uvec2 xy = gl_GlobalInvocationID.xy;
     TileBox box = TileBox(vec3(1e30), vec3(-1e30));
     if (all(lessThan(xy, push.size))) {
-        PixelSurface pixel = pixels[xy.y * push.size.x + xy.x];
+        PixelSurface pixel = pixel_surface_at(Pixels, xy.y * push.size.x + xy.x);
         if (pixel.side != NO_SIDE) box = TileBox(pixel.position, pixel.position);
     }
     boxes[thread] = box;

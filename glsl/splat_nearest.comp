@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/dispatch.glsl"
 #include "include/splat.glsl"
 
@@ -14,7 +15,7 @@ struct SplatNearestPush {
     uint weight_capacity;
 };
 
-layout(scalar, binding = 0) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(binding = 0) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 1) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 2) readonly buffer FirstWeights { uint first_weights[]; };
 layout(scalar, binding = 3) readonly buffer Tally { SplatTally tally; };
@@ -32,7 +33,7 @@ void main() {
     uint thread = gl_LocalInvocationIndex;
     for (uint bare = flat_workgroup(); bare < tally.bare; bare += gl_NumWorkGroups.x) {
         uint index = bare_pixels[bare];
-        PixelSurface pixel = pixels[index];
+        PixelSurface pixel = pixel_surface_at(Pixels, index);
         SplatWeight mine = SplatWeight(0xffffffffu, -1e30);
         for (uint record = thread; record < push.record_count; record += gl_WorkGroupSize.x) {
             // The further and the more turned, the worse.

@@ -7,6 +7,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/splat.glsl"
@@ -25,7 +26,7 @@ struct SplatTilesPush {
 };
 
 layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
-layout(scalar, binding = 1) readonly buffer Pixels { PixelSurface pixels[]; };
+layout(binding = 1) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 2) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 3) readonly buffer Rectangles { PixelRectangle rectangles[]; };
 layout(scalar, binding = 4) readonly buffer FirstPairs { uint first_pairs[]; };
@@ -78,7 +79,7 @@ void main() {
     bool in_image = xy.x < push.width && xy.y < push.height;
     uint index = xy.y * push.width + xy.x;
     PixelSurface pixel = PixelSurface(vec3(0.0), NO_SIDE, vec3(0.0), 0.0);
-    if (in_image) pixel = pixels[index];
+    if (in_image) pixel = pixel_surface_at(Pixels, index);
     // A side that sees no surface receives no indirect light, and has no records.
     bool wants_records = false;
     vec3 facet = vec3(0.0);

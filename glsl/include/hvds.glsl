@@ -8,3 +8,9 @@ struct ClusterLayer {
     float direct;   // at entry points, in every channel
     vec3 indirect;  // at all other vertices
 };
+
+// In a list that a kernel only reads, bound as texels.
+ClusterLayer cluster_layer_at(usamplerBuffer list, uint index) {
+    vec4 words = uintBitsToFloat(texelFetch(list, int(index)));
+    return ClusterLayer(words.x, words.yzw);
+}

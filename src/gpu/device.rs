@@ -12,10 +12,8 @@ const TEXEL_BYTES: u64 = 16;
 /// The limits of a device that matter here.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
-    /// Largest storage buffer that can be bound, in bytes.
+    /// Largest buffer that can be bound, as storage and as texels of four words, in bytes.
     pub storage_range_bytes: u64,
-    /// Largest texel buffer that can be bound, in bytes, of texels of four words.
-    pub texel_range_bytes: u64,
     /// The largest heap of device-local memory, in bytes.
     pub device_memory_bytes: u64,
     /// Push constants, in bytes.
@@ -119,9 +117,9 @@ fn examine(
 
     let heaps = memory.memory_heaps_as_slice().iter();
     let local = heaps.filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));
+    let texel_bytes = TEXEL_BYTES * u64::from(properties.limits.max_texel_buffer_elements);
     let limits = Limits {
-        storage_range_bytes: properties.limits.max_storage_buffer_range.into(),
-        texel_range_bytes: TEXEL_BYTES * u64::from(properties.limits.max_texel_buffer_elements),
+        storage_range_bytes: texel_bytes.min(properties.limits.max_storage_buffer_range.into()),
         device_memory_bytes: local.map(|heap| heap.size).max().unwrap_or(0),
         push_bytes: properties.limits.max_push_constants_size,
         storage_buffers: push

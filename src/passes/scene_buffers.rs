@@ -42,11 +42,9 @@ impl SceneBuffers {
             .map(|t| t.positions.map(|corner| corner.extend(0.0)))
             .map(|[p0, p1, p2]| types::Triangle { p0, p1, p2 })
             .collect();
-        let limits = context.limits();
-        let texels = size_of_val(&*bvh.nodes).max(size_of_val(&*corners)) as u64;
-        let longest = texels.max(size_of_val(surfaces) as u64);
+        let longest = size_of_val(&*bvh.nodes).max(size_of_val(&*corners)).max(size_of_val(surfaces));
         // Kernels bind all three, or look behind all three.
-        let is_bound = longest <= limits.storage_range_bytes && texels <= limits.texel_range_bytes;
+        let is_bound = longest as u64 <= context.limits().storage_range_bytes;
         Ok(Self {
             nodes: list(context, "nodes", &bvh.nodes, is_bound)?,
             triangles: list(context, "triangles", &corners, is_bound)?,

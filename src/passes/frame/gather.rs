@@ -117,7 +117,9 @@ impl Gather {
     ) -> Result<Self> {
         let does_shine = ("SHINES", u32::from(shines));
         let constants = [does_shine, has_textures(bundles.has_colours), context.waiting_group()];
-        let room = |count: u32| Buffer::storage(context, "reflected radiance", 12 * u64::from(count.max(1)));
+        let room = |count: u32, bytes: u64| {
+            Buffer::storage(context, "reflected radiance", bytes * u64::from(count.max(1)))
+        };
         Ok(Self {
             radiance: Pipeline::new(context, "gather_radiance", &[does_shine])?,
             pipeline: Pipeline::new(context, Self::STEM, &constants)?,
@@ -125,8 +127,8 @@ impl Gather {
             code,
             hemisphere,
             cache_points,
-            radiances: room(bundles.reflector_count)?,
-            shines: room(if shines { bundles.reflector_count } else { 1 })?,
+            radiances: room(bundles.reflector_count, 16)?,
+            shines: room(if shines { bundles.reflector_count } else { 1 }, 12)?,
             bundles,
             // Records that no view has needed yet are never written.
             records: Buffer::from_slice(context, "records", &vec![Record::zeroed(); point_count as usize])?,
@@ -138,8 +140,8 @@ impl Gather {
         self.point_count
     }
 
-    /// What each reflector sent back when something was last gathered, W/m²/sr, three floats: evenly, without the image's colour; and by
-    /// its lobe, of one at most where nothing shines.
+    /// What each reflector sent back when something was last gathered, W/m²/sr: evenly, without the image's colour, three floats of a texel;
+    /// and by its lobe, three floats, of one at most where nothing shines.
     pub fn radiances(&self) -> [&Buffer; 2] {
         [&self.radiances, &self.shines]
     }

@@ -16,7 +16,7 @@ use crate::passes::precompute::gather_rays::{Hemisphere, LEAST_ENTRY_POINTS};
 use crate::passes::precompute::rays::{RayAnswer, RayQuery};
 use crate::scene::directions::Directions;
 use crate::types::{CachePoint, NO_SIDE};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 
 /// A gather ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,7 +118,8 @@ impl Renderer {
         let [matt, shine] = self.gather.radiances();
         let count = if self.has_picture() { self.gather.bundles.reflector_count as usize } else { 0 };
         let shines = if self.shine.is_some() { count } else { 0 };
-        Ok([matt.read_range(0, count)?, shine.read_range(0, shines)?])
+        let matt = matt.read_range::<Vec4>(0, count)?;
+        Ok([matt.into_iter().map(Vec4::truncate).collect(), shine.read_range(0, shines)?])
     }
 
     /// The reflectors of a cache point.

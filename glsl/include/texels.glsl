@@ -1,0 +1,37 @@
+// Structures of whole texels, four words each, in lists that a kernel only reads: one load a texel, where a member of a structure in
+// storage is a load a word, for which a processor goes from lane to lane. Include behind types.glsl.
+
+vec4 numbers(uvec4 words) { return uintBitsToFloat(words); }
+
+PixelSurface pixel_surface_at(usamplerBuffer list, uint index) {
+    uvec4 first = texelFetch(list, int(2u * index));
+    vec4 second = numbers(texelFetch(list, int(2u * index + 1u)));
+    return PixelSurface(uintBitsToFloat(first.xyz), first.w, second.xyz, second.w);
+}
+
+Reflectance reflectance_at(usamplerBuffer list, uint index) {
+    vec4 first = numbers(texelFetch(list, int(2u * index)));
+    uvec4 second = texelFetch(list, int(2u * index + 1u));
+    return Reflectance(first.xyz, first.w, uintBitsToFloat(second.xyz), second.w);
+}
+
+Deposit deposit_at(usamplerBuffer list, uint index) {
+    uvec4 words = texelFetch(list, int(index));
+    return Deposit(uintBitsToFloat(words.xyz), words.w);
+}
+
+DepositRun deposit_run_at(usamplerBuffer list, uint index) {
+    uvec4 words = texelFetch(list, int(index));
+    return DepositRun(words.x, words.y, words.z, words.w);
+}
+
+Record record_at(usamplerBuffer list, uint index) {
+    int first = int(6u * index);
+    vec4 a = numbers(texelFetch(list, first));
+    vec4 b = numbers(texelFetch(list, first + 1));
+    vec4 c = numbers(texelFetch(list, first + 2));
+    vec4 d = numbers(texelFetch(list, first + 3));
+    vec4 e = numbers(texelFetch(list, first + 4));
+    vec4 f = numbers(texelFetch(list, first + 5));
+    return Record(a.xyz, vec3(a.w, b.xy), mat3(b.zw, c, d.xyz), mat3(d.w, e, f));
+}

@@ -28,7 +28,7 @@ struct ClearancePush {
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) readonly buffer Candidates { CachePoint candidates[]; };
 layout(scalar, binding = 4) writeonly buffer Clearances { Clearance clearances[]; };
 layout(scalar, push_constant) uniform Push { ClearancePush push; };

@@ -28,7 +28,7 @@ struct ComposePush {
     float indirect_share;  // the same for indirect light
 };
 
-layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(binding = 1) uniform usamplerBuffer Materials;
 layout(binding = 2) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 3) readonly buffer DirectIrradiance { vec3 direct_irradiance[]; };

@@ -21,8 +21,8 @@ struct DirectPush {
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
-layout(scalar, binding = 3) readonly buffer Lights { LightSource lights[]; };
+layout(binding = 2) uniform usamplerBuffer Surfaces;
+layout(binding = 3) uniform usamplerBuffer Lights;
 layout(binding = 4) uniform usamplerBuffer SeenPoints;
 layout(scalar, binding = 5) readonly buffer ShaftRoots { uint shaft_roots[]; };
 layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
@@ -50,7 +50,7 @@ void main() {
     // A loop that turns once or never: where no point of a group sees a surface, lavapipe skips it.
     for (bool is_due = point.side != NO_SIDE; is_due; is_due = false) {
         vec3 normal = facing_normal(point.side);
-        found = light_factor_in(batch, lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal,
+        found = light_factor_in(batch, light_at(Lights, push.light), push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal,
                                 point.normal, point.footprint);
     }
     light_layer[index] = (push.first_sample == 0u ? 0.0 : light_layer[index]) + found;

@@ -18,7 +18,7 @@ struct EdgeSamplesPush {
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 4) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(scalar, binding = 5) readonly buffer EdgeSamples { EdgeSample edge_samples[]; };

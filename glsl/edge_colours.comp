@@ -18,7 +18,7 @@ struct EdgeColoursPush {
 };
 
 layout(binding = 0) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 1) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 1) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 2) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 3) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(scalar, binding = 4) readonly buffer EdgeSamples { EdgeSample edge_samples[]; };

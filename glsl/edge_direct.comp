@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
@@ -23,8 +24,8 @@ struct EdgeLightPush {
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
-layout(scalar, binding = 3) readonly buffer Lights { LightSource lights[]; };
+layout(binding = 2) uniform usamplerBuffer Surfaces;
+layout(binding = 3) uniform usamplerBuffer Lights;
 layout(scalar, binding = 4) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 5) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(scalar, binding = 6) readonly buffer EdgeSamples { EdgeSample edge_samples[]; };
@@ -58,7 +59,7 @@ void main() {
     for (bool is_due = seen.side != NO_SIDE; is_due; is_due = false) {
         PixelSurface point = edge_point(view, pixel, seen, index % count, count);
         vec3 normal = facing_normal(point.side);
-        found = light_factor_in(batch, lights[push.light], push.first_sample, push.end_sample, push.traces_all != 0u, point.position,
+        found = light_factor_in(batch, light_at(Lights, push.light), push.first_sample, push.end_sample, push.traces_all != 0u, point.position,
                                 normal, point.normal, point.footprint);
         found *= 0.125 * float(eighths_of(seen));
     }

@@ -17,7 +17,7 @@ struct EdgeMarkPush {
     uint height;
 };
 
-layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(binding = 1) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 2) writeonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, push_constant) uniform Push { EdgeMarkPush push; };

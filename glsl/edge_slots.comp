@@ -16,7 +16,7 @@ struct EdgeListPush {
     EdgeRoom room;
 };
 
-layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 1) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 2) buffer EdgeSamples { EdgeSample edge_samples[]; };
 layout(scalar, binding = 3) writeonly buffer EdgeSlots { EdgeSlot edge_slots[]; };

@@ -26,7 +26,7 @@ struct EntryPointsPush {
 };
 
 layout(binding = 0) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 1) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 1) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 2) readonly buffer EntryPatches { EntryPatch entry_patches[]; };
 layout(scalar, binding = 3) readonly buffer FirstPoints { uint first_points[]; };  // of each patch
 layout(scalar, binding = 4) readonly buffer CellFirst { uint cell_first[]; };

@@ -4,16 +4,13 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 
 layout(local_size_x = 64) in;
 
-struct EntryPoint {
-    vec3 position;
-    uint side;  // 2·triangle + (1 if the back side)
-};
 struct FormFactorsPush {
     uint first_point;   // of the bound part of the entry points
     uint point_count;   // in it
@@ -27,9 +24,9 @@ struct FormFactorsPush {
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
-layout(scalar, binding = 3) readonly buffer Lights { LightSource lights[]; };
-layout(scalar, binding = 4) readonly buffer EntryPoints { EntryPoint entry_points[]; };
+layout(binding = 2) uniform usamplerBuffer Surfaces;
+layout(binding = 3) uniform usamplerBuffer Lights;
+layout(binding = 4) uniform usamplerBuffer EntryPoints;
 layout(scalar, binding = 5) readonly buffer ShaftRoots { uint shaft_roots[]; };
 layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 7) buffer FormFactors { float form_factors[]; };
@@ -49,10 +46,11 @@ void main() {
     uint batch = batch_of(OPENS_NODES == 0u ? push.first_batch + workgroup : workgroup);
     uint index = (batch - push.first_batch) * BATCH + gl_LocalInvocationIndex;
     if (batch == NO_BATCH || batch < push.first_batch || index >= push.point_count) return;
-    EntryPoint point = entry_points[index];
-    vec3 normal = facing_normal(point.side);
-    float found = light_factor_in(batch, lights[push.light], push.first_sample, push.end_sample,
-                                  push.traces_all != 0u, point.position, normal, normal, push.area_m2);
+    uvec4 point = texelFetch(EntryPoints, int(index));  // position; side, 2·triangle + (1 if the back side)
+    vec3 position = uintBitsToFloat(point.xyz);
+    vec3 normal = facing_normal(point.w);
+    float found = light_factor_in(batch, light_at(Lights, push.light), push.first_sample, push.end_sample,
+                                  push.traces_all != 0u, position, normal, normal, push.area_m2);
     uint place = push.first_point + index;
     form_factors[place] = (push.first_sample == 0u ? 0.0 : form_factors[place]) + found;
 }

@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
@@ -22,7 +23,7 @@ struct GlossBeamsPush {
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 2) readonly buffer Lights { LightSource lights[]; };
+layout(binding = 2) uniform usamplerBuffer Lights;
 layout(scalar, binding = 3) readonly buffer GlossEntries { GlossEntry gloss_entries[]; };
 layout(scalar, binding = 4) writeonly buffer GlossBeams { GlossBeam gloss_beams[]; };  // one a point sample, entry by entry
 layout(scalar, push_constant) uniform Push { GlossBeamsPush push; };
@@ -34,7 +35,7 @@ layout(scalar, push_constant) uniform Push { GlossBeamsPush push; };
 
 void main() {
     uint index = flat_invocation();
-    LightSource light = lights[push.light];
+    LightSource light = light_at(Lights, push.light);
     if (index >= push.entry_count * light.samples) return;
     GlossEntry entry = gloss_entries[index / light.samples];
     uint number = index % light.samples;

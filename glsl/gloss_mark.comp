@@ -13,7 +13,7 @@ layout(local_size_x = 64) in;
 
 struct GlossMarkPush { uint pixel_count; };
 
-layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 1) readonly buffer Materials { Reflectance materials[]; };
 layout(binding = 2) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 3) writeonly buffer GlossOffsets { uint gloss_offsets[]; };

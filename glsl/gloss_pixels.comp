@@ -23,7 +23,7 @@ struct GlossPixelsPush {
     uint cluster_bits;  // width of the cluster field in GlossRay.target
 };
 
-layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 1) readonly buffer Materials { Reflectance materials[]; };
 layout(binding = 2) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 3) readonly buffer GlossOffsets { uint gloss_offsets[]; };

@@ -6,6 +6,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
@@ -29,9 +30,9 @@ struct HighlightsPush {
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
-layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
+layout(binding = 4) uniform usamplerBuffer Lights;
 layout(scalar, binding = 5) readonly buffer GlossOffsets { uint gloss_offsets[]; };
 layout(scalar, binding = 6) readonly buffer GlossSamples { PixelSurface gloss_samples[]; };
 layout(scalar, binding = 7) readonly buffer GlossPixels { uint gloss_pixels[]; };
@@ -69,7 +70,7 @@ void main() {
     uint count = gloss_offsets[push.pixel_count];
     uint samples = gloss_samples_per_pixel(count, push.most_samples, push.capacity);
     if (index >= count * samples) return;
-    LightSource light = lights[push.light];
+    LightSource light = light_at(Lights, push.light);
     PixelSurface point = gloss_samples[index];
     vec3 normal = surface_at(point.side >> 1).normal;
     if ((point.side & 1u) != 0u) normal = -normal;

@@ -25,7 +25,7 @@ struct OpennessPush {
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) readonly buffer OpennessPoints { OpennessPoint openness_points[]; };
 layout(scalar, binding = 4) writeonly buffer OpenRays { uint open_rays[]; };
 layout(scalar, push_constant) uniform Push { OpennessPush push; };

@@ -36,7 +36,7 @@ struct PhotonGatherPush {
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
 layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 5) readonly buffer Points { MapEntry points[]; };

@@ -15,7 +15,7 @@ layout(local_size_x = 64) in;
 
 struct PhotonOrderPush { uint slot_count; };
 
-layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 1) readonly buffer Photons { Photon photons[]; };
 layout(scalar, binding = 2) readonly buffer SortedPairs { TilePair sorted_pairs[]; };
 layout(scalar, binding = 3) writeonly buffer MapEntries { MapEntry map_entries[]; };

@@ -15,7 +15,7 @@ struct PixelBatchesPush {
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) readonly buffer SeenPoints { PixelSurface seen_points[]; };
 
 #include "include/triangles.glsl"

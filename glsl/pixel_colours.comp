@@ -15,7 +15,7 @@ layout(constant_id = 0) const uint POINTS = 0;  // along each side of a pixel
 struct PixelColoursPush { View view; };
 
 layout(binding = 0) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 1) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 1) uniform usamplerBuffer Surfaces;
 layout(binding = 2) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 3) writeonly buffer PixelColours { uint pixel_colours[]; };
 layout(scalar, binding = 4) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };

@@ -13,7 +13,7 @@ struct PrimaryPush { View view; };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) writeonly buffer Pixels { PixelSurface pixels[]; };
 layout(scalar, push_constant) uniform Push { PrimaryPush push; };
 

@@ -17,7 +17,7 @@ struct RaysPush { uint ray_count; };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) readonly buffer Queries { RayQuery queries[]; };
 layout(scalar, binding = 4) writeonly buffer Answers { RayAnswer answers[]; };
 layout(scalar, push_constant) uniform Push { RaysPush push; };

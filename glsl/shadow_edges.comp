@@ -29,8 +29,8 @@ struct EdgeLightPush {
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 2) readonly buffer Surfaces { Surface surfaces[]; };
-layout(scalar, binding = 3) readonly buffer Lights { LightSource lights[]; };
+layout(binding = 2) uniform usamplerBuffer Surfaces;
+layout(binding = 3) uniform usamplerBuffer Lights;
 layout(scalar, binding = 4) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(binding = 5) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 6) readonly buffer ShadowOffsets { uint shadow_offsets[]; };
@@ -114,7 +114,7 @@ void main() {
         }
         if (found.side == NO_SIDE) continue;
         uint end = end_of_kind(push.first_sample, push.end_sample);
-        float light = light_factor(of_kind(lights[push.light]), push.first_sample, end, push.traces_all != 0u, found.position, normal,
+        float light = light_factor(of_kind(light_at(Lights, push.light)), push.first_sample, end, push.traces_all != 0u, found.position, normal,
                                    found.normal, found.footprint);
         uint slot = 0u;
         for (bool is_due = is_edge && light > 0.0; is_due; is_due = false) slot = slot_for(found, index, first_slot, slots);

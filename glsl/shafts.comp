@@ -8,6 +8,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
 
@@ -20,7 +21,7 @@ struct ShaftsPush {
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
-layout(scalar, binding = 2) readonly buffer Lights { LightSource lights[]; };
+layout(binding = 2) uniform usamplerBuffer Lights;
 
 #include "include/triangles.glsl"
 #include "include/bvh.glsl"
@@ -164,7 +165,7 @@ void main() {
     Node root = node_at(0u);
     Box points = Box(batch.low, batch.high);
     float clear = clear_distance();
-    Box light = light_box(lights[push.light], points, 1024.0 * dot(node_cell(root), vec3(1.0)));
+    Box light = light_box(light_at(Lights, push.light), points, 1024.0 * dot(node_cell(root), vec3(1.0)));
     uint triangle_roots = 0u;  // that are written
     uint node_roots = 0u;
     // Nodes to open, the oldest first: all are opened about equally far.

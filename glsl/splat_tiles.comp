@@ -25,7 +25,7 @@ struct SplatTilesPush {
     uint weight_capacity;
 };
 
-layout(scalar, binding = 0) readonly buffer Surfaces { Surface surfaces[]; };
+layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(binding = 1) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 2) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 3) readonly buffer Rectangles { PixelRectangle rectangles[]; };

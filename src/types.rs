@@ -2,7 +2,7 @@
 
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use bytemuck::Zeroable;
-use glam::{Mat3, UVec3, UVec4, Vec3, Vec4};
+use glam::{Mat3, UVec2, UVec3, UVec4, Vec3, Vec4};
 
 /// Marks a gather ray that left the scene.
 pub const NO_TARGET: u32 = u32::MAX;
@@ -38,6 +38,8 @@ gpu_struct! {
         pub n1: Vec3,
         /// Unit shading normal at the third corner.
         pub n2: Vec3,
+        /// Four whole texels.
+        pub unused: UVec2,
     }
 }
 
@@ -288,20 +290,22 @@ gpu_struct! {
         pub area: f32,
         /// Point and spot: intensity, W/sr; area: radiance, W/m²/sr; directional: irradiance of a facing surface, W/m².
         pub emission: Vec3,
-        /// Area: first edge from the corner.
-        pub edge_u: Vec3,
-        /// Area: second edge from the corner.
-        pub edge_v: Vec3,
         /// Spot: half-angle up to which the intensity is full, radians.
         pub inner_angle: f32,
+        /// Area: first edge from the corner.
+        pub edge_u: Vec3,
         /// Spot: half-angle from which on it is zero, radians.
         pub outer_angle: f32,
+        /// Area: second edge from the corner.
+        pub edge_v: Vec3,
         /// Area: point samples that stand for it in the light paths' method; 1 for other kinds.
         pub samples: u32,
         /// Area: step of the lattice that they form.
         pub stride: u32,
         /// Area: what the lattice's steps are taken modulo: `samples`, or one more.
         pub modulus: u32,
+        /// Six whole texels.
+        pub unused: UVec2,
     }
 }
 

@@ -222,14 +222,19 @@ fn scalar(rust_type: &str) -> String {
 #[test]
 fn constants_have_one_value() {
     use lightpaths::passes::frame::shafts::{BATCH, SHAFT_WORDS};
-    use lightpaths::types::{Node, Triangle};
+    use lightpaths::types::{Node, Surface, Triangle};
     let shafts = read(&root().join("glsl/include/shafts.glsl"));
     for (name, value) in [("BATCH", BATCH), ("SHAFT_WORDS", SHAFT_WORDS), ("MOST_ROOTS", SHAFT_WORDS - 1)] {
         let line = format!("const uint {name} = {value}u;");
         assert!(shafts.contains(&line), "no `{line}` in shafts.glsl");
     }
     let lists = read(&root().join("glsl/include/lists.glsl"));
-    for (name, bytes) in [("NODE_TEXELS", size_of::<Node>()), ("TRIANGLE_TEXELS", size_of::<Triangle>())] {
+    let texels = [
+        ("NODE_TEXELS", size_of::<Node>()),
+        ("TRIANGLE_TEXELS", size_of::<Triangle>()),
+        ("SURFACE_TEXELS", size_of::<Surface>()),
+    ];
+    for (name, bytes) in texels {
         let line = format!("const uint {name} = {}u;", bytes / 16);
         assert!(bytes % 16 == 0 && lists.contains(&line), "no `{line}` in lists.glsl");
     }

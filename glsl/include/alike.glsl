@@ -1,4 +1,4 @@
-// Which pixel's indirect light will do for a sample. Include after records.glsl; the including shader binds `Surface surfaces[]`.
+// Which pixel's indirect light will do for a sample. Include after records.glsl; the including shader binds the texels `Surfaces`.
 
 // How far a pixel's surface is from being that of a sample: turned by so much, off its plane by so many pixel widths,
 // on a facet with another horizon.

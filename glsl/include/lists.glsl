@@ -3,13 +3,14 @@
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-// Nodes and triangles are bound as texels of four words: one load, where a member of a structure is a load a word, for which a processor
+// Nodes, triangles and surfaces are bound as texels of four words: one load, where a member of a structure is a load a word, for which a processor
 // goes from lane to lane.
 const uint NODE_TEXELS = 5u;
 const uint TRIANGLE_TEXELS = 3u;
+const uint SURFACE_TEXELS = 4u;
 
 layout(constant_id = 15) const uint FOLLOWS_ADDRESSES = 0;
 
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer NodeList { Node items[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer TriangleList { Triangle items[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SurfaceList { Surface items[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer SurfaceList { Surface items[]; };

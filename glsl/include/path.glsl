@@ -1,5 +1,5 @@
 // Vertices of paths that start from the eye or a surface: the light that they reflect, and where the path goes on. Include after
-// bvh.glsl, lights.glsl, brdf.glsl and textures.glsl. The including shader binds `Surface surfaces[]`, `Reflectance materials[]` and
+// bvh.glsl, lights.glsl, brdf.glsl and textures.glsl. The including shader binds the texels `Surfaces`, `Reflectance materials[]` and
 // `LightSource lights[]`; its push block `push` has `light_count`.
 
 struct Vertex {

@@ -1,4 +1,4 @@
-// Colours of images seen through image points. Include after textures.glsl; the including shader binds `Surface surfaces[]`, too.
+// Colours of images seen through image points. Include after textures.glsl; the including shader binds the texels `Surfaces`, too.
 
 // Where the ray of an image point, in pixels from the top left corner, meets a triangle's plane: the triangle's image there. With it
 // the side on which the ray meets the plane, positive or negative.

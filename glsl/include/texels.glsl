@@ -15,6 +15,17 @@ Reflectance reflectance_at(usamplerBuffer list, uint index) {
     return Reflectance(first.xyz, first.w, uintBitsToFloat(second.xyz), second.w);
 }
 
+LightSource light_at(usamplerBuffer list, uint index) {
+    int first = int(6u * index);
+    uvec4 a = texelFetch(list, first);
+    vec4 b = numbers(texelFetch(list, first + 1));
+    vec4 c = numbers(texelFetch(list, first + 2));
+    vec4 d = numbers(texelFetch(list, first + 3));
+    uvec4 e = texelFetch(list, first + 4);
+    uvec4 f = texelFetch(list, first + 5);
+    return LightSource(uintBitsToFloat(a.xyz), a.w, b.xyz, b.w, c.xyz, c.w, d.xyz, d.w, uintBitsToFloat(e.xyz), e.w, f.x, f.y, uvec2(0u));
+}
+
 Deposit deposit_at(usamplerBuffer list, uint index) {
     uvec4 words = texelFetch(list, int(index));
     return Deposit(uintBitsToFloat(words.xyz), words.w);

@@ -15,6 +15,7 @@ struct Surface {
     vec3 n0;        // unit shading normals at the corners
     vec3 n1;
     vec3 n2;
+    uvec2 unused;   // to whole texels
 };
 
 // Surface.sides: bits 0-5 cluster code of the front, 6-11 of the back, 12 front takes part in transport, 13 back does.
@@ -143,13 +144,14 @@ struct LightSource {
     vec3 axis;          // spot: unit axis; area: unit normal of the emitting side; directional: unit direction of travel
     float area;         // area: m²
     vec3 emission;      // point, spot: W/sr; area: W/m²/sr; directional: W/m² on a facing surface
-    vec3 edge_u;        // area: edges from the corner
-    vec3 edge_v;
     float inner_angle;  // spot: half-angles up to which the intensity is full, and from which on it is zero
+    vec3 edge_u;        // area: edges from the corner
     float outer_angle;
+    vec3 edge_v;
     uint samples;       // area: point samples that stand for it in the light paths' method; 1 for other kinds
     uint stride;        // area: step and modulus of the lattice that they form
     uint modulus;
+    uvec2 unused;       // to whole texels
 };
 
 const uint LIGHT_POINT = 0u;

@@ -39,6 +39,7 @@ pub fn surface(triangle: &Triangle, active: [bool; 2]) -> types::Surface {
         n0: triangle.normals[0],
         n1: triangle.normals[1],
         n2: triangle.normals[2],
+        unused: glam::UVec2::ZERO,
     }
 }
 

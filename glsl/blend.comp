@@ -17,7 +17,7 @@ struct BlendPush {
     uint takes_all;  // 0: only records that the view sees
 };
 
-layout(scalar, binding = 0) readonly buffer CachePoints { CachePoint cache_points[]; };
+layout(binding = 0) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 1) readonly buffer FirstNeighbours { uint first_neighbours[]; };  // of each record, and the end
 layout(scalar, binding = 2) readonly buffer Neighbours { Neighbour neighbours[]; };
 layout(binding = 3) uniform usamplerBuffer Records;  // `Record`s
@@ -28,7 +28,7 @@ layout(scalar, push_constant) uniform Push { BlendPush push; };
 void main() {
     uint index = flat_invocation();
     if (index >= push.record_count || (push.takes_all == 0u && is_seen[index] == 0u)) return;
-    CachePoint point = cache_points[index];
+    CachePoint point = cache_point_at(CachePoints, index);
     vec3 irradiance = vec3(0.0);
     vec3 offset = vec3(0.0);
     mat3 translation = mat3(0.0);

@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
 #include "include/colour.glsl"
@@ -20,7 +21,7 @@ struct GatherPush {
     float stratum;         // π over the rays of a hemisphere: what each counts for
 };
 
-layout(scalar, binding = 0) readonly buffer CachePoints { CachePoint cache_points[]; };
+layout(binding = 0) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 1) readonly buffer FirstBundles { uint first_bundles[]; };  // of each point of the part, and the end
 // Rays of a point that meet one reflector: reflector | (number of rays - 1) << reflector_bits; their shares in the gradients under
 // movement (two numbers of eight bits, and the exponent of both in five), then under rotation (four, four and three). Neighbours in a
@@ -77,7 +78,7 @@ void main() {
     }
     barrier();
     if (thread == 0u) {
-        CachePoint point = cache_points[index];
+        CachePoint point = cache_point_at(CachePoints, index);
         mat3 frame = frame_around(point.normal);
         float unit = 1.0 / push.least_distance;
         vec3 along_x = unit * sums[gl_WorkGroupSize.x];

@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/dispatch.glsl"
 #include "include/splat.glsl"
 
@@ -14,7 +15,7 @@ struct SplatBoundsPush {
     uint record_count;
 };
 
-layout(scalar, binding = 0) readonly buffer CachePoints { CachePoint cache_points[]; };
+layout(binding = 0) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 1) writeonly buffer Rectangles { PixelRectangle rectangles[]; };
 layout(scalar, binding = 2) writeonly buffer TileCounts { uint tile_counts[]; };
 layout(scalar, binding = 3) writeonly buffer Tally { SplatTally tally; };
@@ -33,7 +34,7 @@ void main() {
     if (index == 0u) tally = SplatTally(0u, 0u);
     if (index >= push.record_count) return;
     View view = push.view;
-    CachePoint point = cache_points[index];
+    CachePoint point = cache_point_at(CachePoints, index);
     vec3 d = point.position - view.position;
     float half_width = length(view.right);
     float half_height = length(view.up);

@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/dispatch.glsl"
 #include "include/splat.glsl"
 
@@ -18,7 +19,7 @@ struct SplatEmitPush {
 layout(scalar, binding = 0) readonly buffer Rectangles { PixelRectangle rectangles[]; };
 layout(scalar, binding = 1) readonly buffer FirstPairs { uint first_pairs[]; };  // of each record, and the total
 layout(scalar, binding = 2) writeonly buffer Pairs { TilePair pairs[]; };
-layout(scalar, binding = 3) readonly buffer CachePoints { CachePoint cache_points[]; };
+layout(binding = 3) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 4) readonly buffer TileBoxes { TileBox tile_boxes[]; };
 layout(scalar, push_constant) uniform Push { SplatEmitPush push; };
 
@@ -27,7 +28,7 @@ void main() {
     if (record >= push.record_count) return;
     uint slot = first_pairs[record];
     uvec4 tiles = tiles_of(rectangles[record]);
-    CachePoint point = cache_points[record];
+    CachePoint point = cache_point_at(CachePoints, record);
     for (uint y = tiles.y; y < tiles.w; ++y) {
         for (uint x = tiles.x; x < tiles.z && slot < push.capacity; ++x) {
             uint tile = y * push.tile_columns + x;

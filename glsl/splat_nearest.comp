@@ -16,7 +16,7 @@ struct SplatNearestPush {
 };
 
 layout(binding = 0) uniform usamplerBuffer Pixels;
-layout(scalar, binding = 1) readonly buffer CachePoints { CachePoint cache_points[]; };
+layout(binding = 1) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 2) readonly buffer FirstWeights { uint first_weights[]; };
 layout(scalar, binding = 3) readonly buffer Tally { SplatTally tally; };
 layout(scalar, binding = 4) readonly buffer BarePixels { uint bare_pixels[]; };
@@ -37,7 +37,7 @@ void main() {
         SplatWeight mine = SplatWeight(0xffffffffu, -1e30);
         for (uint record = thread; record < push.record_count; record += gl_WorkGroupSize.x) {
             // The further and the more turned, the worse.
-            CachePoint point = cache_points[record];
+            CachePoint point = cache_point_at(CachePoints, record);
             float weight = -distance(pixel.position, point.position) * (20.0 - 19.0 * dot(pixel.normal, point.normal));
             SplatWeight candidate = SplatWeight(record, weight);
             if (is_better(candidate, mine)) mine = candidate;

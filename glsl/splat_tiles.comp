@@ -27,7 +27,7 @@ struct SplatTilesPush {
 
 layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(binding = 1) uniform usamplerBuffer Pixels;
-layout(scalar, binding = 2) readonly buffer CachePoints { CachePoint cache_points[]; };
+layout(binding = 2) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 3) readonly buffer Rectangles { PixelRectangle rectangles[]; };
 layout(scalar, binding = 4) readonly buffer FirstPairs { uint first_pairs[]; };
 layout(scalar, binding = 5) readonly buffer SortedPairs { TilePair sorted_pairs[]; };
@@ -40,7 +40,6 @@ layout(scalar, push_constant) uniform Push { SplatTilesPush push; };
 #include "include/surfaces.glsl"
 
 const uint BATCH = 256u;
-shared CachePoint batch[BATCH];
 shared uint batch_records[BATCH];
 shared uint batch_bounds[BATCH];  // columns of the tile that the record may touch, a bit each; rows in the upper half
 shared uint touching[BATCH];      // the same transposed, for groups of 32 records: 16 columns and 16 rows, a bit a record
@@ -111,7 +110,6 @@ void main() {
                 uint record = sorted_pairs[base + thread].record;
                 batch_records[thread] = record;
                 batch_bounds[thread] = bounds_in_tile(rectangles[record], 16u * gl_WorkGroupID.xy);
-                batch[thread] = cache_points[record];
             }
             barrier();
             // Most records of a tile touch few of its pixels: two words tell a pixel which of 32 records to ask.
@@ -126,7 +124,8 @@ void main() {
                 uint records = touching[group + gl_LocalInvocationID.x] & touching[group + 16u + gl_LocalInvocationID.y];
                 for (; records != 0u; records &= records - 1u) {
                     uint i = group + uint(findLSB(records));
-                    float weight = record_weight(pixel.position, pixel.normal, facet, batch[i], tolerance);
+                    CachePoint record = cache_point_at(CachePoints, batch_records[i]);
+                    float weight = record_weight(pixel.position, pixel.normal, facet, record, tolerance);
                     if (weight <= 0.0) continue;
                     if (WRITES == 1u && first + count < push.weight_capacity) {
                         weights[first + count] = SplatWeight(batch_records[i], weight);

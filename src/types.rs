@@ -167,6 +167,8 @@ gpu_struct! {
         pub wall: Vec3,
         /// Unit geometric normal on its side.
         pub facet: Vec3,
+        /// Four whole texels.
+        pub unused: UVec2,
     }
 }
 

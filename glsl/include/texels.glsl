@@ -9,6 +9,15 @@ PixelSurface pixel_surface_at(usamplerBuffer list, uint index) {
     return PixelSurface(uintBitsToFloat(first.xyz), first.w, second.xyz, second.w);
 }
 
+CachePoint cache_point_at(usamplerBuffer list, uint index) {
+    int first = int(4u * index);
+    vec4 a = numbers(texelFetch(list, first));
+    uvec4 b = texelFetch(list, first + 1);
+    vec4 c = numbers(texelFetch(list, first + 2));
+    vec4 d = numbers(texelFetch(list, first + 3));
+    return CachePoint(a.xyz, a.w, uintBitsToFloat(b.xyz), b.w, c.xyz, vec3(c.w, d.xy), uvec2(0u));
+}
+
 Reflectance reflectance_at(usamplerBuffer list, uint index) {
     vec4 first = numbers(texelFetch(list, int(2u * index)));
     uvec4 second = texelFetch(list, int(2u * index + 1u));

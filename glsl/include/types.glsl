@@ -77,6 +77,7 @@ struct CachePoint {
     uint side;      // 2·triangle + (1 if the back side)
     vec3 wall;      // the nearest wall on its surface, or what covers it: the plane dot(x - position, wall) = 1; zero: none
     vec3 facet;     // unit geometric normal on its side
+    uvec2 unused;   // to whole texels
 };
 
 // Where a cluster stands in the hierarchy.

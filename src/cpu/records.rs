@@ -69,9 +69,18 @@ pub fn splat_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::UVec2;
 
     fn record(normal: Vec3) -> CachePoint {
-        CachePoint { position: Vec3::ZERO, radius: 1.0, normal, side: 0, wall: Vec3::ZERO, facet: Vec3::Y }
+        CachePoint {
+            position: Vec3::ZERO,
+            radius: 1.0,
+            normal,
+            side: 0,
+            wall: Vec3::ZERO,
+            facet: Vec3::Y,
+            unused: UVec2::ZERO,
+        }
     }
 
     #[test]

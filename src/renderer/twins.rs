@@ -14,7 +14,7 @@ use crate::passes::precompute::Silent;
 use crate::passes::precompute::gather_rays::{self, Hemisphere};
 use crate::passes::reference::irradiance_probe;
 use crate::types::{CachePoint, NO_SIDE, PixelSurface, Record};
-use glam::Vec3;
+use glam::{UVec2, Vec3};
 
 /// Strata of a cache point's hemisphere for new directions, at most: their jitter makes any number right on average.
 const STRATA: u32 = 36;
@@ -162,6 +162,7 @@ impl Renderer {
                 side: pixels[index].side,
                 wall: Vec3::ZERO,
                 facet: self.surfaces[pixels[index].side as usize / 2].normal_of(pixels[index].side % 2 == 1),
+                unused: UVec2::ZERO,
             };
             let points: Vec<CachePoint> = indices.iter().map(point).collect();
             for (&index, record) in indices.iter().zip(self.gather_at(&points)?) {

@@ -2,7 +2,7 @@
 
 use crate::common::{assert_silent, context};
 use crate::world::{Random, SUM, assert_near};
-use glam::{DMat3, Mat3, Vec3};
+use glam::{DMat3, Mat3, UVec2, Vec3};
 use lightpaths::cpu::gather::{Sources, gather, unpack};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
@@ -39,7 +39,15 @@ fn random_points(random: &mut Random, count: u32) -> Vec<CachePoint> {
     let point = |index| {
         // The frame's own awkward cases first.
         let normal = [Vec3::Z, Vec3::NEG_Z].get(index as usize).copied().unwrap_or_else(|| random.sphere());
-        CachePoint { position: random.cube(), radius: 1.0, normal, side: 0, wall: Vec3::ZERO, facet: normal }
+        CachePoint {
+            position: random.cube(),
+            radius: 1.0,
+            normal,
+            side: 0,
+            wall: Vec3::ZERO,
+            facet: normal,
+            unused: UVec2::ZERO,
+        }
     };
     (0..count).map(point).collect()
 }

@@ -2,7 +2,7 @@
 
 use crate::common::assert_silent;
 use crate::world::{Random, SUM, World, assert_near};
-use glam::{Mat3, Vec3};
+use glam::{Mat3, UVec2, Vec3};
 use lightpaths::cpu;
 use lightpaths::cpu::records::{Tolerance, record_weight, splat_weight};
 use lightpaths::gpu::Buffer;
@@ -189,8 +189,15 @@ fn every_pixel_has_the_records_that_brute_force_finds() {
 #[test]
 fn facets_at_a_sharp_edge_share_no_records() {
     let normal = Vec3::new(0.0, 0.8, 0.6);
-    let record =
-        CachePoint { position: Vec3::ZERO, radius: 1.0, normal, side: 0, wall: Vec3::ZERO, facet: Vec3::Y };
+    let record = CachePoint {
+        position: Vec3::ZERO,
+        radius: 1.0,
+        normal,
+        side: 0,
+        wall: Vec3::ZERO,
+        facet: Vec3::Y,
+        unused: UVec2::ZERO,
+    };
     let there = Vec3::new(0.1, 0.0, 0.0);
     assert!(record_weight(there, normal, Vec3::Y, &record, Tolerance::VALID) > 0.85);
     assert!(

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::common::{context, random_words};
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, UVec2, Vec2, Vec3};
 use lightpaths::cpu::math::clear_distance;
 use lightpaths::cpu::rays::Geometry;
 use lightpaths::cpu::textures::Textures;
@@ -172,7 +172,15 @@ impl World {
             // Every other one stands before a wall, half a radius away in a random direction.
             let wall = if random.below(2) == 0 { Vec3::ZERO } else { random.cube() * 2.0 / radius };
             let facet = self.geometry().normal(side);
-            CachePoint { position, radius: radius * (0.5 + random.unit()), normal, side, wall, facet }
+            CachePoint {
+                position,
+                radius: radius * (0.5 + random.unit()),
+                normal,
+                side,
+                wall,
+                facet,
+                unused: UVec2::ZERO,
+            }
         };
         (0..count).map(point).collect()
     }

@@ -18,7 +18,7 @@ use crate::gpu::Context;
 use crate::passes::SceneBuffers;
 use crate::scene::{Triangle, hvds::Hvds, hvds::Piece, solids::Solids};
 use crate::types::{CachePoint, Surface};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, UVec2, Vec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -185,6 +185,7 @@ impl Geometry<'_> {
             side,
             wall: Vec3::ZERO,
             facet: self.surfaces[side as usize / 2].normal_of(side % 2 == 1),
+            unused: UVec2::ZERO,
         }
     }
 }

@@ -3,6 +3,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
 #include "include/math.glsl"
@@ -21,7 +22,7 @@ layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 4) readonly buffer EdgePixels { uint edge_pixels[]; };
-layout(scalar, binding = 5) readonly buffer EdgeSamples { EdgeSample edge_samples[]; };
+layout(binding = 5) uniform usamplerBuffer EdgeSamples;
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
@@ -41,7 +42,7 @@ void main() {
     if (flat_invocation() >= point_batches.length()) return;
     PointBatch batch = no_points();
     for (uint i = first; i < min(first + BATCH, edge_count * count); ++i) {
-        EdgeSample seen = edge_samples[i];
+        EdgeSample seen = edge_sample_of(pair_at(EdgeSamples, i));
         if (seen.side == NO_SIDE) continue;
         PixelSurface point = edge_point(view, edge_pixels[i / count], seen, i % count, count);
         batch = with_point(batch, point.position, facing_normal(point.side));

@@ -28,8 +28,8 @@ layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(binding = 3) uniform usamplerBuffer Lights;
 layout(scalar, binding = 4) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(scalar, binding = 5) readonly buffer EdgePixels { uint edge_pixels[]; };
-layout(scalar, binding = 6) readonly buffer EdgeSamples { EdgeSample edge_samples[]; };
-layout(scalar, binding = 7) readonly buffer ShaftRoots { uint shaft_roots[]; };
+layout(binding = 6) uniform usamplerBuffer EdgeSamples;
+layout(binding = 7) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 8) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 9) buffer EdgeLight { float edge_light[]; };
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
@@ -53,7 +53,7 @@ void main() {
     uint index = batch * BATCH + gl_LocalInvocationIndex;
     if (batch == NO_BATCH || index >= edge_count * count) return;
     uint pixel = edge_pixels[index / count];
-    EdgeSample seen = edge_samples[index];
+    EdgeSample seen = edge_sample_of(pair_at(EdgeSamples, index));
     float found = 0.0;
     // A loop that turns once or never: where no sample of a group sees a surface, lavapipe skips it.
     for (bool is_due = seen.side != NO_SIDE; is_due; is_due = false) {

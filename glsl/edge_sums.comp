@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/dispatch.glsl"
 #include "include/antialias.glsl"
 
@@ -19,8 +20,8 @@ struct EdgeListPush {
 };
 
 layout(scalar, binding = 0) readonly buffer EdgeOffsets { uint edge_offsets[]; };
-layout(scalar, binding = 1) readonly buffer EdgeSamples { EdgeSample edge_samples[]; };
-layout(scalar, binding = 2) readonly buffer EdgeLight { float edge_light[]; };
+layout(binding = 1) uniform usamplerBuffer EdgeSamples;
+layout(binding = 2) uniform usamplerBuffer EdgeLight;
 layout(scalar, binding = 3) writeonly buffer LightLayer { float light_layer[]; };
 layout(scalar, binding = 4) writeonly buffer EdgeNeeds { uint edge_needs[]; };
 layout(scalar, push_constant) uniform Push { EdgeListPush push; };
@@ -35,9 +36,8 @@ void main() {
     float squares = 0.0;
     bool is_covered = true;
     for (uint i = edge * count; i < (edge + 1u) * count; ++i) {
-        float light = edge_light[i];
-        uint what = edge_samples[i].what;
-        EdgeSample found = EdgeSample(0u, what);
+        float light = uintBitsToFloat(word_at(EdgeLight, i));
+        EdgeSample found = edge_sample_of(pair_at(EdgeSamples, i));
         sums += mix(vec4(0.0), vec4(light), equal(uvec4(0u, 1u, 2u, 3u), uvec4(slot_of(found))));
         squares += light * light;
         is_covered = is_covered && eighths_of(found) == 8u;

@@ -27,7 +27,7 @@ layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(binding = 3) uniform usamplerBuffer Lights;
 layout(binding = 4) uniform usamplerBuffer EntryPoints;
-layout(scalar, binding = 5) readonly buffer ShaftRoots { uint shaft_roots[]; };
+layout(binding = 5) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 7) buffer FormFactors { float form_factors[]; };
 layout(scalar, push_constant) uniform Push { FormFactorsPush push; };

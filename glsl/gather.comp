@@ -26,7 +26,7 @@ layout(scalar, binding = 1) readonly buffer FirstBundles { uint first_bundles[];
 // Rays of a point that meet one reflector: reflector | (number of rays - 1) << reflector_bits; their shares in the gradients under
 // movement (two numbers of eight bits, and the exponent of both in five), then under rotation (four, four and three). Neighbours in a
 // workgroup read neighbours here, and, because a point's bundles are in the order of their reflectors, close places of the radiances.
-layout(scalar, binding = 2) readonly buffer Bundles { uvec2 bundles[]; };
+layout(binding = 2) uniform usamplerBuffer Bundles;
 layout(scalar, binding = 3) readonly buffer BundleColours { uint bundle_colours[]; };  // packed; only in scenes with images
 layout(binding = 4) uniform usamplerBuffer Radiances;
 layout(scalar, binding = 5) readonly buffer Shines { vec3 shines[]; };
@@ -56,7 +56,7 @@ void main() {
     vec3 sum[SUMS] = vec3[](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
     uint end = first_bundles[row + 1u];
     for (uint i = first_bundles[row] + thread; i < end; i += gl_WorkGroupSize.x) {
-        uvec2 bundle = bundles[i];
+        uvec2 bundle = pair_at(Bundles, i);
         uint reflector = bundle.x & reflectors;
         vec3 radiance = uintBitsToFloat(texelFetch(Radiances, int(reflector)).xyz);
         if (HAS_TEXTURES != 0u) radiance *= unpack_colour(bundle_colours[i]);

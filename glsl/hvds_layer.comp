@@ -23,10 +23,10 @@ struct HvdsLayerPush {
     uint end_deposit;    // its end
 };
 
-layout(scalar, binding = 0) readonly buffer Factors0 { float factors_0[]; };
-layout(scalar, binding = 1) readonly buffer Factors1 { float factors_1[]; };
-layout(scalar, binding = 2) readonly buffer Factors2 { float factors_2[]; };
-layout(scalar, binding = 3) readonly buffer Factors3 { float factors_3[]; };
+layout(binding = 0) uniform usamplerBuffer Factors0;
+layout(binding = 1) uniform usamplerBuffer Factors1;
+layout(binding = 2) uniform usamplerBuffer Factors2;
+layout(binding = 3) uniform usamplerBuffer Factors3;
 layout(scalar, binding = 4) readonly buffer Carried0 { vec3 carried_0[]; };
 layout(scalar, binding = 5) readonly buffer Carried1 { vec3 carried_1[]; };
 layout(scalar, binding = 6) readonly buffer Carried2 { vec3 carried_2[]; };
@@ -73,11 +73,11 @@ void main() {
         // Nothing has reflected the path yet: its channels are alike.
         float throughput = share_of(deposit, is_whole) * deposit.throughput.x;
         uint path = path_of(deposit);
-        add_direct(sum_0, throughput, factors_0[path]);
+        add_direct(sum_0, throughput, number_at(Factors0, path));
         if (LIGHTS == 1u) continue;
-        add_direct(sum_1, throughput, factors_1[path]);
-        add_direct(sum_2, throughput, factors_2[path]);
-        add_direct(sum_3, throughput, factors_3[path]);
+        add_direct(sum_1, throughput, number_at(Factors1, path));
+        add_direct(sum_2, throughput, number_at(Factors2, path));
+        add_direct(sum_3, throughput, number_at(Factors3, path));
     }
     first = max(run.first_other, push.first_deposit);
     end = min(run.end, push.end_deposit);
@@ -85,11 +85,11 @@ void main() {
         Deposit deposit = deposit_at(Deposits, i - push.first_deposit);
         vec3 throughput = share_of(deposit, is_whole) * deposit.throughput;
         uint path = path_of(deposit);
-        add(sum_0, throughput, SHINES != 0u ? carried_0[path] : vec3(factors_0[path]));
+        add(sum_0, throughput, SHINES != 0u ? carried_0[path] : vec3(number_at(Factors0, path)));
         if (LIGHTS == 1u) continue;
-        add(sum_1, throughput, SHINES != 0u ? carried_1[path] : vec3(factors_1[path]));
-        add(sum_2, throughput, SHINES != 0u ? carried_2[path] : vec3(factors_2[path]));
-        add(sum_3, throughput, SHINES != 0u ? carried_3[path] : vec3(factors_3[path]));
+        add(sum_1, throughput, SHINES != 0u ? carried_1[path] : vec3(number_at(Factors1, path)));
+        add(sum_2, throughput, SHINES != 0u ? carried_2[path] : vec3(number_at(Factors2, path)));
+        add(sum_3, throughput, SHINES != 0u ? carried_3[path] : vec3(number_at(Factors3, path)));
     }
     layer_0[cluster] = sum_0;
     if (LIGHTS == 1u) return;

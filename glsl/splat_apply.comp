@@ -18,7 +18,7 @@ struct SplatApplyPush {
 
 layout(binding = 0) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 1) readonly buffer FirstWeights { uint first_weights[]; };  // of each pixel, and the end
-layout(scalar, binding = 2) readonly buffer Weights { SplatWeight weights[]; };
+layout(binding = 2) uniform usamplerBuffer Weights;
 layout(binding = 3) uniform usamplerBuffer Records;  // `Record`s
 layout(scalar, binding = 4) writeonly buffer IndirectIrradiance { vec3 indirect_irradiance[]; };
 layout(scalar, push_constant) uniform Push { SplatApplyPush push; };
@@ -32,13 +32,15 @@ void main() {
     mat3 translation = mat3(0.0);
     uint end = min(first_weights[index + 1u], push.weight_capacity);
     for (uint i = first_weights[index]; i < end; ++i) {
-        Record record = record_at(Records, weights[i].record);
-        float weight = abs(weights[i].weight);
+        uvec2 splat = pair_at(Weights, i);  // a `SplatWeight`
+        Record record = record_at(Records, splat.x);
+        float share = uintBitsToFloat(splat.y);
+        float weight = abs(share);
         // Half of the way by the gradient at the record; below, half by that at the pixel: curvature cancels.
         vec3 moved = pixel.position - record.position;
         vec3 change = 0.5 * moved * record.translation + pixel.normal * record.rotation;
         // Beyond its validity a record's gradients say little.
-        if (weights[i].weight < 0.0) {
+        if (share < 0.0) {
             change = clamp(change, -0.5 * record.irradiance, record.irradiance);
             record.translation = mat3(0.0);
         }

@@ -8,6 +8,8 @@ struct EdgeSample {
                 // indirect light it takes among the nine around, row by row; 11-12: its slot
 };
 
+EdgeSample edge_sample_of(uvec2 words) { return EdgeSample(words.x, words.y); }
+
 // What some samples of an edge pixel have in common.
 struct EdgeSlot {
     uint side;  // of the first of them; NO_SIDE: nobody's, as all slots behind it

@@ -1,5 +1,5 @@
-// Shadow rays that start from the roots of a shaft. Include behind shafts.glsl, light_kind.glsl and direct.glsl.
-// The including shader binds `uint shaft_roots[]` and `uint shaft_list[]`.
+// Shadow rays that start from the roots of a shaft. Include behind texels.glsl, shafts.glsl, light_kind.glsl and direct.glsl.
+// The including shader binds the texels `ShaftRoots` and `uint shaft_list[]`.
 //
 // A kernel runs twice, because a processor's lanes go through all code that one of them may need: over all batches, where
 // triangles are tried and batches with nodes are left out; and over the list of those, where rays go down the tree.
@@ -10,7 +10,7 @@ const uint NO_BATCH = 0xffffffffu;
 
 // The batch that a workgroup takes.
 uint batch_of(uint workgroup) {
-    if (OPENS_NODES == 0u) return (shaft_roots[workgroup * SHAFT_WORDS] >> 16) == 0u ? workgroup : NO_BATCH;
+    if (OPENS_NODES == 0u) return (word_at(ShaftRoots, workgroup * SHAFT_WORDS) >> 16) == 0u ? workgroup : NO_BATCH;
     return workgroup < shaft_list[3] ? shaft_list[4u + workgroup] : NO_BATCH;
 }
 
@@ -20,12 +20,12 @@ bool is_lit_in(uint shaft, vec3 position, vec3 normal, LightSample light) {
     Shear shear = shear_along(without_zeros(ray.direction));
     Hit hit = Hit(ray.t_max, 0u, vec3(0.0));
     uint first = shaft * SHAFT_WORDS + 1u;
-    uint counts = shaft_roots[first - 1u];
+    uint counts = word_at(ShaftRoots, first - 1u);
     bool is_hidden = false;
-    for (uint i = 0u; i < (counts & 0xffffu) && !is_hidden; ++i) is_hidden = intersect_triangle(shaft_roots[first + i], ray.origin, shear, hit);
+    for (uint i = 0u; i < (counts & 0xffffu) && !is_hidden; ++i) is_hidden = intersect_triangle(word_at(ShaftRoots, first + i), ray.origin, shear, hit);
     if (OPENS_NODES == 0u) return !is_hidden;
     // Nodes stand at the end.
-    for (uint i = 0u; i < (counts >> 16) && !is_hidden; ++i) is_hidden = trace_from(shaft_roots[first + MOST_ROOTS - 1u - i], ray, true, hit);
+    for (uint i = 0u; i < (counts >> 16) && !is_hidden; ++i) is_hidden = trace_from(word_at(ShaftRoots, first + MOST_ROOTS - 1u - i), ray, true, hit);
     return !is_hidden;
 }
 

@@ -3,6 +3,14 @@
 
 vec4 numbers(uvec4 words) { return uintBitsToFloat(words); }
 
+// Of lists of single words, and of pairs: the texel that holds them.
+uint word_at(usamplerBuffer list, uint index) { return texelFetch(list, int(index >> 2))[index & 3u]; }
+float number_at(usamplerBuffer list, uint index) { return uintBitsToFloat(word_at(list, index)); }
+uvec2 pair_at(usamplerBuffer list, uint index) {
+    uvec4 both = texelFetch(list, int(index >> 1));
+    return (index & 1u) != 0u ? both.zw : both.xy;
+}
+
 PixelSurface pixel_surface_at(usamplerBuffer list, uint index) {
     uvec4 first = texelFetch(list, int(2u * index));
     vec4 second = numbers(texelFetch(list, int(2u * index + 1u)));

@@ -203,8 +203,8 @@ impl Allocated {
         usage: vk::BufferUsageFlags,
         location: MemoryLocation,
     ) -> Result<Self> {
-        // Fills work in words.
-        let size = bytes.max(LEAST_BYTES).next_multiple_of(4);
+        // Fills work in words, texels are four.
+        let size = bytes.max(LEAST_BYTES).next_multiple_of(16);
         let info = vk::BufferCreateInfo::default().size(size).usage(usage);
         let handle = unsafe { context.device.create_buffer(&info, None) }.vk("vkCreateBuffer")?;
         let mut allocated = Self {

@@ -20,7 +20,7 @@ struct Hit {
     vec3 barycentric;  // weights of p0, p1, p2
 };
 
-// Deeper trees are refused at load (src/scene/bvh.rs).
+// Deeper trees are refused at load, and those with more nodes than 24 bits tell apart (src/scene/bvh.rs).
 const uint STACK_SIZE = 32u;
 
 // Watertight ray–triangle test: edge functions in a space sheared along the ray. An edge function of exactly zero
@@ -115,18 +115,12 @@ bool trace_from(uint root, Ray ray, const bool any_hit, out Hit hit) {
     uint octant = (direction.x < 0.0 ? 0u : 4u) | (direction.y < 0.0 ? 0u : 2u) | (direction.z < 0.0 ? 0u : 1u);
     uint octant_inverse4 = octant * 0x01010101u;
 
-    uvec2 stack[STACK_SIZE];
+    // Nodes (bits 0-23) some of whose children are left, and which (24-31). They are loaded again: a stack of a word an entry costs less.
+    uint stack[STACK_SIZE];
     uint depth = 0u;
-    uvec2 group = uvec2(root, 0x80000000u);  // first node of a group of siblings, and which of them are left
+    uint index = root;
     while (true) {
-        uint bit = uint(findMSB(group.y));
-        uint inner_mask = group.y;
-        group.y &= ~(1u << bit);
-        if ((group.y & 0xff000000u) != 0u) {
-            stack[depth++] = group;
-        }
-        uint slot = (bit - 24u) ^ (octant_inverse4 & 0xffu);
-        Node node = node_at(group.x + bitCount(inner_mask & ~(0xffffffffu << slot)));
+        Node node = node_at(index);
         uint hits = intersect_children(node, ray.origin, inverse_direction, octant_inverse4, hit.t);
         for (uint leaf = hits & 0x00ffffffu; leaf != 0u; leaf &= leaf - 1u) {
             if (intersect_triangle(node.children.y + uint(findLSB(leaf)), ray.origin, shear, hit)) {
@@ -134,11 +128,19 @@ bool trace_from(uint root, Ray ray, const bool any_hit, out Hit hit) {
                 if (any_hit) return true;
             }
         }
-        group = uvec2(node.children.x, (hits & 0xff000000u) | (node.frame.w >> 24));
-        if ((group.y & 0xff000000u) == 0u) {
+        uint left = hits & 0xff000000u;
+        if (left == 0u) {
             if (depth == 0u) break;
-            group = stack[--depth];
+            uint popped = stack[--depth];
+            index = popped & 0xffffffu;
+            left = popped & 0xff000000u;
+            node = node_at(index);
         }
+        uint bit = uint(findMSB(left));
+        left &= ~(1u << bit);
+        if (left != 0u) stack[depth++] = left | index;
+        uint slot = (bit - 24u) ^ (octant_inverse4 & 0xffu);
+        index = node.children.x + bitCount(node.frame.w >> 24 & ~(0xffffffffu << slot));
     }
     return found;
 }

@@ -7,8 +7,10 @@ use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
 use std::time::Duration;
 
-/// Entries of the traversal stack in `glsl/include/bvh.glsl`; a node group is pushed at most once a level.
+/// Entries of the traversal stack in `glsl/include/bvh.glsl`; a node is pushed at most once a level.
 const STACK_SIZE: usize = 32;
+/// Nodes that an entry of it tells apart: some hundred million triangles have as many.
+const MOST_NODES: usize = 1 << 24;
 
 /// An eight-wide compressed BVH. Its triangles are the scene's in leaf order, each exactly once.
 pub struct Bvh {
@@ -30,21 +32,31 @@ impl Bvh {
     /// Builds the tree over at least one triangle.
     ///
     /// # Errors
-    /// [`Error::Usage`] if the tree is deeper than the traversal stack, which only degenerate geometry brings about.
+    /// [`Error::Usage`] if the tree is deeper than the traversal stack, which only degenerate geometry brings about, or has more nodes than
+    /// its entries tell apart.
     pub fn build(triangles: &[Triangle]) -> Result<Self> {
         let bounds: Vec<Bounds> =
             triangles.iter().map(|t| Bounds(Aabb::from_points(&t.positions.map(Into::into)))).collect();
         let params = BvhBuildParams { pre_split: false, ..BvhBuildParams::medium_build() };
         let tree = build_cwbvh(&bounds, params, &mut Duration::default());
         let nodes: Vec<types::Node> = bytemuck::cast_slice(&tree.nodes).to_vec();
-        if depth(&nodes) > STACK_SIZE {
-            return Err(Error::Usage(
-                "the scene's triangles nest too deeply for the ray traversal; remove coincident geometry"
-                    .into(),
-            ));
-        }
+        check_size(nodes.len(), depth(&nodes))?;
         Ok(Self { nodes, order: tree.primitive_indices })
     }
+}
+
+/// Refuses trees that rays cannot walk.
+fn check_size(nodes: usize, depth: usize) -> Result<()> {
+    let too_much = if nodes > MOST_NODES {
+        format!(
+            "the scene's triangles make a tree of {nodes} nodes, rays walk {MOST_NODES}; use fewer triangles"
+        )
+    } else if depth > STACK_SIZE {
+        "the scene's triangles nest too deeply for the ray traversal; remove coincident geometry".into()
+    } else {
+        return Ok(());
+    };
+    Err(Error::Usage(too_much))
 }
 
 /// Levels of the tree: a child always stands behind its parent in the node array.
@@ -57,4 +69,17 @@ fn depth(nodes: &[types::Node]) -> usize {
         }
     }
     levels.into_iter().max().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn trees_that_rays_cannot_walk_are_refused() {
+        assert!(check_size(MOST_NODES, STACK_SIZE).is_ok());
+        let message = |nodes, depth| check_size(nodes, depth).unwrap_err().to_string();
+        assert!(message(MOST_NODES + 1, 1).contains("16777217 nodes, rays walk 16777216"));
+        assert!(message(1, STACK_SIZE + 1).contains("nest too deeply"));
+    }
 }

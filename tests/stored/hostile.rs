@@ -35,7 +35,7 @@ const POINTERS: &[(&str, usize, usize)] = &[
     ("path groups", 3, 1),
     ("path groups", 3, 2),
     ("path names", 1, 0),
-    ("cache points", 14, 7),
+    ("cache points", 16, 7),
     ("first neighbours", 1, 0),
     ("neighbours", 2, 0),
     ("reflectors", 1, 0),

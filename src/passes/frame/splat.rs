@@ -10,6 +10,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::frame::tile_sort::TileSort;
 use crate::types::View;
+use bytemuck::Zeroable;
 use glam::{UVec2, Vec3};
 use std::sync::Arc;
 
@@ -181,6 +182,8 @@ impl Splat {
         let pixel_count = size[0] * size[1];
         let weight_capacity = 6 * pixel_count;
         let tile_count = size.map(|pixels| u64::from(pixels.div_ceil(TILE))).iter().product::<u64>();
+        // Before the first view there is nothing to count.
+        let counts = |name, items: u32| Buffer::from_slice(context, name, &vec![0_u32; items as usize + 1]);
         let tiles = |writes: u32| Pipeline::new(context, "splat_tiles", &[("WRITES", writes)]);
         Ok(Self {
             context: context.clone(),
@@ -198,11 +201,11 @@ impl Splat {
             size,
             tile_boxes: Buffer::storage(context, "tile boxes", tile_count * size_of::<TileBox>() as u64)?,
             rectangles: Buffer::storage(context, "pixel rectangles", 8 * u64::from(record_count))?,
-            first_pairs: Buffer::storage(context, "first pairs", 4 * (u64::from(record_count) + 1))?,
-            first_weights: Buffer::storage(context, "first weights", 4 * (u64::from(pixel_count) + 1))?,
+            first_pairs: counts("first pairs", record_count)?,
+            first_weights: counts("first weights", pixel_count)?,
             weights: Buffer::storage(context, "splat weights", 8 * u64::from(weight_capacity))?,
             weight_capacity,
-            tally: Buffer::storage(context, "splat tally", size_of::<SplatTally>() as u64)?,
+            tally: Buffer::from_slice(context, "splat tally", &[SplatTally::zeroed()])?,
             bare_pixels: Buffer::storage(context, "bare pixels", 4 * u64::from(pixel_count))?,
             irradiance: Buffer::storage(context, "indirect irradiance", 12 * u64::from(pixel_count))?,
         })

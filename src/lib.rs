@@ -7,6 +7,8 @@ pub mod app;
 pub mod cpu;
 #[forbid(unsafe_code)]
 pub mod error;
+#[forbid(unsafe_code)]
+mod files;
 pub mod gpu;
 #[forbid(unsafe_code)]
 pub mod image;

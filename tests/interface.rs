@@ -81,7 +81,7 @@ fn vulkan_objects_are_named() {
             let text = fs::read_to_string(&path).unwrap();
             let creates = |line: &&str| {
                 let call = line.split_once(".create_").map(|(_, call)| call);
-                let is_unsafe = line.contains("unsafe {");
+                let is_unsafe = line.contains(concat!("un", "safe {"));
                 is_unsafe && call.is_some_and(|call| !NAMELESS.iter().any(|name| call.starts_with(name)))
                     || line.contains(".allocate_command_buffers(")
             };
@@ -313,7 +313,7 @@ fn host_files_name_what_shaders_declare() {
 /// Modules of the library in layers: each imports from the layers above its own in this list, and from itself. The
 /// twins see no device.
 const LAYERS: [&[&str]; 6] = [
-    &["error", "layout", "types"],
+    &["error", "files", "layout", "types"],
     &["gpu", "scene"],
     &["cpu", "image", "metrics", "stored"],
     &["passes"],
@@ -370,4 +370,37 @@ fn rust_files(folder: &Path) -> Vec<PathBuf> {
 
 fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Code that no compiler vouches for stands in the module of the device, and in tests where there is no other way.
+#[test]
+fn unsafe_code_is_where_it_may_be() {
+    const MAY: [&str; 3] = ["src/gpu/", "tests/faults/", "tests/readers/memory.rs"];
+    let mut found = BTreeSet::new();
+    for folder in ["src", "tests", "examples", "fuzz/src", "fuzz/fuzz_targets"] {
+        for path in rust_files(&root().join(folder)) {
+            let code = read(&path);
+            let code = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+            let is_code = |line: &str| {
+                line.split(|c: char| !c.is_alphanumeric() && c != '_')
+                    .any(|word| word == concat!("un", "safe"))
+            };
+            if code.into_iter().any(is_code) {
+                let name = path.strip_prefix(root()).unwrap().to_str().unwrap().replace('\\', "/");
+                let place = MAY.iter().find(|place| name.starts_with(**place));
+                found.insert(*place.unwrap_or_else(|| panic!("{name} has {} code", concat!("un", "safe"))));
+            }
+        }
+    }
+    assert_eq!(found.len(), MAY.len(), "all places are found");
+    // What the compiler is told, for every module of the library but one.
+    let library = read(&root().join("src/lib.rs"));
+    let modules: Vec<&str> =
+        library.lines().filter(|line| line.starts_with("pub mod") || line.starts_with("mod ")).collect();
+    let forbidden = library.matches(concat!("#[forbid(un", "safe_code)]\n")).count();
+    assert_eq!(forbidden + 1, modules.len());
+    assert!(
+        library.contains("\npub mod gpu;")
+            && !library.contains(concat!("#[forbid(un", "safe_code)]\npub mod gpu;"))
+    );
 }

@@ -22,6 +22,8 @@ class Ours:
         if not found:
             raise PeerError("lightpaths is not built: `cargo build --release`, or name it with --lightpaths FILE")
         self.binary = str(found)
+        # Scenes of the table name models of the built-in ones.
+        self.scenes = ["--allow-outside"]
         self.common = ["--device", device] if device else []
         if size:
             self.common += ["--size", "x".join(str(n) for n in size)]
@@ -37,13 +39,13 @@ class Ours:
         return done.stdout
 
     def render(self, scene, out, *arguments):
-        self.call("render", scene, "-o", out, *self.common, *arguments)
+        self.call("render", scene, "-o", out, *self.scenes, *self.common, *arguments)
 
     def time(self, scene, frames):
         """The scene's entry in the report of `time`, and the device's name."""
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "time.json"
-            self.call("time", scene, "--frames", frames, "--json", file, *self.common, *self.preset)
+            self.call("time", scene, "--frames", frames, "--json", file, *self.scenes, *self.common, *self.preset)
             report = json.loads(file.read_text())
         return report["scenes"][0], report["device"]["name"]
 

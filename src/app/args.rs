@@ -33,6 +33,9 @@ pub(super) struct SceneArgs {
     /// Overrides one key of the scene file, as in --set quality.cache_points=8000; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// Lets a scene or film read files outside of its own folder: for files from people you trust
+    #[arg(long)]
+    allow_outside: bool,
 }
 
 /// Where light paths are kept.
@@ -97,8 +100,8 @@ impl SceneArgs {
 
     /// What they change about a scene.
     pub(super) fn options(&self) -> LoadOptions {
-        let Self { preset, size, camera, set } = self.clone();
-        LoadOptions { set, preset, size, camera }
+        let Self { preset, size, camera, set, allow_outside } = self.clone();
+        LoadOptions { set, preset, size, camera, allow_outside, memory: None }
     }
 
     /// These arguments as they would be typed, each after a blank.
@@ -107,7 +110,8 @@ impl SceneArgs {
         let once = [("preset", &self.preset), ("size", &size), ("camera", &self.camera)];
         let once = once.into_iter().filter_map(|(flag, value)| value.as_ref().map(|value| (flag, value)));
         let all = once.chain(self.set.iter().map(|value| ("set", value)));
-        all.map(|(flag, value)| format!(" --{flag} {}", shell_word(value))).collect()
+        let all = all.map(|(flag, value)| format!(" --{flag} {}", shell_word(value)));
+        all.chain(self.allow_outside.then(|| " --allow-outside".to_owned())).collect()
     }
 }
 

@@ -4,7 +4,7 @@
 
 mod read;
 
-pub use read::{Picture, read};
+pub use read::{Picture, parse, read};
 
 use std::borrow::Cow;
 use std::io::{self, Seek, Write};

@@ -1,11 +1,12 @@
 //! Reads images that this or another program wrote: EXR by layer, PNG.
 
-use std::io::{BufRead, Cursor, Read, Seek};
+use std::io::Cursor;
 use std::path::Path;
 
 use exr::prelude::{ReadChannels, ReadLayers};
 
 use crate::error::{Error, Result};
+use crate::files::{self, Unread};
 
 /// An image, or one layer of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +18,14 @@ pub struct Picture {
     /// The sRGB values as the file has them, 0..=1, where it is a display image (a PNG).
     pub display: Option<Vec<[f32; 3]>>,
 }
+
+/// Bytes of a file at most: a float for each of sixteen channels of the largest image.
+const MOST_BYTES: u64 = 16 << 30;
+/// Width and height at most, pixels: what we write ourselves.
+const MOST_SIDE: usize = 16_384;
+/// Bytes that an image has when decoded for each byte of its file, at most: zlib's best is 1032, and grey PNGs of one bit a pixel grow
+/// eightfold.
+const MOST_GROWTH: usize = 8256;
 
 /// Layers that stand for the whole image where a file has several and none is asked for, best first. Empty: channels without a prefix.
 const MAIN_LAYERS: [&str; 4] = ["", "combined", "rgba", "beauty"];
@@ -30,21 +39,30 @@ const COMPONENTS: [[&str; 3]; 4] =
 /// # Errors
 /// [`Error::Input`]: the file cannot be read, is neither, or has no such layer; the message then names those that there are.
 pub fn read(path: &Path, layer: Option<&str>) -> Result<Picture> {
-    let bytes = std::fs::read(path).map_err(|error| {
-        Error::input(path, format!("cannot be read: {}", std::io::Error::from(error.kind())))
-    })?;
     let fault = |message: String| Error::input(path, message);
+    let bytes = files::read(path, MOST_BYTES).map_err(|unread| match unread {
+        Unread::Missing => fault("cannot be read: there is no such file".to_owned()),
+        Unread::Because(why) => fault(why),
+    })?;
+    parse(&bytes, layer).map_err(fault)
+}
+
+/// Reads the contents of such a file.
+///
+/// # Errors
+/// As [`read`], in words that follow the file's name.
+pub fn parse(bytes: &[u8], layer: Option<&str>) -> std::result::Result<Picture, String> {
     if bytes.starts_with(b"\x89PNG") {
         return match layer {
-            Some(layer) => Err(fault(format!("a PNG has no layers, `{layer}` was asked for; use an EXR"))),
-            None => read_png(Cursor::new(bytes)).map_err(|e| fault(format!("is no readable PNG: {e}"))),
+            Some(layer) => Err(format!("a PNG has no layers, `{layer}` was asked for; use an EXR")),
+            None => read_png(bytes).map_err(|e| format!("is no readable PNG: {e}")),
         };
     }
     if !bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        return Err(fault("is neither an EXR nor a PNG".to_owned()));
+        return Err("is neither an EXR nor a PNG".to_owned());
     }
-    let groups = read_groups(Cursor::new(bytes)).map_err(|e| fault(format!("is no readable EXR: {e}")))?;
-    choose(groups, layer).map_err(fault)
+    let groups = read_groups(bytes).map_err(|e| format!("is no readable EXR: {e}"))?;
+    choose(groups, layer)
 }
 
 /// A named group of channels.
@@ -55,9 +73,33 @@ struct Group {
     channels: Vec<(String, Vec<f32>)>,
 }
 
-fn read_groups(bytes: impl Read + Seek) -> exr::error::Result<Vec<Group>> {
+/// Refuses sizes beyond what images have, and those that so many bytes cannot hold, before there is memory for them.
+fn check_size(
+    [width, height]: [usize; 2],
+    pixel_bytes: usize,
+    file_bytes: usize,
+) -> std::result::Result<(), String> {
+    if width.min(height) == 0 || width.max(height) > MOST_SIDE {
+        return Err(format!("it is {width}×{height} pixels large, 1 to {MOST_SIDE} either way expected"));
+    }
+    if (width * height).saturating_mul(pixel_bytes) > file_bytes.saturating_mul(MOST_GROWTH) {
+        return Err(format!("{file_bytes} bytes cannot hold {width}×{height} pixels"));
+    }
+    Ok(())
+}
+
+fn read_groups(bytes: &[u8]) -> std::result::Result<Vec<Group>, String> {
+    let say = |error: exr::error::Error| error.to_string();
+    let about = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(say)?;
+    let mut pixel_bytes = 0;
+    for header in &about.headers {
+        // Layers are held together.
+        pixel_bytes += header.channels.bytes_per_pixel;
+        let size = [header.layer_size.0, header.layer_size.1];
+        check_size(size, pixel_bytes, bytes.len())?;
+    }
     let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
-    let image = reader.all_layers().all_attributes().from_buffered(bytes)?;
+    let image = reader.all_layers().all_attributes().from_buffered(Cursor::new(bytes)).map_err(say)?;
     let is_single = image.layer_data.len() == 1;
     let mut groups: Vec<Group> = Vec::new();
     for layer in &image.layer_data {
@@ -142,12 +184,15 @@ fn choose(groups: Vec<Group>, layer: Option<&str>) -> std::result::Result<Pictur
     }
 }
 
-fn read_png(bytes: impl BufRead + Seek) -> std::result::Result<Picture, png::DecodingError> {
-    let mut decoder = png::Decoder::new(bytes);
+fn read_png(bytes: &[u8]) -> std::result::Result<Picture, String> {
+    let say = |error: png::DecodingError| error.to_string();
+    let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::EXPAND);
-    let mut reader = decoder.read_info()?;
-    let mut bytes = vec![0; reader.output_buffer_size().ok_or(png::DecodingError::LimitsExceeded)?];
-    let frame = reader.next_frame(&mut bytes)?;
+    let mut reader = decoder.read_info().map_err(say)?;
+    let (width, height) = reader.info().size();
+    check_size([width as usize, height as usize], 1, bytes.len())?;
+    let mut bytes = vec![0; reader.output_buffer_size().ok_or("it is too large")?];
+    let frame = reader.next_frame(&mut bytes).map_err(say)?;
     bytes.truncate(frame.buffer_size());
     let values: Vec<f32> = match frame.bit_depth {
         png::BitDepth::Sixteen => {

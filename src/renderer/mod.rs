@@ -31,7 +31,7 @@ pub use inspect::{ClusterAt, GatherRaySegment, PathPoint, RecordShare, SurfaceAt
 pub use outputs::StageBuffers;
 pub use preview::Preview;
 pub use report::{Columns, FrameReport, Layer, Statistics};
-pub use stored::{Store, Written};
+pub use stored::{Store, Written, refusal_of};
 pub use twins::{Exact, Stage};
 
 use crate::error::Result;

@@ -1,8 +1,11 @@
 //! Where files come from: the disk, or the built-in scenes that are part of the binary.
 
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
-use crate::{Error, Result};
+use super::{LoadOptions, limits};
+use crate::{Error, Result, files};
 
 /// Names of the built-in scenes.
 pub const NAMES: [&str; 3] = ["box", "atrium", "room"];
@@ -25,41 +28,97 @@ pub(super) fn model_file(name: &str) -> PathBuf {
 
 /// The OBJ text of the embedded model of that name, if there is one.
 pub(super) fn model(name: &str) -> Option<Vec<u8>> {
-    MODELS.contains(&name).then(|| Files::Embedded.read(&model_file(name)).ok()).flatten()
+    MODELS.contains(&name).then(|| Files::Embedded.read(&model_file(name), limits::OBJ_BYTES).ok()).flatten()
 }
 
+/// Files that are read instead of the disk's, by their paths.
+pub type Memory = Arc<BTreeMap<PathBuf, Vec<u8>>>;
+
 /// A place to read files from.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) enum Files {
-    Disk,
+    /// On disk: those in this folder and below it, or all.
+    Disk(Option<PathBuf>),
+    Memory(Memory),
     Embedded,
 }
 
 impl Files {
-    /// The bytes of a regular file; where there are none, why, in words that follow its name.
-    pub(super) fn read(self, path: &Path) -> std::result::Result<Vec<u8>, String> {
+    /// Those beside a file that the user named, and below its folder.
+    pub(super) fn beside(file: &Path) -> Self {
+        Self::Disk(Some(file.with_file_name("")))
+    }
+
+    /// Those that a file that the user named may name, unless it is built in.
+    pub(super) fn of(file: &Path, options: &LoadOptions) -> Self {
+        match &options.memory {
+            Some(files) => Self::Memory(files.clone()),
+            None if options.allow_outside => Self::Disk(None),
+            None => Self::beside(file),
+        }
+    }
+
+    /// The bytes of a file that the user named, which may be anywhere, or a link to anywhere.
+    pub(super) fn read_named(&self, file: &Path, most: u64) -> std::result::Result<Vec<u8>, String> {
+        if let Self::Disk(_) = self { Self::Disk(None).read(file, most) } else { self.read(file, most) }
+    }
+
+    /// The bytes of a regular file that has `most` at most; where there are none, why, in words that follow its name.
+    pub(super) fn read(&self, path: &Path, most: u64) -> std::result::Result<Vec<u8>, String> {
         match self {
             Self::Embedded => {
                 let found = EMBEDDED.iter().find(|(name, _)| Path::new(name) == path);
                 found.map(|(_, text)| text.as_bytes().to_vec()).ok_or_else(|| "is not built in".to_owned())
             }
-            Self::Disk => {
-                let say = |fault: std::io::Error| match fault.kind() {
-                    std::io::ErrorKind::NotFound => "does not exist: check the path".to_owned(),
-                    kind => format!("cannot be read: {kind}"),
-                };
-                let metadata = std::fs::metadata(path).map_err(say)?;
-                if metadata.is_dir() {
-                    return Err("is a directory, a file was expected".to_owned());
-                }
-                // A pipe or a device could go on for ever.
-                if !metadata.is_file() {
-                    return Err("is not a regular file".to_owned());
-                }
-                std::fs::read(path).map_err(say)
+            Self::Memory(files) => {
+                let found = &files[&self.locate(path)?];
+                let bytes = found.len();
+                if bytes as u64 > most { Err(files::too_long(bytes, most)) } else { Ok(found.clone()) }
             }
+            Self::Disk(_) => files::read(&self.locate(path)?, most).map_err(|unread| unread.to_string()),
         }
     }
+
+    /// Where a file really is, links followed; fails where that is not among these.
+    pub(super) fn locate(&self, path: &Path) -> std::result::Result<PathBuf, String> {
+        let folder = match self {
+            Self::Disk(Some(folder)) => folder,
+            Self::Memory(files) if !files.contains_key(path) => {
+                return Err(files::Unread::Missing.to_string());
+            }
+            _ => return Ok(path.to_owned()),
+        };
+        let outside = || {
+            "leads out of the folder of the file that names it: move it there, or pass --allow-outside"
+                .to_owned()
+        };
+        // Before anything is looked up: some systems ask other machines for certain paths.
+        if leads_out(folder, path) {
+            return Err(outside());
+        }
+        let real = |path: &Path| path.canonicalize().map_err(|error| files::Unread::from(error).to_string());
+        let here = real(if folder.as_os_str().is_empty() { Path::new(".") } else { folder })?;
+        let found = real(path)?;
+        if found.starts_with(here) { Ok(found) } else { Err(outside()) }
+    }
+}
+
+/// Whether a path, as it is written, leaves the folder on its way.
+fn leads_out(folder: &Path, path: &Path) -> bool {
+    let Ok(below) = path.strip_prefix(folder) else { return true };
+    let mut depth = 0_usize;
+    below.components().any(|part| match part {
+        Component::Normal(_) => {
+            depth += 1;
+            false
+        }
+        Component::CurDir => false,
+        Component::ParentDir if depth > 0 => {
+            depth -= 1;
+            false
+        }
+        _ => true,
+    })
 }
 
 /// The text in `bytes`, or an error that names the line where it stops being UTF-8.

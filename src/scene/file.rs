@@ -1,16 +1,17 @@
 //! Loading a scene: the TOML file, the models that it names, what the command line changes, and what is missing.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use glam::{DAffine3, DQuat, DVec3, EulerRot};
+use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2};
 
-use super::builtin::{self, Files, utf8};
-use super::geometry::{Assembled, Mesh, assemble};
+use super::builtin::{self, Files, Memory, utf8};
+use super::geometry::{Assembled, Mesh, assemble, too_many};
 use super::material::Override;
+use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
 use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
-use super::{Camera, Light, Material, Quality, Scene, camera, fit, models, obj};
+use super::{Camera, Light, Material, Quality, Scene, Triangle, camera, fit, limits, models, obj};
 use crate::{Error, Result};
 
 /// What a user may change about a scene when loading it.
@@ -24,12 +25,16 @@ pub struct LoadOptions {
     pub size: Option<[u32; 2]>,
     /// Name of the camera to put first.
     pub camera: Option<String>,
+    /// Whether what a file names may lie outside of the folder of the file that the user named. What `set` names may lie anywhere.
+    pub allow_outside: bool,
+    /// Files that are read instead of the disk's.
+    pub memory: Option<Memory>,
 }
 
 impl Scene {
     /// Loads a scene file, a bare OBJ file (a camera and a light are then chosen to fit), or a built-in scene by name.
     ///
-    /// Paths in a file are relative to that file. What was repaired or chosen is in [`Scene::warnings`].
+    /// Paths in a file are relative to that file, and lead to its folder or below it unless the options allow more. What was repaired or chosen is in [`Scene::warnings`].
     ///
     /// # Errors
     /// [`Error::Usage`] for an unknown built-in name or options that do not fit the scene; [`Error::Input`] with file,
@@ -50,11 +55,19 @@ impl Scene {
             Some(node) => Quality::read(&Section::new(&file, "quality", node)?)?,
             None => Quality::default(),
         };
-        let is_textured = materials.iter().any(|material| material.texture.is_some());
+        let is_textured = |triangle: &Triangle| materials[triangle.material as usize].texture.is_some();
+        let texture_coordinates = match materials.iter().any(|material| material.texture.is_some()) {
+            // Images show their lower left corner where no model says more.
+            true if coordinates.is_empty() && triangles.iter().any(is_textured) => {
+                vec![[Vec2::ZERO; 3]; triangles.len()]
+            }
+            true => coordinates,
+            false => Vec::new(),
+        };
         let mut scene = Self {
             name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             triangles,
-            texture_coordinates: if is_textured { coordinates } else { Vec::new() },
+            texture_coordinates,
             materials,
             lights: read_lights(&file, root, origin)?,
             cameras: read_cameras(&file, root, origin)?,
@@ -111,10 +124,10 @@ struct Models {
 }
 
 impl Source {
-    fn open(spec: &str) -> Result<Self> {
+    fn open(spec: &str, options: &LoadOptions) -> Result<Self> {
         let extension = Path::new(spec).extension().map(|extension| extension.to_ascii_lowercase());
         let (files, file) = match extension.as_deref().and_then(|extension| extension.to_str()) {
-            Some("toml" | "obj") => (Files::Disk, PathBuf::from(spec)),
+            Some("toml" | "obj") => (Files::of(Path::new(spec), options), PathBuf::from(spec)),
             _ if builtin::NAMES.contains(&spec) => (Files::Embedded, PathBuf::from(format!("{spec}.toml"))),
             _ => {
                 let what = unknown("built-in scene", &builtin::NAMES, spec);
@@ -126,7 +139,8 @@ impl Source {
             let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
             format!("[[model]]\nfile = {}\n", toml_edit::Value::from(name))
         } else {
-            utf8(&file, files.read(&file).map_err(|message| Error::input(&file, message))?)?
+            let bytes = files.read_named(&file, limits::TOML_BYTES);
+            utf8(&file, bytes.map_err(|message| Error::input(&file, message))?)?
         };
         let root = Node::parse(&file, &text)?;
         Ok(Self { files, file, text, root, is_bare })
@@ -134,7 +148,7 @@ impl Source {
 
     /// Opens it and makes those changes that are about models and presets; the others need to know what the models come to.
     pub(super) fn prepare(spec: &str, options: &LoadOptions) -> Result<(Self, Vec<Setting>)> {
-        let mut source = Self::open(spec)?;
+        let mut source = Self::open(spec, options)?;
         let settings = options.set.iter().map(|text| Setting::parse(text)).collect::<Result<Vec<_>>>()?;
         Section::new(&source.file, "", &source.root)?.only(&SECTIONS)?;
         if let Some(preset) = &options.preset {
@@ -162,7 +176,7 @@ impl Source {
     }
 
     fn load_models(&self, warnings: &mut Vec<String>) -> Result<Models> {
-        let sections = Section::list(&self.file, &self.root, "model")?;
+        let sections = Section::list(&self.file, &self.root, "model", limits::MODELS)?;
         if sections.is_empty() {
             return Err(Error::input(
                 &self.file,
@@ -170,14 +184,25 @@ impl Source {
             ));
         }
         let mut all = Models::default();
+        let mut triangles = 0;
+        let mut reading = Reading::new(self.files.clone(), warnings);
         for section in &sections {
             section.only(&["file", "built_in", "triangles", "translate", "rotate", "scale"])?;
             let transform = read_transform(section)?;
             let Models { meshes, materials, undefined } = match section.text("built_in")? {
-                Some(name) => built_in(section, name, warnings)?,
-                None => self.load_model(section, warnings)?,
+                Some(name) => built_in(section, name, &mut reading)?,
+                None => self.load_model(section, &mut reading)?,
             };
+            // Before the next is read.
+            triangles += meshes.iter().map(|mesh| mesh.indices.len() / 3).sum::<usize>();
+            if triangles > limits::TRIANGLES {
+                return Err(section.fault(too_many(triangles)));
+            }
             let first = all.materials.len();
+            if first + materials.len() > limits::MATERIALS {
+                let most = limits::MATERIALS;
+                return Err(section.fault(format!("the models have more than {most} materials together")));
+            }
             all.undefined.extend(undefined.into_iter().map(|(index, warning)| (first + index, warning)));
             all.materials.extend(materials);
             all.meshes.extend(meshes.into_iter().map(|mut mesh| {
@@ -189,15 +214,23 @@ impl Source {
         Ok(all)
     }
 
-    fn load_model(&self, section: &Section, warnings: &mut Vec<String>) -> Result<Models> {
+    fn load_model(&self, section: &Section, reading: &mut Reading) -> Result<Models> {
         refuse_triangles(section)?;
         let name = section.need(section.text("file")?, "file", "path of an OBJ file")?;
         let path = self.file.with_file_name(name);
-        let bytes = self.files.read(&path).map_err(|message| match self.is_bare {
+        let is_users =
+            self.is_bare || matches!(section.get("file"), Some(Node { origin: Origin::Flag(_), .. }));
+        let (named, beside) = match &self.files {
+            // What the user named may lie anywhere, and what it names beside it.
+            Files::Disk(Some(_)) if is_users => (Files::Disk(None), Files::beside(&path)),
+            files => (files.clone(), files.clone()),
+        };
+        let bytes = named.read(&path, limits::OBJ_BYTES).map_err(|message| match self.is_bare {
             true => Error::input(&path, message),
             false => section.fault_at("file", format!("{:?} {message}", path.display())),
         })?;
-        read_obj(self.files, &path, bytes, warnings)
+        reading.files = beside;
+        read_obj(reading, &path, bytes)
     }
 
     /// Adds a camera that fits where there is none, and a light where there can be none: beside a bare model.
@@ -239,25 +272,24 @@ impl Source {
     }
 }
 
-fn read_obj(files: Files, path: &Path, bytes: Vec<u8>, warnings: &mut Vec<String>) -> Result<Models> {
-    let obj::Model { meshes, materials, undefined } = obj::load(files, path, &utf8(path, bytes)?, warnings)?;
-    let undefined = undefined.into_iter().filter_map(|(line, name)| {
-        let warning =
-            format!("{}:{line}: material {name:?} is defined nowhere: taken as grey", path.display());
-        let index = materials.iter().position(|material: &Material| material.name == name)?;
-        Some((index, warning))
+fn read_obj(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result<Models> {
+    let obj::Model { meshes, materials, undefined } = obj::load(reading, path, &utf8(path, bytes)?)?;
+    let undefined = undefined.into_iter().map(|(index, line)| {
+        let name = &materials[index].name;
+        (index, format!("{}:{line}: material {name:?} is defined nowhere: taken as grey", path.display()))
     });
     Ok(Models { undefined: undefined.collect(), meshes, materials })
 }
 
 /// A model that is part of the binary, or made rather than read.
-fn built_in(section: &Section, name: &str, warnings: &mut Vec<String>) -> Result<Models> {
+fn built_in(section: &Section, name: &str, reading: &mut Reading) -> Result<Models> {
     if section.get("file").is_some() {
         return Err(section.fault_at("built_in", "a model has either a file or a built-in name, not both"));
     }
     if let Some(bytes) = builtin::model(name) {
         refuse_triangles(section)?;
-        return read_obj(Files::Embedded, &builtin::model_file(name), bytes, warnings);
+        reading.files = Files::Embedded;
+        return read_obj(reading, &builtin::model_file(name), bytes);
     }
     let triangles = section.integer("triangles", models::TRIANGLES)?;
     let (meshes, materials) = models::generate(name, triangles).ok_or_else(|| {
@@ -297,19 +329,22 @@ fn override_materials(
     undefined: Vec<(usize, String)>,
     warnings: &mut Vec<String>,
 ) -> Result<()> {
-    let sections = Section::list(file, root, "material")?;
+    let sections = Section::list(file, root, "material", limits::MATERIALS)?;
     let overrides = sections.iter().map(Override::read).collect::<Result<Vec<_>>>()?;
     refuse_repeated(&sections, overrides.iter().map(|change| change.name.as_str()))?;
-    for (section, change) in sections.iter().zip(&overrides) {
-        let names: Vec<String> = materials.iter().map(|material| material.name.clone()).collect();
-        if !names.contains(&change.name) {
-            let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            return Err(section.fault_at("name", unknown("material", &names, &change.name)));
-        }
-        materials.iter_mut().filter(|material| material.name == change.name).for_each(|m| change.apply(m));
+    let mut named: HashMap<String, Vec<usize>> = HashMap::new();
+    for (index, material) in materials.iter().enumerate() {
+        named.entry(material.name.clone()).or_default().push(index);
     }
-    let is_overridden = |name: &str| overrides.iter().any(|change| change.name == name);
-    let missing = undefined.into_iter().filter(|(index, _)| !is_overridden(&materials[*index].name));
+    for (section, change) in sections.iter().zip(&overrides) {
+        let Some(found) = named.get(&change.name) else {
+            let names: Vec<&str> = materials.iter().map(|material| material.name.as_str()).collect();
+            return Err(section.fault_at("name", unknown("material", &names, &change.name)));
+        };
+        found.iter().for_each(|&index| change.apply(&mut materials[index]));
+    }
+    let overridden: HashSet<&str> = overrides.iter().map(|change| change.name.as_str()).collect();
+    let missing = undefined.into_iter().filter(|(index, _)| !overridden.contains(&*materials[*index].name));
     warnings.extend(missing.map(|(_, warning)| warning));
     for material in materials {
         if material.conserve_energy() {
@@ -322,7 +357,7 @@ fn override_materials(
 }
 
 pub(super) fn read_lights(file: &Path, root: &Node, origin: DVec3) -> Result<Vec<Light>> {
-    let sections = Section::list(file, root, "light")?;
+    let sections = Section::list(file, root, "light", limits::LIGHTS)?;
     let lights = sections.iter().enumerate().map(|(number, section)| Light::read(section, number, origin));
     let lights = lights.collect::<Result<Vec<_>>>()?;
     refuse_repeated(&sections, lights.iter().map(|light| light.name.as_str()))?;
@@ -332,7 +367,7 @@ pub(super) fn read_lights(file: &Path, root: &Node, origin: DVec3) -> Result<Vec
 pub(super) fn read_cameras(file: &Path, root: &Node, origin: DVec3) -> Result<Vec<Camera>> {
     let sections = match root.get("camera") {
         Some(node @ Node { kind: Kind::Table(_), .. }) => vec![Section::new(file, "camera", node)?],
-        _ => Section::list(file, root, "camera")?,
+        _ => Section::list(file, root, "camera", limits::CAMERAS)?,
     };
     let cameras = sections.iter().map(|section| Camera::read(section, origin)).collect::<Result<Vec<_>>>()?;
     refuse_repeated(&sections, cameras.iter().map(|camera| camera.name.as_str()))?;

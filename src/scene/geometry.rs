@@ -5,14 +5,13 @@ use std::collections::HashSet;
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
 
 use super::Triangle;
+use super::limits::TRIANGLES;
 
 /// A triangle is dropped when twice its area is below this share of its longest edge squared: f32 coordinates
 /// cannot tell such a sliver from a line.
 const SLIVER: f64 = 1e-8;
 /// Longest axis of a scene, metres: beyond this, squares and cubes of lengths leave the range of f32.
 const EXTENT_M: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
-/// More than fits the 32-bit offsets of the acceleration structure with room to spare.
-const MAX_TRIANGLES: usize = 1 << 26;
 
 /// Indexed triangles of one material, in f64.
 #[derive(Clone, Debug, Default)]
@@ -57,12 +56,21 @@ pub(super) struct Assembled {
     pub(super) origin: DVec3,
 }
 
+/// More than fits the 32-bit offsets of the acceleration structure with room to spare.
+pub(super) fn too_many(count: usize) -> String {
+    format!("{count} triangles are too many: at most {TRIANGLES} can be traced")
+}
+
 /// Recentres the meshes on the middle of their bounding box and drops what has no area or is there twice. Where nothing
 /// usable is left, says why.
 pub(super) fn assemble(meshes: &[Mesh], warnings: &mut Vec<String>) -> Result<Assembled, String> {
     let count: usize = meshes.iter().map(|mesh| mesh.indices.len() / 3).sum();
-    if count > MAX_TRIANGLES {
-        return Err(format!("{count} triangles are too many: at most {MAX_TRIANGLES} can be traced"));
+    if count > TRIANGLES {
+        return Err(too_many(count));
+    }
+    // A transform may take numbers out of range, and no smallest or largest tells of one that is none.
+    if !meshes.iter().flat_map(|mesh| &mesh.positions).all(|p| p.is_finite()) {
+        return Err("the model is infinitely large with its transform: scale it".to_owned());
     }
     let points = meshes.iter().flat_map(|mesh| &mesh.positions);
     let (low, high) =

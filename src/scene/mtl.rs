@@ -7,10 +7,12 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::builtin::Files;
+use super::limits::MATERIALS;
 use super::material::{Material, NEUTRAL};
-use super::obj::{Checking, numbers, statement};
+use super::obj::{Checking, name, numbers, statement};
+use super::reading::Reading;
 use super::texture::{Image, Texture};
+use super::value::excerpt;
 use crate::{Error, Result};
 
 /// A material, and where its texture lies.
@@ -41,6 +43,8 @@ struct Map<'a> {
 struct Checked<'a> {
     /// What `tobj` is to read. `map_Kd` names an image by its index in `maps`.
     text: String,
+    /// How many there are.
+    materials: usize,
     maps: Vec<(Map<'a>, Arc<Image>)>,
     /// Images that were read, by file.
     images: HashMap<PathBuf, Arc<Image>>,
@@ -63,23 +67,14 @@ const IGNORED_OPTIONS: [(&str, usize); 9] = [
 
 /// Reads `text`, the contents of `path`: `Kd`, `Ks`, `Ns` and `map_Kd`, whose images lie relative to it. Other statements change
 /// nothing, and one warning names those that one would miss.
-pub(super) fn load(
-    files: Files,
-    path: &Path,
-    text: &str,
-    warnings: &mut Vec<String>,
-) -> Result<Vec<Definition>> {
+pub(super) fn load(reading: &mut Reading, path: &Path, text: &str) -> Result<Vec<Definition>> {
     let mut checked = Checked::default();
     for (index, content) in text.strip_prefix('\u{feff}').unwrap_or(text).lines().enumerate() {
         let (keyword, rest) = statement(content);
         let result = match keyword {
-            "newmtl" if rest.is_empty() => Err("a name is missing".to_owned()),
-            "newmtl" => {
-                checked.write(format_args!("newmtl {rest}\n"));
-                Ok(())
-            }
+            "newmtl" => checked.begin(rest),
             "Kd" | "Ks" | "Ns" => checked.reflectance(keyword, rest),
-            "map_Kd" => checked.map(files, path, rest),
+            "map_Kd" => checked.map(reading, path, rest),
             "map_Ks" => {
                 checked.ignored.insert(keyword.to_owned());
                 Ok(())
@@ -94,7 +89,7 @@ pub(super) fn load(
     }
     if !checked.ignored.is_empty() {
         let ignored: Vec<&str> = checked.ignored.iter().map(String::as_str).collect();
-        warnings.push(format!("{:?}: ignored {}", path.display(), ignored.join(", ")));
+        reading.warnings.push(format!("{:?}: ignored {}", path.display(), ignored.join(", ")));
     }
     let (materials, _) = tobj::load_mtl_buf(&mut checked.text.as_bytes())
         .map_err(|fault| Error::input(path, format!("cannot be read: {fault}")))?;
@@ -102,7 +97,8 @@ pub(super) fn load(
     let materials = definitions.iter().map(|definition| &definition.material);
     for material in materials.filter(|m| m.texture.is_some() && m.diffuse == Vec3::ZERO) {
         let (path, name) = (path.display(), &material.name);
-        warnings
+        reading
+            .warnings
             .push(format!("{path:?}: material {name:?} is black: its image is multiplied with a Kd of 0"));
     }
     Ok(definitions)
@@ -128,6 +124,16 @@ impl<'a> Checked<'a> {
         definition
     }
 
+    fn begin(&mut self, rest: &str) -> Checking<()> {
+        let name = name(rest)?;
+        self.materials += 1;
+        if self.materials > MATERIALS {
+            return Err(format!("there are more than {MATERIALS} materials"));
+        }
+        self.write(format_args!("newmtl {name}\n"));
+        Ok(())
+    }
+
     /// `Kd` and `Ks` state three numbers, `Ns` one.
     fn reflectance(&mut self, keyword: &str, rest: &str) -> Checking<()> {
         self.expect_material()?;
@@ -136,23 +142,23 @@ impl<'a> Checked<'a> {
         let in_range = |word: &&str| word.parse().is_ok_and(|value: f64| (0.0..=1e6).contains(&value));
         if words.len() < count || !words.iter().all(in_range) {
             let expected = if count == 1 { "one number" } else { "three numbers" };
-            return Err(format!("{rest:?} is not {expected} from 0 to 1e6"));
+            return Err(format!("{} is not {expected} from 0 to 1e6", excerpt(rest)));
         }
         self.write(format_args!("{keyword} {}\n", words.join(" ")));
         Ok(())
     }
 
-    fn map(&mut self, files: Files, path: &Path, rest: &'a str) -> Checking<()> {
+    fn map(&mut self, reading: &mut Reading, path: &Path, rest: &'a str) -> Checking<()> {
         self.expect_material()?;
         let map = Map::parse(rest, &mut self.ignored)?;
+        name(map.file)?;
         // Other systems part folders by backslashes.
         let file = path.with_file_name("").join(map.file.replace('\\', "/"));
         let image = match self.images.get(&file) {
             Some(image) => image.clone(),
             None => {
                 let fault = |what| format!("{:?} {what}", file.display());
-                let (image, is_transparent) =
-                    Image::decode(&file, &files.read(&file).map_err(fault)?).map_err(fault)?;
+                let (image, is_transparent) = reading.image(&file).map_err(fault)?;
                 if is_transparent {
                     self.ignored.insert("the transparency of images".to_owned());
                 }
@@ -188,7 +194,7 @@ impl<'a> Map<'a> {
                     map.is_clamped = match value {
                         "on" => true,
                         "off" => false,
-                        _ => return Err(format!("-clamp {value:?}: on or off was expected")),
+                        _ => return Err(format!("-clamp {}: on or off was expected", excerpt(value))),
                     };
                     rest = after;
                 }
@@ -197,7 +203,7 @@ impl<'a> Map<'a> {
                         ignored.insert(format!("map_Kd {option}"));
                         skip(&mut rest, most);
                     }
-                    None => return Err(format!("{option:?} is no option of map_Kd")),
+                    None => return Err(format!("{} is no option of map_Kd", excerpt(option))),
                 },
             }
         }

@@ -4,15 +4,19 @@
 //! numbers, takes polylines for faces, and lends a face without normals those of another. So every line is checked
 //! first, and `tobj` reads only what passed: positions (f64), normals, texture coordinates, faces with absolute indices.
 
+use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
 
-use super::builtin::{Files, utf8};
-use super::geometry::Mesh;
+use super::builtin::utf8;
+use super::geometry::{Mesh, too_many};
+use super::limits::{LIBRARIES, MATERIALS, MTL_BYTES, NAME_BYTES, TRIANGLES};
 use super::material::Material;
 use super::mtl::{self, Definition};
+use super::reading::Reading;
+use super::value::excerpt;
 use crate::{Error, Result};
 
 /// What an OBJ file and its MTL files hold.
@@ -21,8 +25,8 @@ pub(super) struct Model {
     pub(super) meshes: Vec<Mesh>,
     /// Every material that is defined or used.
     pub(super) materials: Vec<Material>,
-    /// Materials that are used but not defined, with the line of their first use; neutral until overridden.
-    pub(super) undefined: Vec<(usize, String)>,
+    /// Materials that are used but not defined, by their index, with the line of their first use; neutral until overridden.
+    pub(super) undefined: Vec<(usize, usize)>,
 }
 
 /// Faces before the first `usemtl`.
@@ -32,26 +36,26 @@ const NO_MATERIAL: &str = "default";
 ///
 /// Fails with file and line on coordinates that are not finite numbers, faces with fewer than three corners, indices
 /// out of range, an MTL file that cannot be read; and where there is no face at all.
-pub(super) fn load(files: Files, path: &Path, text: &str, warnings: &mut Vec<String>) -> Result<Model> {
+pub(super) fn load(reading: &mut Reading, path: &Path, text: &str) -> Result<Model> {
     let checked = check(path, text)?;
     let mut definitions: Vec<Definition> = Vec::new();
     for (line, library) in &checked.libraries {
         let file = path.with_file_name("").join(library);
         let fault = |what| Error::input_at(path, *line, format!("mtllib: {:?} {what}", file.display()));
-        let text = utf8(&file, files.read(&file).map_err(fault)?)?;
-        for definition in mtl::load(files, &file, &text, warnings)? {
-            definitions.retain(|earlier| earlier.material.name != definition.material.name);
-            definitions.push(definition);
+        let text = utf8(&file, reading.files.read(&file, MTL_BYTES).map_err(fault)?)?;
+        definitions.extend(mtl::load(reading, &file, &text)?);
+        keep_last(&mut definitions);
+        if definitions.len() > MATERIALS {
+            return Err(Error::input_at(path, *line, too_many_materials()));
         }
     }
     let mut undefined = Vec::new();
-    for (line, name) in checked.used {
-        if !definitions.iter().any(|definition| definition.material.name == name) {
-            definitions.push(Definition::new(Material::neutral(&name)));
-            if name != NO_MATERIAL {
-                undefined.push((line, name));
-            }
+    let known: HashSet<String> = definitions.iter().map(|d| d.material.name.clone()).collect();
+    for (line, name) in checked.used.into_iter().filter(|(_, name)| !known.contains(name)) {
+        if name != NO_MATERIAL {
+            undefined.push((definitions.len(), line));
         }
+        definitions.push(Definition::new(Material::neutral(&name)));
     }
     // The materials are known already: `tobj` gets their names.
     let library = |_: &Path| {
@@ -72,13 +76,25 @@ pub(super) fn load(files: Files, path: &Path, text: &str, warnings: &mut Vec<Str
     };
     let bare: usize = meshes.iter().filter(is_bare).map(|mesh| mesh.indices.len() / 3).sum();
     if bare > 0 {
-        warnings.push(format!(
+        reading.warnings.push(format!(
             "{:?}: {bare} triangles of materials with an image have no texture coordinates: they show its lower left corner",
             path.display()
         ));
     }
     let materials = definitions.into_iter().map(|definition| definition.material).collect();
     Ok(Model { meshes, materials, undefined })
+}
+
+/// Of definitions of one name the last counts, and stands where it stands.
+fn keep_last(definitions: &mut Vec<Definition>) {
+    let mut seen = HashSet::new();
+    definitions.reverse();
+    definitions.retain(|definition| seen.insert(definition.material.name.clone()));
+    definitions.reverse();
+}
+
+fn too_many_materials() -> String {
+    format!("there are more than {MATERIALS} materials")
 }
 
 fn convert(model: tobj::Model, definitions: &[Definition]) -> Mesh {
@@ -106,6 +122,9 @@ struct Checked {
     libraries: Vec<(usize, String)>,
     /// Materials with the line that first uses them.
     used: Vec<(usize, String)>,
+    /// The names of those.
+    names: HashSet<String>,
+    triangles: usize,
     /// Whether a material is in force.
     has_material: bool,
     /// Whether the last face had normals, and texture coordinates.
@@ -131,15 +150,8 @@ fn check(path: &Path, text: &str) -> Result<Checked> {
             "v" | "vn" => checked.vertex(keyword, rest),
             "vt" => checked.coordinates(rest),
             "f" => checked.face(line, rest),
-            "mtllib" | "usemtl" if rest.is_empty() => Err("a name is missing".to_owned()),
-            "mtllib" => {
-                checked.libraries.push((line, rest.to_owned()));
-                Ok(())
-            }
-            "usemtl" => {
-                checked.material(line, rest);
-                Ok(())
-            }
+            "mtllib" => checked.library(line, rest),
+            "usemtl" => name(rest).and_then(|name| checked.material(line, name)),
             _ => Ok(()),
         };
         result.map_err(|message| Error::input_at(path, line, format!("{keyword}: {message}")))?;
@@ -151,6 +163,17 @@ fn check(path: &Path, text: &str) -> Result<Checked> {
         }
     }
     Ok(checked)
+}
+
+/// A name at the end of a line, which others may have to print.
+pub(super) fn name(rest: &str) -> Checking<&str> {
+    if rest.is_empty() {
+        return Err("a name is missing".to_owned());
+    }
+    if rest.len() > NAME_BYTES || rest.contains(|c: char| c.is_control() && c != '\t') {
+        return Err(format!("{} is no printable name of at most {NAME_BYTES} bytes", excerpt(rest)));
+    }
+    Ok(rest)
 }
 
 /// Keyword and the rest of a line.
@@ -165,7 +188,7 @@ impl Checked {
         let is_normal = keyword == "vn";
         // A normal that is no number is repaired later; nothing can repair a position.
         if !is_normal && ![x, y, z].into_iter().all(f64::is_finite) {
-            return Err(format!("{rest:?} is not a finite position"));
+            return Err(format!("{} is not a finite position", excerpt(rest)));
         }
         self.counts[usize::from(is_normal)] += 1;
         self.write(format_args!("{keyword} {x:e} {y:e} {z:e}\n"));
@@ -178,19 +201,33 @@ impl Checked {
         let v = words.next().unwrap_or("0");
         let number = |word: &str| word.parse::<f64>().ok().filter(|number| number.abs() <= 1e6);
         let (Some(u), Some(v)) = (number(u), number(v)) else {
-            return Err(format!("{rest:?} is not one to three numbers up to 1e6"));
+            return Err(format!("{} is not one to three numbers up to 1e6", excerpt(rest)));
         };
         self.counts[2] += 1;
         self.write(format_args!("vt {u:e} {v:e}\n"));
         Ok(())
     }
 
-    fn material(&mut self, line: usize, name: &str) {
-        if !self.used.iter().any(|(_, used)| used == name) {
+    fn library(&mut self, line: usize, rest: &str) -> Checking<()> {
+        let name = name(rest)?;
+        if self.libraries.len() >= LIBRARIES {
+            return Err(format!("there are more than {LIBRARIES} of them"));
+        }
+        self.libraries.push((line, name.to_owned()));
+        Ok(())
+    }
+
+    fn material(&mut self, line: usize, name: &str) -> Checking<()> {
+        if !self.names.contains(name) {
+            if self.used.len() >= MATERIALS {
+                return Err(too_many_materials());
+            }
+            self.names.insert(name.to_owned());
             self.used.push((line, name.to_owned()));
         }
         self.has_material = true;
         self.write(format_args!("usemtl {name}\n"));
+        Ok(())
     }
 
     fn face(&mut self, line: usize, rest: &str) -> Checking<()> {
@@ -199,8 +236,12 @@ impl Checked {
         if corners.len() < 3 {
             return Err(format!("a face needs at least 3 corners, found {}", corners.len()));
         }
+        self.triangles += corners.len() - 2;
+        if self.triangles > TRIANGLES {
+            return Err(too_many(self.triangles));
+        }
         if !self.has_material {
-            self.material(line, NO_MATERIAL);
+            self.material(line, NO_MATERIAL)?;
         }
         let has = [1, 2].map(|kind| corners.iter().all(|corner| corner[kind] > 0));
         if self.had.replace(has).is_some_and(|had| had != has) {
@@ -234,14 +275,14 @@ pub(super) fn numbers(rest: &str) -> Checking<[f64; 3]> {
     let mut words = rest.split_whitespace();
     let mut next = || {
         let word = words.next().ok_or("three numbers were expected")?;
-        word.parse::<f64>().map_err(|_| format!("{word:?} is not a number"))
+        word.parse::<f64>().map_err(|_| format!("{} is not a number", excerpt(word)))
     };
     Ok([next()?, next()?, next()?])
 }
 
 /// Index of position, normal and texture coordinates (from 1; 0 for none) of `v`, `v/vt`, `v//vn` or `v/vt/vn`.
 fn corner(word: &str, counts: [usize; 3]) -> Checking<[usize; 3]> {
-    let malformed = || format!("{word:?} is not a corner: v, v/vt, v//vn or v/vt/vn was expected");
+    let malformed = || format!("{} is not a corner: v, v/vt, v//vn or v/vt/vn was expected", excerpt(word));
     let index = |part: &str, of: usize| {
         let (count, kind) = (counts[of], KINDS[of]);
         let index: i64 = part.parse().map_err(|_| malformed())?;

@@ -6,10 +6,10 @@ use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 
-use image::{DynamicImage, ImageFormat, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
-/// Width and height of an image at most, texels.
-pub const MOST_TEXELS: u32 = 8192;
+use super::limits::{IMAGE_GROWTH, IMAGE_SIDE};
+use super::value::printable;
 
 /// An image of sRGB codes.
 #[derive(Clone, PartialEq)]
@@ -43,23 +43,36 @@ impl Image {
     /// Decodes a PNG, JPEG or TGA, and says whether transparency was left out. Grey becomes colour, 16 bits become 8. The contents
     /// decide what it is; a TGA is told by the ending of `name`.
     ///
-    /// Fails in words that follow the file's name.
-    pub(super) fn decode(name: &Path, bytes: &[u8]) -> Result<(Self, bool), String> {
+    /// Fails in words that follow the file's name; where it would have more than `most` texels, or more than such a file can hold,
+    /// before there is memory for them.
+    pub(super) fn decode(name: &Path, bytes: &[u8], most: u64) -> Result<(Self, bool), String> {
         let has_ending = |ending| name.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending));
         let format = match image::guess_format(bytes) {
             Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg)) => format,
             _ if has_ending("tga") => ImageFormat::Tga,
             _ => return Err("is no PNG, JPEG or TGA: convert it".to_owned()),
         };
-        let reader = || ImageReader::with_format(Cursor::new(bytes), format);
-        let fault = |error| format!("is no readable {format:?}: {error}");
-        let (width, height) = reader().into_dimensions().map_err(fault)?;
-        if width.max(height) > MOST_TEXELS || width.min(height) == 0 {
+        let fault = |error| format!("is no readable {format:?}: {}", printable(&format!("{error}")));
+        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+        // Sizes are looked at here, where messages can say what to do.
+        reader.limits(Limits::no_limits());
+        let decoder = reader.into_decoder().map_err(fault)?;
+        let (width, height) = decoder.dimensions();
+        if width.max(height) > IMAGE_SIDE || width.min(height) == 0 {
             return Err(format!(
-                "is {width}×{height} texels large, 1 to {MOST_TEXELS} either way can be used: scale it"
+                "is {width}×{height} texels large, 1 to {IMAGE_SIDE} either way can be used: scale it"
             ));
         }
-        let decoded = reader().decode().map_err(fault)?;
+        if u64::from(width) * u64::from(height) > most {
+            return Err(format!(
+                "is {width}×{height} texels large, and the scene's images may have {most} more at most: scale them"
+            ));
+        }
+        if decoder.total_bytes() > (bytes.len() as u64).saturating_mul(IMAGE_GROWTH) {
+            let found = bytes.len();
+            return Err(format!("is damaged: {found} bytes cannot hold {width}×{height} texels"));
+        }
+        let decoded = DynamicImage::from_decoder(decoder).map_err(fault)?;
         let is_transparent = has_transparency(&decoded);
         let codes = decoded.into_rgb8().into_raw().as_chunks().0.to_vec();
         Ok((Self { size: [width, height], codes }, is_transparent))
@@ -67,5 +80,11 @@ impl Image {
 }
 
 fn has_transparency(image: &DynamicImage) -> bool {
-    image.color().has_alpha() && image.to_rgba8().pixels().any(|pixel| pixel.0[3] < u8::MAX)
+    match image {
+        DynamicImage::ImageLumaA8(image) => image.pixels().any(|pixel| pixel.0[1] < u8::MAX),
+        DynamicImage::ImageRgba8(image) => image.pixels().any(|pixel| pixel.0[3] < u8::MAX),
+        DynamicImage::ImageLumaA16(image) => image.pixels().any(|pixel| pixel.0[1] < u16::MAX),
+        DynamicImage::ImageRgba16(image) => image.pixels().any(|pixel| pixel.0[3] < u16::MAX),
+        _ => false,
+    }
 }

@@ -9,6 +9,9 @@ use std::path::Path;
 use glam::DVec3;
 use toml_edit::{Item, TableLike, Value};
 
+use super::limits::NAME_BYTES;
+use super::words::one_line;
+pub(super) use super::words::{excerpt, printable, unknown};
 use crate::{Error, Result};
 
 /// Coordinates and lengths, metres.
@@ -163,7 +166,7 @@ impl Node {
             Kind::Array(elements) => format!("a list of {}", elements.len()),
             Kind::Integer(number) => format!("{number}"),
             Kind::Float(number) => format!("{number:?}"),
-            Kind::Text(text) => format!("the string {text:?}"),
+            Kind::Text(text) => format!("the string {}", excerpt(text)),
             Kind::Bool(flag) => format!("{flag}"),
             Kind::Time => "a date or time".into(),
         }
@@ -195,15 +198,19 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// The elements of the list of tables `root.key`; none where the key is absent.
-    pub(super) fn list(file: &'a Path, root: &'a Node, key: &str) -> Result<Vec<Self>> {
+    /// The elements of the list of tables `root.key`, `most` at most; none where the key is absent.
+    pub(super) fn list(file: &'a Path, root: &'a Node, key: &str, most: usize) -> Result<Vec<Self>> {
         let Some(node) = root.get(key) else { return Ok(Vec::new()) };
         let Kind::Array(elements) = &node.kind else {
             let section = Self { file, path: key.to_owned(), node };
             return Err(section.fault(format!("must be a list of tables: write [[{key}]]")));
         };
+        if elements.len() > most {
+            let section = Self { file, path: key.to_owned(), node: &elements[most] };
+            return Err(section.fault(format!("{} of them are too many: {most} at most", elements.len())));
+        }
         let named = |(index, element): (usize, &'a Node)| {
-            let name = element.get("name").and_then(Node::as_text).map_or(index.to_string(), str::to_owned);
+            let name = element.get("name").and_then(Node::as_text).map_or(index.to_string(), printable);
             Self::new(file, format!("{key}.{name}"), element)
         };
         elements.iter().enumerate().map(named).collect()
@@ -322,12 +329,15 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// A string, not empty and free of control characters (it may be printed, or open a file).
+    /// A string, not empty, not too long and free of control characters (it may be printed, or open a file).
     pub(super) fn text(&self, key: &str) -> Result<Option<&'a str>> {
         let Some(node) = self.get(key) else { return Ok(None) };
         let text = node.as_text().ok_or_else(|| self.expected(key, "a string", node))?;
         if text.is_empty() || text.contains(char::is_control) {
             return Err(self.expected(key, "a printable string", node));
+        }
+        if text.len() > NAME_BYTES {
+            return Err(self.fault_at(key, format!("has {} bytes, {NAME_BYTES} at most", text.len())));
         }
         Ok(Some(text))
     }
@@ -360,38 +370,4 @@ fn blame(file: &Path, origin: &Origin, message: String) -> Error {
         Origin::Line(line) => Error::input_at(file, *line, message),
         Origin::Flag(flag) => Error::Usage(format!("{flag}: {message}")),
     }
-}
-
-/// "unknown key `fov`: did you mean `fov_y`? Possible: …".
-pub(super) fn unknown(what: &str, possible: &[&str], found: &str) -> String {
-    let nearest = possible.iter().map(|word| (distance(word, found), *word)).min();
-    let hint = match nearest {
-        Some((distance, word)) if distance <= 1 + found.len() / 4 => format!("did you mean `{word}`? "),
-        _ => String::new(),
-    };
-    let list = if possible.is_empty() { "none".to_owned() } else { possible.join(", ") };
-    format!("unknown {what} `{}`: {hint}possible: {list}", printable(found))
-}
-
-/// Levenshtein's distance in bytes; the longest words are scene keys, so the rows are short.
-fn distance(a: &str, b: &str) -> usize {
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.bytes().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, y) in b.bytes().enumerate() {
-            let substituted = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
-}
-
-/// The text without characters that would break a line of output.
-pub(super) fn printable(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
-}
-
-fn one_line(text: &str) -> String {
-    text.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ")
 }

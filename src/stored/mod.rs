@@ -18,7 +18,7 @@ mod read;
 
 pub use folder::Folder;
 pub use format::{Key, Writer, hash};
-pub use read::File;
+pub use read::{File, MOST_BYTES};
 
 use std::fmt;
 
@@ -30,7 +30,7 @@ pub const VERSION: u32 = 1;
 pub enum Refusal {
     /// There is none.
     Missing,
-    /// It is there and cannot be read: why.
+    /// It is there and cannot be read: why, in words that follow its name.
     Unreadable(String),
     /// It is none of ours, or of another version or byte order: which.
     Foreign(String),
@@ -51,7 +51,7 @@ impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Missing => write!(f, "is not there"),
-            Self::Unreadable(why) => write!(f, "cannot be read: {why}"),
+            Self::Unreadable(why) => write!(f, "{why}"),
             Self::Foreign(what) => write!(f, "{what}"),
             Self::Damaged(what) => write!(f, "is damaged: {what}"),
             Self::Stale(changed) => {

@@ -2,11 +2,12 @@
 
 use super::format::{BYTE_ORDER, Dependency, Header, Key, MAGIC, Section, hash, head_checksum};
 use super::{Refusal, VERSION};
+use crate::files::{self, Unread};
 use bytemuck::Pod;
-use std::fs;
-use std::io;
 use std::path::Path;
 
+/// Bytes of a file at most: what it holds has to fit into a device.
+pub const MOST_BYTES: u64 = 64 << 30;
 /// Dependencies and sections of a file at most.
 const MOST_ENTRIES: u32 = 256;
 
@@ -14,22 +15,6 @@ const MOST_ENTRIES: u32 = 256;
 #[derive(Debug)]
 pub struct File<'a> {
     sections: Vec<(&'a str, u64, &'a [u8])>,
-}
-
-/// The bytes of a file.
-///
-/// # Errors
-/// [`Refusal::Missing`] or [`Refusal::Unreadable`].
-pub(super) fn bytes_of(file: &Path) -> Result<Vec<u8>, Refusal> {
-    let failed = |error: io::Error| match error.kind() {
-        io::ErrorKind::NotFound => Refusal::Missing,
-        kind => Refusal::Unreadable(kind.to_string()),
-    };
-    // Anything else, a pipe for one, might never end.
-    if !fs::metadata(file).map_err(failed)?.is_file() {
-        return Err(Refusal::Unreadable("it is no regular file".into()));
-    }
-    fs::read(file).map_err(failed)
 }
 
 /// A copy of the item at the start of some bytes, and the rest.
@@ -52,7 +37,10 @@ impl<'a> File<'a> {
     /// # Errors
     /// [`Refusal::Missing`] or [`Refusal::Unreadable`].
     pub fn bytes(file: &Path) -> Result<Vec<u8>, Refusal> {
-        bytes_of(file)
+        files::read(file, MOST_BYTES).map_err(|unread| match unread {
+            Unread::Missing => Refusal::Missing,
+            Unread::Because(why) => Refusal::Unreadable(why),
+        })
     }
 
     /// Reads a file's contents, which must have been made from what the key names.
@@ -60,6 +48,18 @@ impl<'a> File<'a> {
     /// # Errors
     /// All but [`Refusal::Missing`] and [`Refusal::Unreadable`].
     pub fn parse(bytes: &'a [u8], key: &Key) -> Result<Self, Refusal> {
+        Self::parse_if(bytes, |dependencies| compare(dependencies, key))
+    }
+
+    /// Reads a file's contents, whatever they were made from: for whoever wants to know what becomes of a file that lies about that.
+    ///
+    /// # Errors
+    /// As [`Self::parse`], all but [`Refusal::Stale`].
+    pub fn parse_any(bytes: &'a [u8]) -> Result<Self, Refusal> {
+        Self::parse_if(bytes, |_| Ok(()))
+    }
+
+    fn parse_if(bytes: &'a [u8], is_ours: impl Fn(&[u8]) -> Result<(), Refusal>) -> Result<Self, Refusal> {
         let short = || Refusal::damaged("it ends too early");
         let (header, after) = split::<Header>(bytes).ok_or_else(short)?;
         if header.magic != MAGIC {
@@ -87,7 +87,7 @@ impl<'a> File<'a> {
             return Err(Refusal::damaged("the checksum of its header is wrong"));
         }
         let (dependencies, sections) = tables.split_at(dependency_bytes);
-        compare(dependencies, key)?;
+        is_ours(dependencies)?;
         Self::cut(sections, contents)
     }
 

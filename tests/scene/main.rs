@@ -12,7 +12,9 @@ use refused::message;
 #[path = "../../examples/box_model.rs"]
 #[allow(dead_code, reason = "the example's main")]
 mod box_model;
+mod confined;
 mod film;
+mod limits;
 mod places;
 mod recording;
 mod refused;
@@ -302,6 +304,7 @@ fn settings_change_the_scene() {
         preset: Some("draft".to_owned()),
         size: Some([64, 32]),
         camera: Some("camera".to_owned()),
+        ..LoadOptions::default()
     };
     let scene = Scene::load("box", &options).unwrap();
     assert_eq!(scene.quality, Quality { entry_points: 1000, ..Quality::DRAFT });

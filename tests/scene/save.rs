@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 use lightpaths::Result;
-use lightpaths::scene::save::{Edited, SceneText, relative_to};
+use lightpaths::scene::save::{Edited, SceneText, leads_outside, relative_to};
 use lightpaths::scene::{Camera, Light, LightKind, LoadOptions, Material, Quality, Scene};
 
 use super::{CAMERA, LIGHT, SQUARE, box_model, set};
@@ -65,7 +65,8 @@ fn exact(value: impl std::fmt::Debug) -> String {
 }
 
 fn load(file: &Path) -> Result<Scene> {
-    Scene::load(file.to_str().unwrap(), &LoadOptions::default())
+    // A scene that is saved elsewhere leaves its models where they are.
+    Scene::load(file.to_str().unwrap(), &LoadOptions { allow_outside: true, ..LoadOptions::default() })
 }
 
 /// Saves and loads again; the text too.
@@ -299,6 +300,11 @@ fn models_are_found_from_anywhere() {
         let text = SceneText::new(spec.to_str().unwrap(), &LoadOptions::default(), &scene).unwrap();
         let (_, written) = again(&text, &scene, &at(to), &scene.triangles);
         assert!(written.contains(line), "{written}");
+        assert_eq!(leads_outside(&written, &at(to)), line.contains(".."), "{line}");
+        assert_eq!(
+            Scene::load(at(to).to_str().unwrap(), &LoadOptions::default()).is_err(),
+            line.contains("..")
+        );
     }
     let scene = Scene::load("box", &LoadOptions::default()).unwrap();
     let text = SceneText::new("box", &LoadOptions::default(), &scene).unwrap();

@@ -7,7 +7,7 @@ use crate::app::output::OutputFile;
 use crate::error::{Error, Result};
 use crate::image::{ExrLayer, write_exr, write_png};
 use crate::renderer::Layer;
-use crate::scene::{Light, save::Edited};
+use crate::scene::{Light, save::Edited, save::leads_outside};
 
 /// Saves the scene as it is edited; returns what to say of it.
 pub(super) fn save_scene(session: &Session, to: &str) -> Result<String> {
@@ -23,7 +23,12 @@ pub(super) fn save_scene(session: &Session, to: &str) -> Result<String> {
     let text = session.text.as_ref().map_err(|why| Error::Usage(why.clone()))?;
     let text = text.with_edits(&edited, path)?;
     output.write(|out| std::io::Write::write_all(out, text.as_bytes()))?;
-    Ok(format!("saved {}", path.display()))
+    let note = if leads_outside(&text, path) {
+        "; its models lie elsewhere: open it with --allow-outside"
+    } else {
+        ""
+    };
+    Ok(format!("saved {}{note}", path.display()))
 }
 
 /// Saves the scene as it is edited under a name that is free, beside where it would be saved; returns where.

@@ -8,7 +8,7 @@ use super::session::Session;
 use crate::app::output::OutputFile;
 use crate::error::{Error, Result};
 use crate::scene::film::{Film, Recording, Reflectance, Snapshot, builtin};
-use crate::scene::{Camera, Light, Scene};
+use crate::scene::{Camera, Light, LoadOptions, Scene};
 
 /// Frames a second of a recorded film.
 const FPS: f64 = 24.0;
@@ -36,7 +36,10 @@ impl Player {
                 return Err(Error::Usage(none.to_owned()));
             }
         };
-        let (film, scene) = Film::load(&spec, &session.source.options)?;
+        // The user has recorded it here, and its scene is the one that is open.
+        let allow_outside = session.source.options.allow_outside || recorded.is_some();
+        let options = LoadOptions { allow_outside, ..session.source.options.clone() };
+        let (film, scene) = Film::load(&spec, &options)?;
         let player = Self {
             film,
             lights: scene.lights.clone(),

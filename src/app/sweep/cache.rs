@@ -2,19 +2,23 @@
 
 use std::fmt::{self, Write as _};
 use std::fs;
-use std::io::{self, Write as _};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use crate::app::output::OutputFile;
 use crate::error::{Error, Result};
+use crate::files::{self, Unread};
 use crate::gpu::hash::fnv1a;
 use crate::gpu::shaders::Shader;
 use crate::scene::Scene;
 
 /// Counts changes to the file's form and to how references are made, beside the shader's own hash.
 const FORMAT: u32 = 1;
+
+/// Longest first line.
+const MOST_HEADER_BYTES: u64 = 4096;
 
 /// Images of a reference, in this order in the file: two independent halves, then direct and indirect light.
 pub(super) type Images = [Vec<[f32; 3]>; 4];
@@ -93,21 +97,21 @@ impl fmt::Write for Key {
 /// # Errors
 /// Why what is there cannot be used, in words that follow the file's name.
 pub(super) fn read(file: &Path, size: [u32; 2]) -> std::result::Result<Option<Kept>, String> {
-    let bytes = match fs::read(file) {
+    let pixels = size[0] as usize * size[1] as usize;
+    let payload_bytes = 4 * 12 * pixels;
+    let bytes = match files::read(file, payload_bytes as u64 + MOST_HEADER_BYTES) {
         Ok(bytes) => bytes,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(format!("cannot be read: {}", error.kind())),
+        Err(Unread::Missing) => return Ok(None),
+        Err(Unread::Because(why)) => return Err(why),
     };
     let end = bytes.iter().position(|&byte| byte == b'\n').ok_or("has no header")?;
     let (header, payload) = (&bytes[..end], &bytes[end + 1..]);
     let header: Header = serde_json::from_slice(header).map_err(|_| "has a damaged header")?;
-    let pixels = size[0] as usize * size[1] as usize;
     if header.format != FORMAT || header.size != size {
         return Err("is of another form or size".to_owned());
     }
-    let expected = 4 * 12 * pixels;
-    if payload.len() != expected {
-        return Err(format!("holds {} bytes of pixels, not {expected}", payload.len()));
+    if payload.len() != payload_bytes {
+        return Err(format!("holds {} bytes of pixels, not {payload_bytes}", payload.len()));
     }
     if fnv1a(payload) != header.hash {
         return Err("is damaged: its hash is not that of its pixels".to_owned());

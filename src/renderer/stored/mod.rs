@@ -12,7 +12,7 @@ use super::{Progress, Renderer, advice};
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::scene::Scene;
-use crate::stored::{Folder, Key, Refusal};
+use crate::stored::{File, Folder, Key, Refusal};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -76,6 +76,18 @@ impl Renderer {
         writer.write(file, &key).map_err(failed)?;
         let written = Written { bytes: writer.file_bytes(&key), precompute_s: made.statistics.precompute_s };
         Ok((scene, written))
+    }
+}
+
+/// Why the contents of a file, whatever they say that they were made from, cannot be the light paths of a scene; none where nothing in
+/// them leads out of a list. The device hears nothing of it.
+///
+/// # Errors
+/// The scene itself cannot be traced.
+pub fn refusal_of(bytes: &[u8], scene: &Scene) -> Result<Option<Refusal>> {
+    match File::parse_any(bytes) {
+        Ok(file) => Ok(read::Checked::of(scene, &file)?.err()),
+        Err(refusal) => Ok(Some(refusal)),
     }
 }
 

@@ -43,10 +43,15 @@ impl Checked {
             Ok(file) => file,
             Err(refusal) => return Ok(Err(refusal)),
         };
+        Self::of(scene, &file)
+    }
+
+    /// The same of a file's contents, whatever they were made from.
+    pub(super) fn of(scene: &Scene, file: &File) -> Result<std::result::Result<Self, Refusal>> {
         let bvh = Bvh::build(&scene.triangles)?;
         let (low, high) = scene.bounds();
         let grid = grid::grid(low, high, finest_cells(scene.quality.cells));
-        Ok(Contents::read(&file, grid).and_then(|mut contents| {
+        Ok(Contents::read(file, grid).and_then(|mut contents| {
             checks::check(&mut contents, scene, &bvh.order)?;
             let surfaces = surfaces_of(&contents, scene, &bvh.order)?;
             Ok(Self { contents, surfaces, bvh })

@@ -16,9 +16,6 @@ use std::path::PathBuf;
 use tracks::{CameraTrack, LightTrack, MaterialTrack};
 pub use write::{Recording, Reflectance, Snapshot};
 
-/// Most frames that a film can have.
-const MOST_FRAMES: f64 = 1e6;
-
 /// A timeline of a scene.
 #[derive(Clone, Debug)]
 pub struct Film {
@@ -90,12 +87,12 @@ impl Film {
     /// Refuses what comes out wrong between keys.
     fn check(&self, scene: &Scene) -> Result<()> {
         for frame in 0..self.frame_count {
-            let State { camera, lights, .. } = self.state(frame);
+            let time = f64::from(frame) / self.fps;
+            let camera = self.camera.at(time, self.origin);
             let fault = |what: String| {
-                let seconds = f64::from(frame) / self.fps;
                 Err(Error::input(
                     &self.file,
-                    format!("frame {frame} ({seconds:.3} s): {what}; add or move keys"),
+                    format!("frame {frame} ({time:.3} s): {what}; add or move keys"),
                 ))
             };
             let forward = (camera.target - camera.position).as_dvec3().normalize_or_zero();
@@ -105,11 +102,12 @@ impl Film {
             if forward.cross(camera.up.as_dvec3()).length() < 1e-5 {
                 return fault("the camera looks straight up or down".to_owned());
             }
-            for (index, kind, _) in lights {
-                if let LightKind::Area { edge_u, edge_v, .. } = kind {
+            let areas = self.lights.iter().filter(|track| matches!(track.base, LightKind::Area { .. }));
+            for track in areas {
+                if let (LightKind::Area { edge_u, edge_v, .. }, _) = track.at(time, self.origin) {
                     let [u, v] = [edge_u, edge_v].map(Vec3::as_dvec3);
                     if u.cross(v).length() <= 1e-6 * u.length() * v.length() {
-                        let name = &scene.lights[index].name;
+                        let name = &scene.lights[track.light].name;
                         return fault(format!("the edges of light `{name}` are zero or parallel"));
                     }
                 }

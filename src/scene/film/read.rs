@@ -1,19 +1,22 @@
 //! Reads a film's file.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
 use super::curve::{Curve, Fades};
 use super::tracks::{CameraTrack, LightTrack, MaterialTrack};
-use super::{Film, MOST_FRAMES, builtin};
+use super::{Film, builtin};
 use crate::scene::builtin::{self as scenes, Files, utf8};
 use crate::scene::value::{COORDINATE, Node, POWER, Section, unknown};
-use crate::scene::{Camera, Light, LightKind, LoadOptions, Material, Scene, camera};
+use crate::scene::{Camera, Light, LightKind, LoadOptions, Material, Scene, camera, limits};
 use crate::{Error, Result};
 
 /// Seconds from the start of a film.
 const TIME: std::ops::RangeInclusive<f64> = 0.0..=1e6;
+/// Keys of one value that are closer in time are one: no speed between them could be told in numbers.
+const LEAST_STEP_S: f64 = 1e-6;
 /// Keys of a light that are the film's own, beside those of its kind.
 const OWN: [&str; 3] = ["time", "on", "fade"];
 
@@ -25,7 +28,7 @@ struct Key<'a> {
 
 /// The film and its scene, not yet checked between keys.
 pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
-    let (file, text) = open(spec)?;
+    let (file, text) = open(spec, options)?;
     let root = Node::parse(&file, &text)?;
     let top = Section::new(&file, "", &root)?;
     top.only(&["scene", "fps", "duration", "size", "camera", "light", "material"])?;
@@ -34,7 +37,9 @@ pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
         top.text("scene")?.ok_or_else(|| missing("scene", "a built-in scene or the path of a file"))?;
     let fps = top.number("fps", 0.001..=1000.0)?.unwrap_or(24.0);
     let size = options.size.or(top.size("size", camera::SIZE)?);
-    let mut scene = Scene::load(&scene_spec(&top, &file, name)?, &LoadOptions { size, ..options.clone() })?;
+    let files = Files::of(&file, options);
+    let mut scene =
+        Scene::load(&scene_spec(&top, &files, &file, name)?, &LoadOptions { size, ..options.clone() })?;
 
     let origin = scene.origin;
     let (cameras, mut last) = (keys(&file, &root, "camera")?, 0.0_f64);
@@ -43,7 +48,12 @@ pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
     let lights = by_name(&light_keys)?.into_iter().map(|(name, keys)| read_light(name, &keys, &mut scene));
     let lights = lights.collect::<Result<Vec<_>>>()?;
     let changes = keys(&file, &root, "material")?;
-    let materials = by_name(&changes)?.into_iter().map(|(name, keys)| read_material(name, &keys, &mut scene));
+    let mut named: HashMap<String, Vec<usize>> = HashMap::new();
+    for (index, material) in scene.materials.iter().enumerate() {
+        named.entry(material.name.clone()).or_default().push(index);
+    }
+    let materials = by_name(&changes)?.into_iter();
+    let materials = materials.map(|(name, keys)| read_material(name, &keys, &named, &mut scene));
     let materials = materials.collect::<Result<Vec<_>>>()?;
     for Key { time, section } in cameras.iter().chain(&light_keys).chain(&changes) {
         last = last.max(time + section.number("fade", TIME)?.unwrap_or(0.0));
@@ -51,7 +61,8 @@ pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
     let duration = top.number("duration", TIME)?.unwrap_or(last);
     // A frame that would begin a rounding error before the end does not count.
     let frame_count = (duration * fps - 1e-6).ceil();
-    if !(1.0..=MOST_FRAMES).contains(&frame_count) {
+    const MOST_FRAMES: u32 = limits::FILM_FRAMES;
+    if !(1.0..=f64::from(MOST_FRAMES)).contains(&frame_count) {
         let found = format!("{duration} s at {fps} frames a second are {} frames", frame_count.max(0.0));
         return Err(top.fault_at("duration", format!("{found}: 1 to {MOST_FRAMES} expected")));
     }
@@ -73,10 +84,12 @@ pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
 }
 
 /// The file as errors name it, and its text.
-fn open(spec: &str) -> Result<(PathBuf, String)> {
+fn open(spec: &str, options: &LoadOptions) -> Result<(PathBuf, String)> {
     let path = Path::new(spec);
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
-        let bytes = Files::Disk.read(path).map_err(|message| Error::input(path, message))?;
+        let bytes = Files::of(path, options)
+            .read_named(path, limits::TOML_BYTES)
+            .map_err(|message| Error::input(path, message))?;
         return Ok((path.to_owned(), utf8(path, bytes)?));
     }
     let text = builtin::text(spec).ok_or_else(|| {
@@ -87,7 +100,7 @@ fn open(spec: &str) -> Result<(PathBuf, String)> {
 }
 
 /// The scene as the command line would name it: a path is relative to the film's file.
-fn scene_spec(top: &Section, file: &Path, name: &str) -> Result<String> {
+fn scene_spec(top: &Section, files: &Files, file: &Path, name: &str) -> Result<String> {
     if scenes::NAMES.contains(&name) {
         return Ok(name.to_owned());
     }
@@ -97,17 +110,18 @@ fn scene_spec(top: &Section, file: &Path, name: &str) -> Result<String> {
         return Err(top.fault_at("scene", format!("{what}; or give the path of a .toml or .obj file")));
     }
     let path = file.with_file_name(name);
-    if !path.is_file() {
-        let message = format!("{:?} does not exist: check the path", path.display());
-        return Err(top.fault_at("scene", message));
-    }
+    let known = files.locate(&path).and_then(|found| match files {
+        Files::Disk(_) if !found.is_file() => Err("does not exist: check the path".to_owned()),
+        _ => Ok(()),
+    });
+    known.map_err(|message| top.fault_at("scene", format!("{:?} {message}", path.display())))?;
     let path = path.to_str().map(str::to_owned);
     path.ok_or_else(|| top.fault_at("scene", "the path is not UTF-8: rename the folder"))
 }
 
 /// The list of keys of that name, in the order of their time.
 fn keys<'a>(file: &'a Path, root: &'a Node, name: &str) -> Result<Vec<Key<'a>>> {
-    let sections = Section::list(file, root, name)?.into_iter();
+    let sections = Section::list(file, root, name, limits::FILM_KEYS)?.into_iter();
     let key = |section: Section<'a>| {
         let time = section.need(section.number("time", TIME)?, "time", "seconds from the start")?;
         Ok(Key { time, section })
@@ -120,9 +134,11 @@ fn keys<'a>(file: &'a Path, root: &'a Node, name: &str) -> Result<Vec<Key<'a>>> 
 /// Keys of one thing together, things in the order in which they first appear.
 fn by_name<'k, 'a>(keys: &'k [Key<'a>]) -> Result<Vec<(&'a str, Vec<&'k Key<'a>>)>> {
     let mut named: Vec<(&str, Vec<&Key>)> = Vec::new();
+    let mut places = HashMap::new();
     for key in keys {
         let name = key.section.need(key.section.text("name")?, "name", "of what changes")?;
-        match named.iter_mut().find(|(known, _)| *known == name) {
+        let place = *places.entry(name).or_insert(named.len());
+        match named.get_mut(place) {
             Some((_, keys)) => keys.push(key),
             None => named.push((name, vec![key])),
         }
@@ -139,7 +155,7 @@ fn values<'k>(
     let mut values: Vec<(f64, DVec3)> = Vec::new();
     for Key { time, section } in keys {
         let Some(value) = read(section)? else { continue };
-        if values.last().is_some_and(|(last, _)| last == time) {
+        if values.last().is_some_and(|(last, _)| time - last < LEAST_STEP_S) {
             return Err(section.fault_at(name, format!("there is another key of it at {time} s")));
         }
         values.push((*time, value));
@@ -174,6 +190,10 @@ fn read_light(name: &str, keys: &[&Key], scene: &mut Scene) -> Result<LightTrack
             return Err(first.section.fault_at("kind", message));
         }
         Some(index) => index,
+        None if added && scene.lights.len() >= limits::LIGHTS => {
+            let message = format!("there are {} lights: no more can be added", limits::LIGHTS);
+            return Err(first.section.fault_at("kind", message));
+        }
         None if added => {
             let (file, node) = (first.section.file(), first.section.without(&OWN));
             let kind = LightKind::read(&Section::new(file, format!("light.{name}"), &node)?, scene.origin)?;
@@ -248,13 +268,17 @@ fn read_presence(keys: &[&Key], added: bool, is_on: bool) -> Result<Fades> {
 }
 
 /// What becomes of the materials of that name, which are editable from now on.
-fn read_material(name: &str, keys: &[&Key], scene: &mut Scene) -> Result<Vec<MaterialTrack>> {
-    let names: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
-    if !names.contains(&name) {
+fn read_material(
+    name: &str,
+    keys: &[&Key],
+    named: &HashMap<String, Vec<usize>>,
+    scene: &mut Scene,
+) -> Result<Vec<MaterialTrack>> {
+    let Some(found) = named.get(name) else {
+        let names: Vec<&str> = scene.materials.iter().map(|material| material.name.as_str()).collect();
         return Err(keys[0].section.fault_at("name", unknown("material", &names, name)));
-    }
-    let found = scene.materials.iter_mut().enumerate().filter(|(_, material)| material.name == name);
-    found.map(|(index, material)| read_changes(index, material, keys)).collect()
+    };
+    found.iter().map(|&index| read_changes(index, &mut scene.materials[index], keys)).collect()
 }
 
 fn read_changes(index: usize, material: &mut Material, keys: &[&Key]) -> Result<MaterialTrack> {

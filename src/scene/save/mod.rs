@@ -15,7 +15,7 @@ use super::builtin::{self, Files};
 use super::file::{Source, read_cameras, read_lights};
 use super::material::Override;
 use super::value::{Kind, Node, Origin, Section};
-use super::{Camera, Light, LoadOptions, Material, Quality, Scene, fit};
+use super::{Camera, Light, LoadOptions, Material, Quality, Scene, fit, limits};
 use crate::{Error, Result};
 pub use paths::relative_to;
 
@@ -104,7 +104,7 @@ impl SceneText {
                         model.set("built_in", node(Kind::Text(stem)));
                     }
                 }
-                Files::Disk => {
+                Files::Disk(_) | Files::Memory(_) => {
                     if let Some(path) = paths::moved(&path, &self.source.file, to)? {
                         model.set("file", node(Kind::Text(path)));
                     }
@@ -134,7 +134,7 @@ impl SceneText {
         let root = Node::parse(to, text)?;
         read_lights(to, &root, self.origin)?;
         read_cameras(to, &root, self.origin)?;
-        for section in Section::list(to, &root, "material")? {
+        for section in Section::list(to, &root, "material", limits::MATERIALS)? {
             Override::read(&section)?;
         }
         match root.get("quality") {
@@ -142,6 +142,14 @@ impl SceneText {
             None => Ok(()),
         }
     }
+}
+
+/// Whether a scene file of that text at `file` names models outside of its folder, which opening it has to allow.
+pub fn leads_outside(text: &str, file: &Path) -> bool {
+    let Ok(root) = Node::parse(file, text) else { return false };
+    let Some(Node { kind: Kind::Array(models), .. }) = root.get("model") else { return false };
+    let mut named = models.iter().filter_map(|model| model.get("file")?.as_text());
+    named.any(|name| Files::beside(file).locate(&file.with_file_name(name)).is_err())
 }
 
 fn node(kind: Kind) -> Node {

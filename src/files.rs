@@ -1,0 +1,107 @@
+//! Reading files that somebody else may have made: regular ones alone, and no more of one than there may be.
+
+use std::fmt;
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::Path;
+
+/// Why a file was not read. It reads as what follows the file's name.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Unread {
+    /// There is none.
+    Missing,
+    /// It is there.
+    Because(String),
+}
+
+impl fmt::Display for Unread {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Missing => write!(f, "does not exist: check the path"),
+            Self::Because(why) => write!(f, "{why}"),
+        }
+    }
+}
+
+impl From<io::Error> for Unread {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::NotFound => Self::Missing,
+            kind => Self::Because(format!("cannot be read: {kind}")),
+        }
+    }
+}
+
+/// Why a file is not read that has so many bytes.
+pub(crate) fn too_long(bytes: impl fmt::Display, most_bytes: u64) -> String {
+    format!("has {bytes} bytes, {most_bytes} at most can be read: is it the right file?")
+}
+
+/// The bytes of a regular file that has `most_bytes` at most.
+///
+/// # Errors
+/// Anything else is refused: a pipe or a device might never end, and opening a pipe would wait for whoever writes to it.
+pub(crate) fn read(path: &Path, most_bytes: u64) -> Result<Vec<u8>, Unread> {
+    let about = fs::metadata(path)?;
+    if about.is_dir() {
+        return Err(Unread::Because("is a directory, a file was expected".to_owned()));
+    }
+    if !about.is_file() {
+        return Err(Unread::Because("is not a regular file".to_owned()));
+    }
+    if about.len() > most_bytes {
+        return Err(Unread::Because(too_long(about.len(), most_bytes)));
+    }
+    let mut bytes = Vec::with_capacity(about.len() as usize);
+    // It may have grown since, and some that the system makes up say that they have no length.
+    File::open(path)?.take(most_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most_bytes {
+        Err(Unread::Because(too_long("more", most_bytes)))
+    } else {
+        Ok(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_more_is_read_than_there_may_be() {
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let file = folder.path().join("a");
+        fs::write(&file, [7; 100]).expect("it can be written");
+        assert_eq!(read(&file, 100), Ok(vec![7; 100]));
+        let refusal = read(&file, 99).expect_err("it is too long").to_string();
+        assert_eq!(refusal, "has 100 bytes, 99 at most can be read: is it the right file?");
+        // Without a byte on the disk, yet as long as it says.
+        File::create(&file).and_then(|file| file.set_len(1 << 50)).expect("files may have holes");
+        assert!(read(&file, 1 << 20).is_err());
+        assert_eq!(read(&folder.path().join("b"), 1), Err(Unread::Missing));
+        assert!(read(folder.path(), 1).expect_err("no file").to_string().contains("directory"));
+    }
+
+    /// What the system makes up may say that it is empty.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_has_no_length_has_an_end() {
+        let file = Path::new("/proc/self/maps");
+        assert_eq!(fs::metadata(file).expect("Linux has it").len(), 0);
+        assert!(!read(file, 1 << 24).expect("it can be read").is_empty());
+        assert!(
+            read(file, 10).expect_err("it is longer").to_string().starts_with("has more bytes, 10 at most")
+        );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn nothing_is_read_that_does_not_end() {
+        let zeros = read(Path::new("/dev/zero"), 10).expect_err("a device").to_string();
+        assert_eq!(zeros, "is not a regular file");
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status().expect("every Unix has mkfifo");
+        assert!(made.success());
+        assert_eq!(read(&pipe, 10).expect_err("a pipe").to_string(), "is not a regular file");
+    }
+}

@@ -1,0 +1,35 @@
+//! How much a scene's files may hold. What goes beyond is refused before memory is taken for it; `docs/reliability.md` says why each
+//! limit is where it is.
+
+/// Bytes of a scene's or a film's TOML file.
+pub const TOML_BYTES: u64 = 16 << 20;
+/// Bytes of an OBJ file.
+pub const OBJ_BYTES: u64 = 2 << 30;
+/// Bytes of an MTL file.
+pub const MTL_BYTES: u64 = 16 << 20;
+/// Bytes of an image's file.
+pub const IMAGE_BYTES: u64 = 640 << 20;
+/// Bytes of a name, a path or any other text in a scene's files.
+pub const NAME_BYTES: usize = 4096;
+/// `[[model]]`s of a scene.
+pub const MODELS: usize = 1024;
+/// Triangles of all models.
+pub const TRIANGLES: usize = 1 << 26;
+/// MTL files that an OBJ file names.
+pub const LIBRARIES: usize = 256;
+/// Materials of all models, and `[[material]]`s of a scene.
+pub const MATERIALS: usize = 1 << 16;
+/// Lights of a scene, with those that a film adds.
+pub const LIGHTS: usize = 1024;
+/// `[[camera]]`s of a scene.
+pub const CAMERAS: usize = 1024;
+/// Keys of a film for its camera, for all its lights, and for all its materials.
+pub const FILM_KEYS: usize = 1 << 16;
+/// Frames of a film.
+pub const FILM_FRAMES: u32 = 1_000_000;
+/// Width and height of an image, texels.
+pub const IMAGE_SIDE: u32 = 8192;
+/// Texels of all images together.
+pub const TEXELS: u64 = 1 << 29;
+/// Bytes that an image has when decoded for each byte of its file: zlib's best is 1032, and grey images of one bit a texel grow eightfold.
+pub const IMAGE_GROWTH: u64 = 8256;

@@ -1,0 +1,65 @@
+//! Words of messages: what was found, cut to what can be read, and what was meant.
+
+/// Characters of a text in a message.
+const MOST_SHOWN: usize = 200;
+/// Longest word that is searched for typing errors, bytes.
+const MOST_HINT_BYTES: usize = 64;
+/// Words that are compared with one that is unknown, and those that are listed.
+const MOST_WORDS_COMPARED: usize = 10_000;
+const MOST_WORDS_SHOWN: usize = 40;
+
+/// "unknown key `fov`: did you mean `fov_y`? Possible: …".
+pub(super) fn unknown(what: &str, possible: &[&str], found: &str) -> String {
+    // Typing errors are made in words, and comparing takes as long as both are, times each other.
+    let is_word = |word: &str| word.len() <= MOST_HINT_BYTES;
+    let words = possible.iter().filter(|word| is_word(word) && is_word(found)).take(MOST_WORDS_COMPARED);
+    let nearest = words.map(|word| (distance(word, found), *word)).min();
+    let hint = match nearest {
+        Some((distance, word)) if distance <= 1 + found.len() / 4 => format!("did you mean `{word}`? "),
+        _ => String::new(),
+    };
+    let mut list = possible[..possible.len().min(MOST_WORDS_SHOWN)]
+        .iter()
+        .map(|word| printable(word))
+        .collect::<Vec<_>>()
+        .join(", ");
+    match possible.len() {
+        0 => list.push_str("none"),
+        count if count > MOST_WORDS_SHOWN => list += &format!(" and {} more", count - MOST_WORDS_SHOWN),
+        _ => (),
+    }
+    format!("unknown {what} `{}`: {hint}possible: {list}", printable(found))
+}
+
+/// Levenshtein's distance in bytes; the longest words are scene keys, so the rows are short.
+fn distance(a: &str, b: &str) -> usize {
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.bytes().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, y) in b.bytes().enumerate() {
+            let substituted = diagonal + usize::from(x != y);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+/// The text without characters that would break a line of output, and no longer than a line.
+pub(super) fn printable(text: &str) -> String {
+    let shown = text.chars().take(MOST_SHOWN).map(|c| if c.is_control() { ' ' } else { c }).collect();
+    if text.chars().nth(MOST_SHOWN).is_some() { shown + "…" } else { shown }
+}
+
+/// The text in quotation marks, or how it begins.
+pub(super) fn excerpt(text: &str) -> String {
+    match text.char_indices().nth(MOST_SHOWN) {
+        Some((end, _)) => format!("{:?}…", &text[..end]),
+        None => format!("{text:?}"),
+    }
+}
+
+/// Lines of text as one.
+pub(super) fn one_line(text: &str) -> String {
+    text.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ")
+}

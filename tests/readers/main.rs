@@ -1,0 +1,157 @@
+//! Files that are damaged or made up, by the thousand: readers come to an end, let no index out that leads nowhere, and take memory in
+//! proportion to what they are given. The same functions are fuzzed (`make fuzz`), and what that found is in `fuzz/corpus`.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod memory;
+mod random;
+#[allow(unreachable_pub, dead_code, reason = "the library of the fuzzing package")]
+#[path = "../../fuzz/src/lib.rs"]
+mod readers;
+
+use memory::peak;
+use random::{Random, damaged};
+use std::path::Path;
+
+/// The good and once bad files of a target, by name.
+fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(target);
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| {
+        let path = entry.unwrap().path();
+        (path.file_name().unwrap().to_str().unwrap().to_owned(), std::fs::read(path).unwrap())
+    });
+    let mut files: Vec<_> = files.collect();
+    files.sort();
+    assert!(!files.is_empty());
+    files
+}
+
+/// Memory that a reader may take: bytes for each byte of its input, and bytes.
+type Bound = (usize, usize);
+
+/// Lists that grow by doubling, and are there twice where one is made from another; whatever a scene has beside what is tried.
+const TEXTS: Bound = (600, 4 << 20);
+/// What the largest growth of an image can be, four times: decoded, as colours, with its transparency and as the scene has it.
+const IMAGES: Bound = (4 * 8256, 4 << 20);
+
+/// Reads the corpus of a target, whose files named `good` are good, and files made from it. So many of a thousand shall be good: with
+/// fewer or more the test would try too little.
+fn hold(
+    target: &str,
+    read: impl Fn(&[u8]) -> bool,
+    count: usize,
+    make: impl Fn(&mut Random, &[(String, Vec<u8>)]) -> Vec<u8>,
+    (factor, more): Bound,
+    good_of_thousand: std::ops::Range<usize>,
+) {
+    let corpus = corpus(target);
+    let within = |bytes: &[u8], what: &str| {
+        let (is_taken, peak) = peak(|| read(bytes));
+        let most = factor * bytes.len() + more;
+        if peak > most {
+            // What is kept for later is made once.
+            let (_, peak) = memory::peak(|| read(bytes));
+            assert!(peak <= most, "{target}: {what}: {} bytes took {peak}, {most} at most", bytes.len());
+        }
+        is_taken
+    };
+    for (name, bytes) in &corpus {
+        assert!(within(bytes, name) || !name.starts_with("good"), "{target}: {name} is good");
+    }
+    let mut random = Random(1);
+    let mut taken = 0;
+    for number in 0..count {
+        let bytes = make(&mut random, &corpus);
+        taken +=
+            usize::from(within(&bytes, &format!("number {number}: {:?}", bytes.escape_ascii().to_string())));
+    }
+    assert!(good_of_thousand.contains(&(1000 * taken / count)), "{target}: {taken} of {count} were good");
+}
+
+fn any(random: &mut Random, corpus: &[(String, Vec<u8>)]) -> Vec<u8> {
+    let (_, bytes) = &corpus[random.below(corpus.len())];
+    damaged(random, bytes)
+}
+
+#[test]
+fn scene_files() {
+    let make = |random: &mut Random, corpus: &[(String, Vec<u8>)]| match random.below(2) {
+        0 => any(random, corpus),
+        _ => random::toml(random, readers::TOML),
+    };
+    hold("toml", readers::toml, 600, make, TEXTS, 100..600);
+}
+
+#[test]
+fn films() {
+    let make = |random: &mut Random, corpus: &[(String, Vec<u8>)]| match random.below(2) {
+        0 => any(random, corpus),
+        _ => random::toml(
+            random,
+            &String::from_utf8_lossy(&corpus.iter().find(|(name, _)| name == "good").unwrap().1),
+        ),
+    };
+    hold("film", readers::film, 600, make, TEXTS, 100..600);
+}
+
+#[test]
+fn models() {
+    let make = |random: &mut Random, corpus: &[(String, Vec<u8>)]| match random.below(2) {
+        0 => any(random, corpus),
+        _ => random::obj(random),
+    };
+    hold("obj", readers::obj, 1500, make, TEXTS, 100..600);
+}
+
+#[test]
+fn materials() {
+    let make = |random: &mut Random, corpus: &[(String, Vec<u8>)]| match random.below(2) {
+        0 => any(random, corpus),
+        _ => random::mtl(random),
+    };
+    hold("mtl", readers::mtl, 1000, make, TEXTS, 100..800);
+}
+
+#[test]
+fn textures() {
+    let make = |random: &mut Random, corpus: &[(String, Vec<u8>)]| match random.below(3) {
+        0 => random::image(random),
+        _ => any(random, corpus),
+    };
+    hold("texture", readers::texture, 1000, make, IMAGES, 100..800);
+}
+
+#[test]
+fn images_to_compare() {
+    let make = |random: &mut Random, corpus: &[(String, Vec<u8>)]| match random.below(3) {
+        0 => random::image(random),
+        _ => any(random, corpus),
+    };
+    hold("image", readers::image, 3000, make, IMAGES, 50..800);
+}
+
+#[test]
+fn stored_light_paths() {
+    hold("stored", readers::stored, 400, any, (64, 4 << 20), 20..900);
+}
+
+/// Images that other programs write, and that no text can hold.
+#[test]
+#[ignore = "writes into fuzz/corpus"]
+fn make_corpus() {
+    use image::{ImageFormat, RgbImage};
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    let picture = RgbImage::from_fn(9, 7, |x, y| image::Rgb([20 * x as u8, 30 * y as u8, 90]));
+    picture.save_with_format(folder.join("texture/good.jpeg"), ImageFormat::Jpeg).unwrap();
+    let pixels: Vec<[f32; 3]> = (0..15).map(|i| [i as f32, 1.0, 0.25]).collect();
+    let layers = ["", "direct"].map(|name| lightpaths::image::ExrLayer {
+        name,
+        channels: &["R", "G", "B"],
+        pixels: &pixels,
+    });
+    let mut exr = std::io::Cursor::new(Vec::new());
+    lightpaths::image::write_exr(&mut exr, [5, 3], &layers).unwrap();
+    std::fs::write(folder.join("image/good.exr"), exr.into_inner()).unwrap();
+    let mut png = Vec::new();
+    lightpaths::image::write_png(&mut png, [2, 1], &[[0, 128, 255, 255], [10, 11, 12, 255]]).unwrap();
+    std::fs::write(folder.join("image/good.png"), png).unwrap();
+}

@@ -1,0 +1,205 @@
+//! What is too much is refused, in a line that says how much it is, and before there is memory for it.
+
+use lightpaths::scene::limits::{
+    CAMERAS, FILM_KEYS, IMAGE_SIDE, LIBRARIES, LIGHTS, MATERIALS, MODELS, NAME_BYTES,
+};
+use lightpaths::scene::{Film, LoadOptions, Scene};
+
+use super::refused::message;
+use super::{CAMERA, HEAD, LIGHT, SQUARE, good_toml, load, load_files};
+
+fn refuses(toml: &str, obj: &str, expected: &str) {
+    let found = message(load(toml, obj));
+    assert!(found.contains(expected), "expected {expected:?}, found {found:?}");
+    assert!(found.len() < 12_000, "{} bytes: {}", found.len(), &found[..200]);
+}
+
+fn lights(count: usize) -> String {
+    (0..count).map(|number| LIGHT.replace("lamp", &format!("lamp {number}"))).collect()
+}
+
+#[test]
+fn lists_are_not_too_long() {
+    let good = good_toml();
+    assert!(load(&format!("{HEAD}{CAMERA}{}", lights(LIGHTS)), SQUARE).is_ok());
+    refuses(
+        &format!("{HEAD}{CAMERA}{}", lights(LIGHTS + 1)),
+        SQUARE,
+        "light: 1025 of them are too many: 1024 at most",
+    );
+    refuses(
+        &format!("{}{good}", HEAD.repeat(MODELS)),
+        SQUARE,
+        "s.toml:2049: model: 1025 of them are too many",
+    );
+    let cameras = CAMERA.replace("[camera]", "[[camera]]").repeat(CAMERAS + 1);
+    refuses(&format!("{HEAD}{cameras}{LIGHT}"), SQUARE, "camera: 1025 of them are too many");
+    let materials = "[[material]]\nname = \"a\"\n".repeat(MATERIALS + 1);
+    refuses(&format!("{good}{materials}"), SQUARE, "material: 65537 of them are too many");
+}
+
+#[test]
+fn names_are_not_too_long() {
+    let good = good_toml();
+    let long = "a".repeat(NAME_BYTES + 1);
+    refuses(&good.replace("lamp", &long), SQUARE, "name: has 4097 bytes, 4096 at most");
+    refuses(&good.replace("m.obj", &long), SQUARE, "file: has 4097 bytes, 4096 at most");
+    for keyword in ["usemtl", "mtllib"] {
+        refuses(&good, &format!("{keyword} {long}\n{SQUARE}"), "is no printable name of at most 4096 bytes");
+        refuses(
+            &good,
+            &format!("{keyword} \u{1b}[2J\n{SQUARE}"),
+            "is no printable name of at most 4096 bytes",
+        );
+    }
+    // However long a line is, what is said of it is short.
+    let long = "x".repeat(1 << 20);
+    for line in ["v 0 0 ", "vt ", "f 1 2 ", "v "] {
+        refuses(&good, &format!("{SQUARE}{line}{long}\n"), "m.obj:6: ");
+    }
+    refuses(&format!("{good}{long} = 1\n"), SQUARE, "unknown key `xxxx");
+    refuses(&good.replace("\"point\"", &format!("{long:?}")), SQUARE, "light.lamp.kind: has 1048576 bytes");
+    refuses(
+        &good.replace("[0, 1, 0]", &format!("{long:?}")),
+        SQUARE,
+        "three numbers was expected, found the string",
+    );
+    // A name is in what is said of another key.
+    refuses(&good.replace("lamp\"", "la\\nmp\"\nangle = 1"), SQUARE, "light.la mp.");
+    let mtl = [
+        ("newmtl ", "newmtl: "),
+        ("newmtl a\nKd ", "Kd: "),
+        ("newmtl a\nmap_Kd -clamp ", "-clamp"),
+        ("newmtl a\nmap_Kd -", "map_Kd: "),
+    ];
+    for (start, expected) in mtl {
+        let (obj, mtl) = (format!("mtllib m.mtl\n{SQUARE}"), format!("{start}{long}\n"));
+        let files = [("s.toml", good.as_bytes()), ("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes())];
+        let found = message(load_files(&files, "s.toml", &LoadOptions::default()));
+        assert!(found.contains(expected) && found.len() < 1000, "{}", &found[..found.len().min(500)]);
+    }
+}
+
+#[test]
+fn materials_are_not_too_many() {
+    let good = good_toml();
+    let used = |count: usize| (0..count).map(|number| format!("usemtl a{number}\n")).collect::<String>();
+    assert!(load(&good, &format!("{}{SQUARE}", used(MATERIALS))).is_ok());
+    refuses(
+        &good,
+        &format!("{}{SQUARE}", used(MATERIALS + 1)),
+        "m.obj:65537: usemtl: there are more than 65536 materials",
+    );
+    refuses(
+        &good,
+        &format!("{}{SQUARE}", "mtllib m.mtl\n".repeat(LIBRARIES + 1)),
+        "m.obj:257: mtllib: there are more than 256 of them",
+    );
+    let defined: String = (0..=MATERIALS).map(|number| format!("newmtl a{number}\n")).collect();
+    let obj = format!("mtllib m.mtl\n{SQUARE}");
+    let files = [("s.toml", good.as_bytes()), ("m.obj", obj.as_bytes()), ("m.mtl", defined.as_bytes())];
+    let found = message(load_files(&files, "s.toml", &LoadOptions::default()));
+    assert!(found.contains("m.mtl:65537: newmtl: there are more than 65536 materials"), "{found}");
+    // Two models, each with as many as there may be.
+    let two = format!("{HEAD}{good}");
+    refuses(
+        &two,
+        &format!("{}{SQUARE}", used(MATERIALS)),
+        "the models have more than 65536 materials together",
+    );
+    // A name that is unknown is held against those that are known: not all of them are listed.
+    refuses(
+        &format!("{good}[[material]]\nname = \"b\"\n"),
+        &format!("{}{SQUARE}", used(MATERIALS)),
+        "and 65496 more",
+    );
+}
+
+/// A PNG whose pixels end where they begin, with checksums that are right.
+fn png_header(width: u32, height: u32) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    encoder.write_header().unwrap().write_chunk(png::chunk::IDAT, &[0x78, 0x9c]).unwrap();
+    bytes
+}
+
+#[test]
+fn images_are_not_larger_than_their_files_can_hold() {
+    let obj = "mtllib m.mtl\nusemtl a\nvt 0 0\nv 0 0 0\nv 1 0 0\nv 1 0 -1\nf 1/1 2/1 3/1\n";
+    let mtl = b"newmtl a\nmap_Kd i.png\n";
+    let said = |image: &[u8]| {
+        let files = [("m.obj", obj.as_bytes()), ("m.mtl", mtl), ("i.png", image)];
+        message(load_files(&files, "m.obj", &LoadOptions::default()))
+    };
+    let found = said(&png_header(60_000, 60_000));
+    assert!(found.contains("is 60000×60000 texels large, 1 to 8192 either way can be used"), "{found}");
+    let found = said(&png_header(IMAGE_SIDE, IMAGE_SIDE));
+    assert!(found.contains("bytes cannot hold 8192×8192 texels"), "{found}");
+    let found = said(&png_header(16, 16));
+    assert!(found.contains("is no readable Png: "), "{found}");
+}
+
+/// Nine images of the largest size, each of which a small file holds.
+#[test]
+fn images_are_not_too_large_together() {
+    let mut image = Vec::new();
+    let mut encoder = png::Encoder::new(&mut image, IMAGE_SIDE, IMAGE_SIDE);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::One);
+    let row_bytes = IMAGE_SIDE as usize * IMAGE_SIDE as usize / 8;
+    encoder.write_header().unwrap().write_image_data(&vec![0; row_bytes]).unwrap();
+    assert!(image.len() < 100_000, "{}", image.len());
+    let mtl: String = (0..9).map(|number| format!("newmtl a{number}\nmap_Kd i{number}.png\n")).collect();
+    let obj = "mtllib m.mtl\nusemtl a0\nvt 0 0\nv 0 0 0\nv 1 0 0\nv 1 0 -1\nf 1/1 2/1 3/1\n";
+    let names: Vec<String> = (0..9).map(|number| format!("i{number}.png")).collect();
+    let mut files = vec![("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes())];
+    files.extend(names.iter().map(|name| (name.as_str(), image.as_slice())));
+    let found = message(load_files(&files, "m.obj", &LoadOptions::default()));
+    let expected =
+        "i8.png\" is 8192×8192 texels large, and the scene's images may have 0 more at most: scale them";
+    assert!(found.contains(expected), "{found}");
+}
+
+#[test]
+fn films_are_not_too_long() {
+    let refuses = |film: String, expected: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("f.toml");
+        std::fs::write(&file, format!("scene = \"box\"\nduration = 2\n{film}")).unwrap();
+        let loaded = Film::load(file.to_str().unwrap(), &LoadOptions::default()).map(|(_, scene)| scene);
+        let found = message(loaded);
+        assert!(found.contains(expected), "{found}");
+    };
+    let key = |number: usize| format!("[[camera]]\ntime = {number}\n");
+    refuses((0..=FILM_KEYS).map(key).collect(), "camera: 65537 of them are too many: 65536 at most");
+    let light = |number: usize| LIGHT.replace("lamp", &format!("l{number}")) + "time = 0\n";
+    refuses((0..LIGHTS).map(light).collect(), "there are 1024 lights: no more can be added");
+    // Speeds between two keys at almost one time are no numbers.
+    let place =
+        |time: &str, x: u32| format!("[[light]]\nname = \"lamp\"\ntime = {time}\nposition = [{x}, 0, 0]\n");
+    let three = format!("{}{}{}", place("0", 0), place("1e-320", 1), place("2", 2));
+    refuses(three, "there is another key of it at");
+}
+
+/// A transform that leaves no number in any coordinate of a vertex.
+#[test]
+fn numbers_stay_numbers_under_transforms() {
+    let huge = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1e308 1e308 1e308\nf 1 2 3\nf 1 2 4\n";
+    let mut refused = 0;
+    for (x, y) in (0..24).flat_map(|x| (0..24).map(move |y| (15 * x, 15 * y))) {
+        let model = format!("{HEAD}scale = 1e9\nrotate = [{x}, {y}, 60]\n");
+        match load(&format!("{model}{CAMERA}{LIGHT}"), huge) {
+            Ok(scene) => {
+                assert!(scene.triangles.iter().all(|t| t.positions.iter().all(|p| p.is_finite())), "{x} {y}")
+            }
+            Err(error) => {
+                refused += 1;
+                assert_eq!(error.exit_code(), 2);
+            }
+        }
+    }
+    assert_eq!(refused, 576);
+    assert!(Scene::load("box", &LoadOptions::default()).is_ok());
+}

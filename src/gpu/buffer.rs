@@ -83,6 +83,7 @@ impl Buffer {
         let bytes = size_of_val(data) as u64;
         let list = Allocated::new(context, name, bytes, usage, MemoryLocation::GpuOnly)?;
         let info = vk::BufferDeviceAddressInfo::default().buffer(list.handle);
+        // SAFETY: it is alive, and made by this device.
         let address = unsafe { context.device.get_buffer_device_address(&info) };
         let pointee = Self { allocated: Arc::new(list) };
         pointee.write(data)?;
@@ -206,6 +207,7 @@ impl Allocated {
         // Fills work in words, texels are four.
         let size = bytes.max(LEAST_BYTES).next_multiple_of(16);
         let info = vk::BufferCreateInfo::default().size(size).usage(usage);
+        // SAFETY: the device, and all that the description names, is alive.
         let handle = unsafe { context.device.create_buffer(&info, None) }.vk("vkCreateBuffer")?;
         let mut allocated = Self {
             context: context.clone(),
@@ -218,6 +220,7 @@ impl Allocated {
             allocation: None,
         };
         context.set_name(handle, name);
+        // SAFETY: it is alive, and made by this device.
         let requirements = unsafe { context.device.get_buffer_memory_requirements(handle) };
         let allocation = context
             .with_allocator(|allocator| {
@@ -251,11 +254,13 @@ impl Allocated {
             .buffer(self.handle)
             .format(vk::Format::R32G32B32A32_UINT)
             .range(vk::WHOLE_SIZE);
+        // SAFETY: the buffer is ours, and the view covers what it has.
         let view = unsafe { self.context.device.create_buffer_view(&info, None) }.vk("vkCreateBufferView")?;
         self.context.set_name(view, &self.name);
         let kept = *self.texels.get_or_init(|| view);
         if kept != view {
             // Another thread was faster.
+            // SAFETY: another was there first: nobody has heard of this one.
             unsafe { self.context.device.destroy_buffer_view(view, None) };
         }
         Ok(kept)
@@ -293,8 +298,10 @@ impl Allocated {
 impl Drop for Allocated {
     fn drop(&mut self) {
         if let Some(&view) = self.texels.get() {
+            // SAFETY: it is ours, made by this device, and no submission uses it any more.
             unsafe { self.context.device.destroy_buffer_view(view, None) };
         }
+        // SAFETY: as above.
         unsafe { self.context.device.destroy_buffer(self.handle, None) };
         let Some(allocation) = self.allocation.take() else { return };
         self.context

@@ -139,6 +139,7 @@ impl Context {
             journal: Journal::default(),
             optional: offers.load(&instance, &device),
             has_window: shows.is_some(),
+            // SAFETY: the device was made with a queue of that family.
             queue: Mutex::new(unsafe { device.get_device_queue(queue_family, 0) }),
             queue_family,
             allocator: Mutex::new(Some(allocator)),
@@ -259,6 +260,7 @@ impl Context {
     /// Waits until the device has nothing to do.
     #[cfg(feature = "window")]
     pub(super) fn wait_idle(&self) -> Result<()> {
+        // SAFETY: the device is alive; whoever holds the queue waits for it.
         self.with_queue(|_| unsafe { self.device.device_wait_idle() }).vk("vkDeviceWaitIdle")
     }
 
@@ -279,6 +281,7 @@ impl Context {
         let name = CString::new(name).expect("names hold no NUL");
         let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
         // A debug name that cannot be set is no reason to stop.
+        // SAFETY: the object is alive, and its name outlives the call.
         let _ = unsafe { debug_utils.set_debug_utils_object_name(&info) };
     }
 }
@@ -286,11 +289,13 @@ impl Context {
 impl Drop for Context {
     fn drop(&mut self) {
         // After a lost device this fails, and everything is to be destroyed all the same.
+        // SAFETY: the device is alive; whoever holds the queue waits for it.
         let _ = unsafe { self.device.device_wait_idle() };
         for submission in self.submissions.get_mut().expect("no holder panics").drain(..) {
             submission.destroy(&self.device);
         }
         drop(self.allocator.get_mut().expect("no holder panics").take());
+        // SAFETY: all that was made from the device is gone, and it does nothing any more.
         unsafe { self.device.destroy_device(None) };
     }
 }
@@ -325,5 +330,6 @@ fn create_device(
     if offers.reports_executables() {
         info = info.push_next(&mut executables);
     }
+    // SAFETY: the device offers what is asked for, and all lists outlive the call.
     unsafe { instance.create_device(handle, &info, None) }.vk("vkCreateDevice")
 }

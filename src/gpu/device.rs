@@ -73,6 +73,7 @@ pub(super) const CPU: &str = "CPU";
 ///
 /// `shows`: whether queues of a family of a device can show pictures in the window, if there is one.
 pub(super) fn candidates(instance: &Instance, shows: Option<Shows<'_>>) -> Result<Vec<Candidate>> {
+    // SAFETY: what is asked is alive, and the answer has the structures that it needs.
     let handles = match unsafe { instance.raw.enumerate_physical_devices() } {
         // What the loader answers when drivers are installed and none finds a device.
         Err(vk::Result::ERROR_INITIALIZATION_FAILED) => Vec::new(),
@@ -94,9 +95,12 @@ fn examine(
         .push_next(&mut driver)
         .push_next(&mut push)
         .push_next(&mut subgroup);
+    // SAFETY: what is asked is alive, and the answer has the structures that it needs.
     unsafe { instance.raw.get_physical_device_properties2(handle, &mut properties) };
     let properties = properties.properties;
+    // SAFETY: what is asked is alive, and the answer has the structures that it needs.
     let memory = unsafe { instance.raw.get_physical_device_memory_properties(handle) };
+    // SAFETY: what is asked is alive, and the answer has the structures that it needs.
     let families = unsafe { instance.raw.get_physical_device_queue_family_properties(handle) };
     let computes = |(_, family): &(u32, &vk::QueueFamilyProperties)| {
         family.queue_flags.contains(vk::QueueFlags::COMPUTE)
@@ -175,6 +179,7 @@ fn refusal(
             "its driver speaks Vulkan {major}.{minor}, 1.2 is needed: update the driver"
         )));
     }
+    // SAFETY: what is asked is alive, and the answer has the structures that it needs.
     let extensions = unsafe { instance.raw.enumerate_device_extension_properties(handle) }
         .vk("vkEnumerateDeviceExtensionProperties")?;
     let for_window: &[_] = if shows_window.is_some() { &WINDOW_EXTENSIONS } else { &[] };
@@ -188,6 +193,7 @@ fn refusal(
     let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
     let mut sync2 = vk::PhysicalDeviceSynchronization2Features::default();
     let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan12).push_next(&mut sync2);
+    // SAFETY: what is asked is alive, and the answer has the structures that it needs.
     unsafe { instance.raw.get_physical_device_features2(handle, &mut features) };
     let needs = [
         ("scalarBlockLayout", vulkan12.scalar_block_layout == vk::TRUE),

@@ -35,6 +35,7 @@ impl Instance {
                 "validation was asked for and its layer is missing: install the package vulkan-validationlayers".into(),
             ));
         }
+        // SAFETY: what `ash` passes on is alive during the call.
         let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }
             .vk("vkEnumerateInstanceExtensionProperties")?;
         let has_debug_utils = validation
@@ -57,6 +58,7 @@ impl Instance {
                 )
                 .pfn_user_callback(Some(on_message))
                 .user_data((&raw const *instance.messages).cast_mut().cast());
+            // SAFETY: the messages that the callback is given outlive the messenger (see `drop`).
             let messenger = unsafe { debug_utils.create_debug_utils_messenger(&info, None) }
                 .vk("vkCreateDebugUtilsMessengerEXT")?;
             instance.messenger = Some((debug_utils, messenger));
@@ -78,8 +80,10 @@ impl Instance {
 impl Drop for Instance {
     fn drop(&mut self) {
         if let Some((debug_utils, messenger)) = self.messenger.take() {
+            // SAFETY: it is ours, and whatever was made from it is gone.
             unsafe { debug_utils.destroy_debug_utils_messenger(messenger, None) };
         }
+        // SAFETY: it is ours, and whatever was made from it is gone.
         unsafe { self.raw.destroy_instance(None) };
         // Nobody is left to ask for these: leaks show up when the device goes.
         for message in self.take_messages() {
@@ -90,6 +94,7 @@ impl Drop for Instance {
 
 fn has_layer(entry: &ash::Entry) -> Result<bool> {
     let layers =
+        // SAFETY: what `ash` passes on is alive during the call.
         unsafe { entry.enumerate_instance_layer_properties() }.vk("vkEnumerateInstanceLayerProperties")?;
     Ok(layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER)))
 }
@@ -128,6 +133,7 @@ fn create(
     if validation {
         info = info.push_next(&mut features);
     }
+    // SAFETY: what `ash` passes on is alive during the call.
     unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
         vk::Result::ERROR_INCOMPATIBLE_DRIVER => Error::NoDevice(
             "no Vulkan driver is installed: install your GPU's driver, or the package mesa-vulkan-drivers \
@@ -147,6 +153,7 @@ unsafe extern "system" fn on_message(
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     user: *mut c_void,
 ) -> vk::Bool32 {
+    // SAFETY: see above.
     let (messages, message) = unsafe { (&*user.cast::<Messages>(), (*data).message_as_c_str()) };
     if let (Ok(mut messages), Some(message)) = (messages.lock(), message) {
         messages.push(message.to_string_lossy().into_owned());

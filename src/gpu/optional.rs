@@ -59,6 +59,7 @@ impl Offers {
         device: vk::PhysicalDevice,
         wants_statistics: bool,
     ) -> Result<Self> {
+        // SAFETY: what is asked is alive, and the answer has the structures that it needs.
         let extensions = unsafe { instance.raw.enumerate_device_extension_properties(device) }
             .vk("vkEnumerateDeviceExtensionProperties")?;
         let has = |name: &CStr| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
@@ -70,6 +71,7 @@ impl Offers {
         let executables = wants_statistics && has(ash::khr::pipeline_executable_properties::NAME) && {
             let mut executables = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
             let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut executables);
+            // SAFETY: what is asked is alive, and the answer has the structures that it needs.
             unsafe { instance.raw.get_physical_device_features2(device, &mut features) };
             executables.pipeline_executable_info == vk::TRUE
         };
@@ -110,9 +112,11 @@ impl Offers {
 fn reads_device_clock(instance: &Instance, device: vk::PhysicalDevice, name: &CStr) -> Result<bool> {
     let domains = if name == ash::khr::calibrated_timestamps::NAME {
         let functions = ash::khr::calibrated_timestamps::Instance::new(instance.entry(), &instance.raw);
+        // SAFETY: what is asked is alive, and the answer has the structures that it needs.
         unsafe { functions.get_physical_device_calibrateable_time_domains(device) }
     } else {
         let functions = ash::ext::calibrated_timestamps::Instance::new(instance.entry(), &instance.raw);
+        // SAFETY: what is asked is alive, and the answer has the structures that it needs.
         unsafe { functions.get_physical_device_calibrateable_time_domains(device) }
     };
     Ok(domains.vk("vkGetPhysicalDeviceCalibrateableTimeDomains")?.contains(&vk::TimeDomainKHR::DEVICE))
@@ -123,7 +127,9 @@ impl DeviceClock {
     pub(super) fn read(&self) -> Result<(u64, u64)> {
         let info = [vk::CalibratedTimestampInfoKHR::default().time_domain(vk::TimeDomainKHR::DEVICE)];
         let (ticks, deviation_ns) = match self {
+            // SAFETY: what is asked is alive, and the answer has the structures that it needs.
             Self::Khr(functions) => unsafe { functions.get_calibrated_timestamps(&info) },
+            // SAFETY: what is asked is alive, and the answer has the structures that it needs.
             Self::Ext(functions) => unsafe { functions.get_calibrated_timestamps(&info) },
         }
         .vk("vkGetCalibratedTimestamps")?;
@@ -149,10 +155,12 @@ impl Optional {
     pub(super) fn note_pipeline(&self, stem: &'static str, pipeline: vk::Pipeline) -> Result<()> {
         let Some(functions) = &self.executables else { return Ok(()) };
         let info = vk::PipelineInfoKHR::default().pipeline(pipeline);
+        // SAFETY: the pipeline is alive, and made to tell of itself.
         let executables = unsafe { functions.get_pipeline_executable_properties(&info) }
             .vk("vkGetPipelineExecutablePropertiesKHR")?;
         for (index, executable) in (0..).zip(&executables) {
             let info = vk::PipelineExecutableInfoKHR::default().pipeline(pipeline).executable_index(index);
+            // SAFETY: the same, of a part that it has just named.
             let told = unsafe { functions.get_pipeline_executable_statistics(&info) }
                 .vk("vkGetPipelineExecutableStatisticsKHR")?;
             let statistic = |told: &vk::PipelineExecutableStatisticKHR| Statistic {

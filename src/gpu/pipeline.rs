@@ -132,6 +132,7 @@ impl Handles {
             .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
             .bindings(&bindings);
         self.set_layout =
+            // SAFETY: the device, and all that the description names, is alive.
             unsafe { device.create_descriptor_set_layout(&info, None) }.vk("vkCreateDescriptorSetLayout")?;
         self.context.set_name(self.set_layout, stem);
 
@@ -143,6 +144,7 @@ impl Handles {
         let info = vk::PipelineLayoutCreateInfo::default()
             .set_layouts(std::slice::from_ref(&self.set_layout))
             .push_constant_ranges(&push_ranges);
+        // SAFETY: the device, and all that the description names, is alive.
         self.layout = unsafe { device.create_pipeline_layout(&info, None) }.vk("vkCreatePipelineLayout")?;
         self.context.set_name(self.layout, stem);
         Ok(())
@@ -157,6 +159,7 @@ impl Handles {
         let device = &self.context.device;
         let words = Shader::named(stem).words();
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
+        // SAFETY: the device, and all that the description names, is alive.
         let shader = unsafe { device.create_shader_module(&info, None) }.vk("vkCreateShaderModule")?;
         self.context.set_name(shader, stem);
         let specialisation =
@@ -170,7 +173,9 @@ impl Handles {
             .stage(stage)
             .layout(self.layout)
             .flags(self.context.optional.pipeline_flags());
+        // SAFETY: the device, and all that the description names, is alive.
         let created = unsafe { device.create_compute_pipelines(vk::PipelineCache::null(), &[info], None) };
+        // SAFETY: the pipeline that needed it is made.
         unsafe { device.destroy_shader_module(shader, None) };
         let pipelines = created.map_err(|(_, result)| result).vk("vkCreateComputePipelines")?;
         self.pipeline = pipelines[0];
@@ -182,6 +187,7 @@ impl Handles {
 impl Drop for Handles {
     fn drop(&mut self) {
         // Null handles, where creation stopped half-way, are ignored by Vulkan.
+        // SAFETY: it is ours, made by this device, and no submission uses it any more.
         unsafe {
             self.context.device.destroy_pipeline(self.pipeline, None);
             self.context.device.destroy_pipeline_layout(self.layout, None);

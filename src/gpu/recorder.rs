@@ -88,6 +88,7 @@ impl Recorder {
         if let Some(debug_utils) = &self.context.debug_utils {
             let label = CString::new(name).expect("names hold no NUL");
             let info = vk::DebugUtilsLabelEXT::default().label_name(&label);
+            // SAFETY: the commands are being recorded, and what they name lives until they have run.
             unsafe { debug_utils.cmd_begin_debug_utils_label(self.commands, &info) };
         }
         self.timestamp();
@@ -113,6 +114,7 @@ impl Recorder {
         self.use_buffers(|_| vec![transfer(buffer, true)]);
         self.in_use.push(buffer.allocated.clone());
         let handle = buffer.allocated.handle;
+        // SAFETY: the commands are being recorded, and what they name lives until they have run.
         unsafe { self.context.device.cmd_fill_buffer(self.commands, handle, 0, vk::WHOLE_SIZE, 0) };
     }
 
@@ -135,6 +137,7 @@ impl Recorder {
         self.in_use.extend([from, to].map(|buffer| buffer.allocated.clone() as Arc<dyn Any>));
         let region = [vk::BufferCopy { src_offset: first, dst_offset: to_first, size: bytes }];
         let (from, to) = (from.allocated.handle, to.allocated.handle);
+        // SAFETY: the commands are being recorded, and what they name lives until they have run.
         unsafe { self.context.device.cmd_copy_buffer(self.commands, from, to, &region) };
     }
 
@@ -166,6 +169,7 @@ impl Recorder {
     pub(super) fn pipeline_barrier(&self, barrier: Barrier) {
         let memory = [barrier.memory_barrier()];
         let info = vk::DependencyInfo::default().memory_barriers(&memory);
+        // SAFETY: the commands are being recorded, and what they name lives until they have run.
         unsafe { self.context.sync2.cmd_pipeline_barrier2(self.commands, &info) };
     }
 
@@ -245,6 +249,7 @@ impl Recorder {
             })
             .collect();
         let (device, point) = (&self.context.device, vk::PipelineBindPoint::COMPUTE);
+        // SAFETY: the commands are being recorded, and what they name lives until they have run.
         unsafe {
             device.cmd_bind_pipeline(self.commands, point, handles.pipeline);
             if !writes.is_empty() {
@@ -285,6 +290,7 @@ impl PassScope<'_> {
         }
         let [x, y, z] = pipeline.workgroups(threads, self.recorder.context.limits());
         if self.recorder.bind(pipeline, bytemuck::bytes_of(push), bindings, None) {
+            // SAFETY: the commands are being recorded, and what they name lives until they have run.
             unsafe { self.recorder.context.device.cmd_dispatch(self.recorder.commands, x, y, z) };
             self.count_dispatch();
         }
@@ -308,6 +314,7 @@ impl PassScope<'_> {
         );
         if self.recorder.bind(pipeline, bytemuck::bytes_of(push), bindings, Some(counts)) {
             let (device, handle) = (&self.recorder.context.device, counts.allocated.handle);
+            // SAFETY: the commands are being recorded, and what they name lives until they have run.
             unsafe { device.cmd_dispatch_indirect(self.recorder.commands, handle, offset) };
             self.count_dispatch();
         }
@@ -350,6 +357,7 @@ impl Drop for PassScope<'_> {
         self.recorder.leaves_out = self.recorder.only.is_some();
         self.recorder.timestamp();
         if let Some(debug_utils) = &self.recorder.context.debug_utils {
+            // SAFETY: the commands are being recorded, and what they name lives until they have run.
             unsafe { debug_utils.cmd_end_debug_utils_label(self.recorder.commands) };
         }
     }

@@ -21,10 +21,13 @@ impl Submission {
         let info = vk::CommandPoolCreateInfo::default()
             .flags(vk::CommandPoolCreateFlags::TRANSIENT)
             .queue_family_index(context.queue_family);
+        // SAFETY: the device, and all that the description names, is alive.
         let pool = unsafe { context.device.create_command_pool(&info, None) }.vk("vkCreateCommandPool")?;
         let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
         let commands =
+            // SAFETY: the device, and all that the description names, is alive.
             unsafe { context.device.allocate_command_buffers(&info) }.vk("vkAllocateCommandBuffers")?[0];
+        // SAFETY: the device, and all that the description names, is alive.
         let fence = unsafe { context.device.create_fence(&vk::FenceCreateInfo::default(), None) }
             .vk("vkCreateFence")?;
         context.set_name(pool, "recording");
@@ -36,6 +39,7 @@ impl Submission {
     /// Begins anew. The submission before must be done.
     pub(super) fn begin(&mut self, device: &ash::Device) -> Result<()> {
         self.timestamps.reset(device);
+        // SAFETY: no submission uses them any more.
         unsafe {
             device
                 .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
@@ -43,6 +47,7 @@ impl Submission {
             device.reset_fences(&[self.fence]).vk("vkResetFences")?;
         }
         let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the commands are ours, and no submission uses them any more.
         unsafe { device.begin_command_buffer(self.commands, &info) }.vk("vkBeginCommandBuffer")
     }
 
@@ -50,17 +55,21 @@ impl Submission {
     /// submission was made, and when the device was done.
     pub(super) fn submit_and_wait(&self, context: &Context) -> Result<[Instant; 3]> {
         let device = &context.device;
+        // SAFETY: the commands are ours, and are being recorded.
         unsafe { device.end_command_buffer(self.commands) }.vk("vkEndCommandBuffer")?;
         let recorded = Instant::now();
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         context
+            // SAFETY: nobody else has the queue; commands, semaphores and fence live until the fence is waited for.
             .with_queue(|queue| unsafe { context.sync2.queue_submit2(queue, &submit, self.fence) })
             .vk("vkQueueSubmit2")?;
         let submitted = Instant::now();
+        // SAFETY: the device is alive; whoever holds the queue waits for it.
         let waited = unsafe { device.wait_for_fences(&[self.fence], true, u64::MAX) };
         if waited.is_err() {
             // Nothing may be used again or destroyed before the device is done with it, or lost.
+            // SAFETY: the device is alive; whoever holds the queue waits for it.
             let _ = unsafe { device.device_wait_idle() };
         }
         waited.vk("vkWaitForFences")?;
@@ -70,6 +79,7 @@ impl Submission {
     /// Destroys it. The device must be done with it.
     pub(super) fn destroy(mut self, device: &ash::Device) {
         self.timestamps.destroy(device);
+        // SAFETY: it is ours, made by this device, and no submission uses it any more.
         unsafe {
             device.destroy_fence(self.fence, None);
             device.destroy_command_pool(self.pool, None);

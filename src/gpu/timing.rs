@@ -34,6 +34,7 @@ impl Timestamps {
     /// Forgets all timestamps. None may be pending on the device.
     pub(super) fn reset(&mut self, device: &ash::Device) {
         for &pool in &self.pools {
+            // SAFETY: the pool has as many queries, and no submission writes them any more.
             unsafe { device.reset_query_pool(pool, 0, POOL_QUERIES) };
         }
         self.used = 0;
@@ -46,12 +47,15 @@ impl Timestamps {
             let info = vk::QueryPoolCreateInfo::default()
                 .query_type(vk::QueryType::TIMESTAMP)
                 .query_count(POOL_QUERIES);
+            // SAFETY: the device, and all that the description names, is alive.
             let pool = unsafe { context.device.create_query_pool(&info, None) }.vk("vkCreateQueryPool")?;
+            // SAFETY: the pool has as many queries, and no submission writes them any more.
             unsafe { context.device.reset_query_pool(pool, 0, POOL_QUERIES) };
             context.set_name(pool, "timestamps of passes");
             self.pools.push(pool);
         }
         let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
+        // SAFETY: the commands are being recorded, and what they name lives until they have run.
         unsafe {
             context.sync2.cmd_write_timestamp2(
                 commands,
@@ -68,6 +72,7 @@ impl Timestamps {
     pub(super) fn read(&self, device: &ash::Device) -> Result<Vec<[u64; 2]>> {
         let mut ticks = vec![0_u64; self.used as usize];
         for (&pool, chunk) in self.pools.iter().zip(ticks.chunks_mut(POOL_QUERIES as usize)) {
+            // SAFETY: the pool has as many queries, and no submission writes them any more.
             unsafe { device.get_query_pool_results(pool, 0, chunk, vk::QueryResultFlags::TYPE_64) }
                 .vk("vkGetQueryPoolResults")?;
         }
@@ -77,6 +82,7 @@ impl Timestamps {
 
     pub(super) fn destroy(&mut self, device: &ash::Device) {
         for pool in self.pools.drain(..) {
+            // SAFETY: it is ours, made by this device, and no submission uses it any more.
             unsafe { device.destroy_query_pool(pool, None) };
         }
     }

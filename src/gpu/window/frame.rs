@@ -50,6 +50,7 @@ impl Frame {
         let info = vk::CommandPoolCreateInfo::default()
             .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
             .queue_family_index(context.queue_family);
+        // SAFETY: the device, and all that the description names, is alive.
         let pool = unsafe { device.create_command_pool(&info, None) }.vk("vkCreateCommandPool")?;
         context.set_name(pool, "window");
         let mut frame = Self {
@@ -61,11 +62,14 @@ impl Frame {
             is_lent: vk::Semaphore::null(),
         };
         let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
+        // SAFETY: the device, and all that the description names, is alive.
         frame.commands = unsafe { device.allocate_command_buffers(&info) }.vk("vkAllocateCommandBuffers")?[0];
         context.set_name(frame.commands, "window");
         let signalled = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
+        // SAFETY: the device, and all that the description names, is alive.
         frame.fence = unsafe { device.create_fence(&signalled, None) }.vk("vkCreateFence")?;
         context.set_name(frame.fence, "window is drawn");
+        // SAFETY: the device, and all that the description names, is alive.
         frame.is_lent = unsafe { device.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) }
             .vk("vkCreateSemaphore")?;
         context.set_name(frame.is_lent, "image is lent");
@@ -74,11 +78,13 @@ impl Frame {
 
     /// Waits until the device is done with the frame before.
     pub(super) fn wait(&self) -> Result<()> {
+        // SAFETY: the device is alive; whoever holds the queue waits for it.
         unsafe { self.context.device.wait_for_fences(&[self.fence], true, u64::MAX) }.vk("vkWaitForFences")
     }
 
     /// Asks for an image to draw to. The frame before must be done.
     pub(super) fn acquire(&self, swapchain: &Swapchain) -> Result<Answer<u32>> {
+        // SAFETY: swapchain and semaphore are alive, and nobody else uses them.
         let lent = unsafe {
             swapchain.loader.acquire_next_image(
                 swapchain.handle,
@@ -105,6 +111,7 @@ impl Frame {
     ) -> Result<Answer<()>> {
         let (device, image) = (&self.context.device, &swapchain.images[index as usize]);
         let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the commands are ours, and no submission uses them any more.
         unsafe { device.begin_command_buffer(self.commands, &info) }.vk("vkBeginCommandBuffer")?;
         self.memory_barrier();
         for picture in pictures {
@@ -116,6 +123,7 @@ impl Frame {
         self.move_image(target, vk::ImageLayout::UNDEFINED, drawn);
         self.begin_rendering(view, swapchain.extent, background);
         panels(self.commands)?;
+        // SAFETY: the commands are being recorded, and what they name lives until they have run.
         unsafe { self.rendering.cmd_end_rendering(self.commands) };
         let mut last = drawn;
         if target != image.image {
@@ -125,6 +133,7 @@ impl Frame {
             self.copy(target, image.image, swapchain.extent);
         }
         self.move_image(image.image, last, vk::ImageLayout::PRESENT_SRC_KHR);
+        // SAFETY: the commands are ours, and are being recorded.
         unsafe { device.end_command_buffer(self.commands) }.vk("vkEndCommandBuffer")?;
         self.submit(image)?;
         self.present(swapchain, index)
@@ -142,9 +151,11 @@ impl Frame {
             .wait_semaphore_infos(&wait)
             .command_buffer_infos(&commands)
             .signal_semaphore_infos(&signal)];
+        // SAFETY: no submission uses them any more.
         unsafe { self.context.device.reset_fences(&[self.fence]) }.vk("vkResetFences")?;
         let context = &self.context;
         context
+            // SAFETY: nobody else has the queue; commands, semaphores and fence live until the fence is waited for.
             .with_queue(|queue| unsafe { context.sync2.queue_submit2(queue, &submit, self.fence) })
             .vk("vkQueueSubmit2")
     }
@@ -156,6 +167,7 @@ impl Frame {
             .wait_semaphores(&wait)
             .swapchains(&swapchains)
             .image_indices(&indices);
+        // SAFETY: swapchain and semaphore are alive, and nobody else uses them.
         let shown = self.context.with_queue(|queue| unsafe { swapchain.loader.queue_present(queue, &info) });
         match shown {
             Ok(is_suboptimal) => Ok(Answer::Granted((), !is_suboptimal)),
@@ -175,6 +187,7 @@ impl Frame {
         // All of it is written: what it showed before may go.
         self.move_image(picture.image.handle, vk::ImageLayout::UNDEFINED, written);
         let (from, to) = (pixels.allocated.handle, picture.image.handle);
+        // SAFETY: the commands are being recorded, and what they name lives until they have run.
         unsafe {
             self.context.device.cmd_copy_buffer_to_image(self.commands, from, to, written, &region);
         }
@@ -192,6 +205,7 @@ impl Frame {
             .dst_offsets([vk::Offset3D::default(), end])];
         let layouts = (vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
         let (device, nearest) = (&self.context.device, vk::Filter::NEAREST);
+        // SAFETY: the commands are being recorded, and what they name lives until they have run.
         unsafe { device.cmd_blit_image(self.commands, from, layouts.0, to, layouts.1, &region, nearest) };
     }
 
@@ -206,6 +220,7 @@ impl Frame {
             .render_area(extent.into())
             .layer_count(1)
             .color_attachments(&attachment);
+        // SAFETY: the commands are being recorded, and what they name lives until they have run.
         unsafe { self.rendering.cmd_begin_rendering(self.commands, &info) };
     }
 
@@ -213,6 +228,7 @@ impl Frame {
     fn memory_barrier(&self) {
         let memory = [SUBMISSION.memory_barrier()];
         let info = vk::DependencyInfo::default().memory_barriers(&memory);
+        // SAFETY: the commands are being recorded, and what they name lives until they have run.
         unsafe { self.context.sync2.cmd_pipeline_barrier2(self.commands, &info) };
     }
 
@@ -231,6 +247,7 @@ impl Frame {
             .image(image)
             .subresource_range(COLOUR)];
         let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
+        // SAFETY: the commands are being recorded, and what they name lives until they have run.
         unsafe { self.context.sync2.cmd_pipeline_barrier2(self.commands, &info) };
     }
 }
@@ -238,6 +255,7 @@ impl Frame {
 impl Drop for Frame {
     fn drop(&mut self) {
         let _ = self.context.wait_idle();
+        // SAFETY: it is ours, made by this device, and no submission uses it any more.
         unsafe {
             self.context.device.destroy_semaphore(self.is_lent, None);
             self.context.device.destroy_fence(self.fence, None);

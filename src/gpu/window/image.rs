@@ -47,10 +47,12 @@ impl Image {
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(usage)
             .initial_layout(vk::ImageLayout::UNDEFINED);
+        // SAFETY: the device, and all that the description names, is alive.
         let handle = unsafe { context.device.create_image(&info, None) }.vk("vkCreateImage")?;
         context.set_name(handle, name);
         let mut image =
             Self { context: context.clone(), handle, view: vk::ImageView::null(), allocation: None };
+        // SAFETY: it is alive, and made by this device.
         let requirements = unsafe { context.device.get_image_memory_requirements(handle) };
         let wanted = AllocationCreateDesc {
             name,
@@ -78,6 +80,7 @@ impl Image {
 
 impl Drop for Image {
     fn drop(&mut self) {
+        // SAFETY: it is ours, made by this device, and no submission uses it any more.
         unsafe {
             self.context.device.destroy_image_view(self.view, None);
             self.context.device.destroy_image(self.handle, None);

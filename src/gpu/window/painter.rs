@@ -91,6 +91,7 @@ impl WindowPainter {
         }];
         let info = vk::DescriptorPoolCreateInfo::default().max_sets(MOST_PICTURES).pool_sizes(&sizes);
         let set_pool =
+            // SAFETY: the device, and all that the description names, is alive.
             unsafe { context.device.create_descriptor_pool(&info, None) }.vk("vkCreateDescriptorPool")?;
         context.set_name(set_layout, "picture");
         context.set_name(set_pool, "pictures");
@@ -98,6 +99,7 @@ impl WindowPainter {
         let info = vk::SamplerCreateInfo::default()
             .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_EDGE)
             .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE);
+        // SAFETY: the device, and all that the description names, is alive.
         let sampler = unsafe { context.device.create_sampler(&info, None) }.vk("vkCreateSampler")?;
         context.set_name(sampler, "pixels as they are");
         Ok(Self {
@@ -165,6 +167,7 @@ impl WindowPainter {
             .dst_binding(0)
             .descriptor_type(vk::DescriptorType::COMBINED_IMAGE_SAMPLER)
             .image_info(&image)];
+        // SAFETY: no submission uses the set, and what it shall name is alive.
         unsafe { self.context.device.update_descriptor_sets(&write, &[]) };
         hung.picture = picture;
         Ok(())
@@ -322,6 +325,7 @@ impl Drop for WindowPainter {
         drop(self.panels.take());
         self.pictures.clear();
         self.swapchain = None;
+        // SAFETY: it is ours, made by this device, and no submission uses it any more.
         unsafe {
             self.context.device.destroy_sampler(self.sampler, None);
             self.context.device.destroy_descriptor_pool(self.set_pool, None);

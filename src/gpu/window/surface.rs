@@ -51,6 +51,7 @@ impl RawSurface {
 
     /// Whether queues of that family of the device can show pictures on it.
     pub(in super::super) fn takes(&self, device: vk::PhysicalDevice, family: u32) -> Result<bool> {
+        // SAFETY: what is asked is alive, and the answer has the structures that it needs.
         unsafe { self.loader.get_physical_device_surface_support(device, family, self.handle) }
             .vk("vkGetPhysicalDeviceSurfaceSupportKHR")
     }
@@ -59,6 +60,7 @@ impl RawSurface {
 impl Drop for RawSurface {
     /// Its swapchains must be gone.
     fn drop(&mut self) {
+        // SAFETY: it is ours, and nothing shows anything on it any more.
         unsafe { self.loader.destroy_surface(self.handle, None) };
     }
 }

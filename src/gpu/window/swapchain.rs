@@ -45,6 +45,7 @@ pub(super) struct SwapchainImage {
 pub(super) fn format(surface: &Surface) -> Result<vk::SurfaceFormatKHR> {
     let device = surface.context.physical_device();
     let formats =
+        // SAFETY: what is asked is alive, and the answer has the structures that it needs.
         unsafe { surface.raw.loader.get_physical_device_surface_formats(device, surface.raw.handle) }
             .vk("vkGetPhysicalDeviceSurfaceFormatsKHR")?;
     let is_srgb = |format: &&vk::SurfaceFormatKHR| format.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR;
@@ -77,6 +78,7 @@ impl Swapchain {
     ) -> Result<Option<Self>> {
         let context = &surface.context;
         let (loader, handle, device) = (&surface.raw.loader, surface.raw.handle, context.physical_device());
+        // SAFETY: what is asked is alive, and the answer has the structures that it needs.
         let limits = unsafe { loader.get_physical_device_surface_capabilities(device, handle) }
             .vk("vkGetPhysicalDeviceSurfaceCapabilitiesKHR")?;
         let extent = match limits.current_extent {
@@ -90,6 +92,7 @@ impl Swapchain {
         if extent.width == 0 || extent.height == 0 || size.contains(&0) {
             return Ok(None);
         }
+        // SAFETY: what is asked is alive, and the answer has the structures that it needs.
         let modes = unsafe { loader.get_physical_device_surface_present_modes(device, handle) }
             .vk("vkGetPhysicalDeviceSurfacePresentModesKHR")?;
         let wanted: &[_] = if vsync {
@@ -127,11 +130,13 @@ impl Swapchain {
             .clipped(true)
             .old_swapchain(old.as_ref().map_or(vk::SwapchainKHR::null(), |old| old.handle));
         let loader = ash::khr::swapchain::Device::new(context.instance(), &context.device);
+        // SAFETY: the device, and all that the description names, is alive.
         let handle = unsafe { loader.create_swapchain(&info, None) }.vk("vkCreateSwapchainKHR")?;
         context.set_name(handle, "window");
         drop(old);
         let mut made =
             Self { context: context.clone(), loader, handle, images: Vec::new(), extent, canvas: None };
+        // SAFETY: it is alive, and made by this device.
         let images = unsafe { made.loader.get_swapchain_images(handle) }.vk("vkGetSwapchainImagesKHR")?;
         for image in images {
             let view = (!needs_canvas).then_some(format.format);
@@ -153,6 +158,7 @@ impl Swapchain {
 impl SwapchainImage {
     fn new(context: &Context, image: vk::Image, format: Option<vk::Format>) -> Result<Self> {
         let view = format.map_or(Ok(vk::ImageView::null()), |format| image_view(context, image, format))?;
+        // SAFETY: the device, and all that the description names, is alive.
         let semaphore = unsafe { context.device.create_semaphore(&vk::SemaphoreCreateInfo::default(), None) };
         match semaphore.vk("vkCreateSemaphore") {
             Ok(is_drawn) => {
@@ -161,6 +167,7 @@ impl SwapchainImage {
                 Ok(Self { image, view, is_drawn })
             }
             Err(error) => {
+                // SAFETY: it is ours, made by this device, and no submission uses it any more.
                 unsafe { context.device.destroy_image_view(view, None) };
                 Err(error)
             }
@@ -173,11 +180,13 @@ impl Drop for Swapchain {
         // The presentation engine tells nobody when it is done with a semaphore; an idle device has none waiting.
         let _ = self.context.wait_idle();
         for SwapchainImage { view, is_drawn, .. } in self.images.drain(..) {
+            // SAFETY: it is ours, made by this device, and no submission uses it any more.
             unsafe {
                 self.context.device.destroy_image_view(view, None);
                 self.context.device.destroy_semaphore(is_drawn, None);
             }
         }
+        // SAFETY: it is ours, and nothing shows anything on it any more.
         unsafe { self.loader.destroy_swapchain(self.handle, None) };
     }
 }
@@ -189,6 +198,7 @@ pub(super) fn image_view(context: &Context, image: vk::Image, format: vk::Format
         .view_type(vk::ImageViewType::TYPE_2D)
         .format(format)
         .subresource_range(COLOUR);
+    // SAFETY: the device, and all that the description names, is alive.
     let view = unsafe { context.device.create_image_view(&info, None) }.vk("vkCreateImageView")?;
     context.set_name(view, "whole image");
     Ok(view)

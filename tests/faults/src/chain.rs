@@ -41,9 +41,12 @@ struct Below {
 /// A function from below. Nothing if there is none.
 pub(crate) unsafe fn next<H: Handle + Copy>(handle: H, name: &str) -> vk::PFN_vkVoidFunction {
     let name = CString::new(name.trim_end_matches('\0')).expect("names have no NUL");
+    // SAFETY: the caller's handle, which the loader has made.
     let next = NEXT.lock().expect("no holder panics").get(&unsafe { key(handle) }).copied();
     match next.expect("handles belong to what was made") {
+        // SAFETY: the layer below has given us this function for this instance.
         Next::Instance(find, instance) => unsafe { find(instance, name.as_ptr()) },
+        // SAFETY: the same for a device.
         Next::Device(find, device) => unsafe { find(device, name.as_ptr()) },
     }
 }
@@ -53,8 +56,10 @@ pub(crate) unsafe fn next_of_instance(instance: vk::Instance, name: *const c_cha
     if instance.is_null() {
         return None;
     }
+    // SAFETY: the caller's handle, which the loader has made.
     let next = NEXT.lock().expect("no holder panics").get(&unsafe { key(instance) }).copied();
     match next {
+        // SAFETY: the layer below has given us this function for this instance.
         Some(Next::Instance(find, instance)) => unsafe { find(instance, name) },
         _ => None,
     }

@@ -23,6 +23,7 @@ pub(crate) unsafe extern "system" fn surface_formats(
     // SAFETY: parameters are the caller's, and the name that of a function that takes them.
     let next = unsafe { std::mem::transmute::<vk::PFN_vkVoidFunction, Function>(chain::next(device, NAME)) };
     let keeps: fn(vk::Format) -> bool = match asked.as_deref() {
+        // SAFETY: parameters are the caller's.
         None => return unsafe { next(device, surface, count, formats) },
         Some("UNORM") => |format: vk::Format| !encodes(format),
         Some("SRGB") => encodes,
@@ -31,6 +32,7 @@ pub(crate) unsafe extern "system" fn surface_formats(
     };
     let mut all = [vk::SurfaceFormatKHR::default(); 64];
     let mut known = all.len() as u32;
+    // SAFETY: the caller's device and surface, and room for as many formats as it says.
     let result = unsafe { next(device, surface, &raw mut known, all.as_mut_ptr()) };
     if result != vk::Result::SUCCESS {
         return result;

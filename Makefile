@@ -4,7 +4,7 @@ CARGO ?= cargo
 # rustup puts cargo here; a shell that was open before the installation does not know yet.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help run demo screenshots test stress lint bench tables figures film scale peers spirv setup clean
+.PHONY: help run demo screenshots test stress fuzz lint audit bench tables figures film scale peers spirv setup clean
 
 help:
 	@echo 'make run    build, render the Box to out/box.png and time it'
@@ -12,7 +12,9 @@ help:
 	@echo 'make screenshots pictures of the window, into docs/images'
 	@echo 'make test   all tests'
 	@echo 'make stress built-in scenes of ten million triangles (8 GB of memory)'
-	@echo 'make lint   formatting, lints, documentation, tree checks'
+	@echo 'make fuzz   readers of files from strangers, SECONDS=60 each (needs a nightly compiler)'
+	@echo 'make audit  advisories against the crates that are used (needs a network)'
+	@echo 'make lint   formatting, lints, documentation, tree checks, licences'
 	@echo 'make bench  times of this tree against another commit, BASE=HEAD~1, in turns'
 	@echo 'make tables the paper'"'"'s tables 1 to 3 for every built-in scene (15 minutes at most on two cores), into out/tables.json'
 	@echo 'make figures the paper'"'"'s figures 4 to 6, into out/figures (ten minutes on two cores)'
@@ -54,6 +56,20 @@ lint:
 	$(CARGO) clippy --locked --all-targets -- -D warnings
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --locked --no-deps
 	@scripts/check_tree.sh
+	@scripts/check_crates.sh
+
+audit:
+	@scripts/setup.sh
+	@command -v cargo-deny >/dev/null || $(CARGO) install cargo-deny --locked
+	@scripts/check_crates.sh --advisories
+
+# How long each reader is fuzzed, and which, e.g. `make fuzz SECONDS=600 READERS='obj stored'`.
+SECONDS ?= 60
+READERS ?= toml film obj mtl texture image stored
+
+fuzz:
+	@scripts/setup.sh
+	@SECONDS_EACH='$(SECONDS)' scripts/fuzz.sh $(READERS)
 
 # What `make bench` compares with, and options of `time`, e.g. `make bench BASE=v0.1.0 BENCH='atrium --frames 9 --lights 1'`.
 BASE ?= HEAD~1

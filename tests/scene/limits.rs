@@ -192,7 +192,7 @@ fn numbers_stay_numbers_under_transforms() {
         let model = format!("{HEAD}scale = 1e9\nrotate = [{x}, {y}, 60]\n");
         match load(&format!("{model}{CAMERA}{LIGHT}"), huge) {
             Ok(scene) => {
-                assert!(scene.triangles.iter().all(|t| t.positions.iter().all(|p| p.is_finite())), "{x} {y}")
+                assert!(scene.triangles.iter().all(|t| t.positions.iter().all(|p| p.is_finite())), "{x} {y}");
             }
             Err(error) => {
                 refused += 1;

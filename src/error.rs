@@ -39,7 +39,7 @@ pub enum Error {
     #[error("out of device resources: {0}")]
     OutOfMemory(String),
     /// A Vulkan call failed after start-up.
-    #[error("{call} failed: {result}{}", .pass.as_ref().map(|p| format!(" (last pass: {p})")).unwrap_or_default())]
+    #[error("{call} failed: {}{}", code(*.result), more(*.result, .pass.as_deref()))]
     Vulkan {
         /// The Vulkan function.
         call: &'static str,
@@ -56,6 +56,12 @@ pub enum Error {
 impl Error {
     /// Ends an [`Error::OutOfMemory`] of which no setting in particular is known to help.
     pub(crate) const SMALLER: &str = "a smaller preset or image needs less";
+
+    /// An [`Error::NoDevice`] where drivers are there and find nothing.
+    pub(crate) fn no_device_found() -> Self {
+        let message = "the drivers found none: install your GPU's driver, or the package mesa-vulkan-drivers to render on the processor";
+        Self::NoDevice(message.to_owned())
+    }
 
     /// An [`Error::Input`] about a whole file.
     pub fn input(file: impl AsRef<Path>, message: impl Into<String>) -> Self {
@@ -94,4 +100,23 @@ impl Error {
             Self::OutOfMemory(_) | Self::Vulkan { .. } => 4,
         }
     }
+}
+
+/// Vulkan's name of a code, such as `VK_ERROR_DEVICE_LOST`.
+pub(crate) fn code(result: ash::vk::Result) -> String {
+    format!("VK_{result:?}")
+}
+
+/// What is to be said after the code of a call that failed.
+fn more(result: ash::vk::Result, pass: Option<&str>) -> String {
+    use ash::vk::Result as Code;
+    let pass = pass.map(|pass| format!(" (last pass: {pass})")).unwrap_or_default();
+    let advice = match result {
+        Code::ERROR_OUT_OF_DEVICE_MEMORY | Code::ERROR_OUT_OF_HOST_MEMORY => Error::SMALLER,
+        Code::ERROR_DEVICE_LOST => {
+            "the driver has given the device up: see the system's log, and try a smaller preset or image"
+        }
+        _ => return pass,
+    };
+    format!("{pass}; {advice}")
 }

@@ -38,6 +38,7 @@ impl Info {
         match usable {
             _ if scene.is_some() => Ok(()),
             Ok(true) => Ok(()),
+            Ok(false) if text.is_empty() => Err(Error::no_device_found()),
             Ok(false) => Err(Error::NoDevice("each one found lacks something, as listed".to_owned())),
             Err(error) => Err(error),
         }

@@ -17,6 +17,7 @@ mod demo;
 mod film;
 mod heatmap;
 mod info;
+mod interrupt;
 mod output;
 mod plot;
 mod precompute;
@@ -50,10 +51,12 @@ enum Command {
 }
 
 /// Runs the command that `args` (the program's name first) ask for and returns the process exit code: 0 done,
-/// 1 a comparison failed as asked, 2 bad arguments or input, 3 no usable Vulkan device, 4 the device failed.
+/// 1 a comparison failed as asked, 2 bad arguments or input, 3 no usable Vulkan device, 4 the device failed. An interrupted
+/// process ends by its signal, which shells show as 130 or 143, and leaves no half of a file behind.
 ///
 /// Results go to stdout; progress, warnings and the one line that explains a failure go to stderr.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    interrupt::watch();
     let result = match Cli::try_parse_from(args) {
         Ok(cli) => match cli.command {
             Command::Render(command) => command.run(),

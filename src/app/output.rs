@@ -4,9 +4,8 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use tempfile::NamedTempFile;
-
 use crate::error::{Error, Result};
+use crate::stored::Temporary;
 
 /// A file to be written later, found writable now.
 #[derive(Debug)]
@@ -47,14 +46,13 @@ impl OutputFile {
     pub(super) fn write(&self, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<()> {
         let write = || -> io::Result<()> {
             let temporary = self.temporary()?;
-            let mut writer = BufWriter::new(temporary.as_file());
+            let mut writer = BufWriter::new(temporary.file());
             fill(&mut writer)?;
             writer.flush()?;
             drop(writer);
             // Without this a crash soon after the rename could leave an empty file under the final name.
-            temporary.as_file().sync_all()?;
-            temporary.persist(&self.target)?;
-            Ok(())
+            temporary.file().sync_all()?;
+            temporary.persist(&self.target)
         };
         write().map_err(|error| self.failed(&error))
     }
@@ -71,7 +69,7 @@ impl OutputFile {
             // The other program may have put a new file in the place of ours.
             let finish = || File::open(&path)?.sync_all();
             finish().map_err(|error| self.failed(&error))?;
-            temporary.persist(&self.target).map_err(|error| self.failed(&error.error))?;
+            temporary.persist(&self.target).map_err(|error| self.failed(&error))?;
         }
         Ok(())
     }
@@ -88,13 +86,8 @@ impl OutputFile {
         }
     }
 
-    fn temporary(&self) -> io::Result<NamedTempFile> {
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".lightpaths-").suffix(".part");
-        // Temporary files are private by default; this one becomes an ordinary file, subject to the umask.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        builder.tempfile_in(self.folder())
+    fn temporary(&self) -> io::Result<Temporary> {
+        Temporary::create(self.folder())
     }
 
     fn failed(&self, error: &io::Error) -> Error {

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use ash::vk;
 use bytemuck::Pod;
-use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+use gpu_allocator::{AllocationError, MemoryLocation};
 
 use super::barrier::TRANSFER_TO_HOST;
 use super::{Context, VkResultExt};
@@ -222,20 +222,19 @@ impl Allocated {
         context.set_name(handle, name);
         // SAFETY: it is alive, and made by this device.
         let requirements = unsafe { context.device.get_buffer_memory_requirements(handle) };
-        let allocation = context
-            .with_allocator(|allocator| {
-                allocator.allocate(&AllocationCreateDesc {
-                    name,
-                    requirements,
-                    location,
-                    linear: true,
-                    allocation_scheme: AllocationScheme::GpuAllocatorManaged,
-                })
-            })
+        let allocate = |allocation_scheme| {
+            let request =
+                AllocationCreateDesc { name, requirements, location, linear: true, allocation_scheme };
+            context.with_allocator(|allocator| allocator.allocate(&request))
+        };
+        // Where there is no room for a block, there may be for what was asked for.
+        let allocation = allocate(AllocationScheme::GpuAllocatorManaged)
+            .or_else(|_| allocate(AllocationScheme::DedicatedBuffer(handle)))
             .map_err(|error| {
                 let in_use = mebibytes(context.memory().current_bytes);
                 let most = mebibytes(context.limits().device_memory_bytes);
-                out_of_memory(name, bytes, format!("{in_use} are in use, the device has {most} ({error})"))
+                let why = failure(&error);
+                out_of_memory(name, bytes, format!("{in_use} are in use, the device has {most} ({why})"))
             })?;
         // SAFETY: the memory is the allocator's, fits the requirements, and outlives the buffer (see `drop`).
         unsafe { context.device.bind_buffer_memory(handle, allocation.memory(), allocation.offset()) }
@@ -313,6 +312,16 @@ impl Drop for Allocated {
         } else {
             memory.staging_bytes -= self.bytes;
         }
+    }
+}
+
+/// Which call failed, and how.
+fn failure(error: &AllocationError) -> String {
+    match error {
+        AllocationError::OutOfMemory => "vkAllocateMemory: VK_ERROR_OUT_OF_DEVICE_MEMORY".to_owned(),
+        AllocationError::FailedToMap(why) => format!("vkMapMemory: {why}"),
+        // It quotes call and code.
+        other => other.to_string(),
     }
 }
 

@@ -165,6 +165,22 @@ pub(super) const WINDOW_EXTENSIONS: [&std::ffi::CStr; 2] =
 pub(super) const EXTENSIONS: [&std::ffi::CStr; 2] =
     [ash::khr::synchronization2::NAME, ash::khr::push_descriptor::NAME];
 
+/// Limits of which Vulkan promises less than the shaders need, in words; none if all are met. `tests/failures` holds what
+/// they need against their binaries.
+fn too_low(limits: &Limits) -> Option<String> {
+    let rows = [
+        ("maxPerStageDescriptorStorageBuffers (or maxPushDescriptors)", limits.storage_buffers, 18),
+        ("maxComputeSharedMemorySize", limits.shared_bytes, 17_420),
+        ("maxComputeWorkGroupInvocations", limits.workgroup_invocations, 256),
+        ("maxComputeWorkGroupSize[0]", limits.workgroup_size[0], 256),
+    ];
+    let low = rows.iter().filter(|(_, has, needs)| has < needs);
+    let words: Vec<_> =
+        low.map(|(name, has, needs)| format!("{name} is {has} and must be {needs}")).collect();
+    (!words.is_empty())
+        .then(|| format!("its {}: no setting needs less, use another device", words.join(", its ")))
+}
+
 /// What a device lacks, if anything.
 fn refusal(
     instance: &Instance,
@@ -204,7 +220,8 @@ fn refusal(
         ("a queue that can show pictures in this window", shows_window != Some(false)),
     ];
     missing.extend(needs.iter().filter(|(_, has)| !has).map(|(name, _)| (*name).to_owned()));
-    Ok((!missing.is_empty()).then(|| format!("it lacks {}: update the driver", missing.join(", "))))
+    let lacks = (!missing.is_empty()).then(|| format!("it lacks {}: update the driver", missing.join(", ")));
+    Ok(lacks.or_else(|| too_low(limits)))
 }
 
 /// The wanted device (an index, or part of a name in any case), or the best usable one. Returns its place in the list.
@@ -217,11 +234,7 @@ pub(super) fn choose(summaries: &[&DeviceSummary], wanted: Option<&str>) -> Resu
         summaries.iter().map(line).collect::<Vec<_>>().join("; ")
     };
     if summaries.is_empty() {
-        return Err(Error::NoDevice(
-            "the drivers found none: install your GPU's driver, or the package mesa-vulkan-drivers to render on \
-             the processor"
-                .into(),
-        ));
+        return Err(Error::no_device_found());
     }
     let matches = |s: &DeviceSummary| match wanted {
         None => true,

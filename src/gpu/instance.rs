@@ -1,12 +1,13 @@
 //! The Vulkan instance: loader, validation layer, debug messages.
 
 use std::ffi::{CStr, c_char, c_void};
+use std::io::Write;
 use std::sync::Mutex;
 
 use ash::vk;
 
 use super::VkResultExt;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, code};
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
@@ -87,7 +88,8 @@ impl Drop for Instance {
         unsafe { self.raw.destroy_instance(None) };
         // Nobody is left to ask for these: leaks show up when the device goes.
         for message in self.take_messages() {
-            eprintln!("validation: {message}");
+            // If that fails there is nobody left to tell.
+            let _ = writeln!(std::io::stderr(), "validation: {message}");
         }
     }
 }
@@ -140,7 +142,13 @@ fn create(
              to render on the processor"
                 .into(),
         ),
-        _ => Error::NoDevice(format!("vkCreateInstance failed: {result}")),
+        vk::Result::ERROR_OUT_OF_HOST_MEMORY | vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => {
+            Error::Vulkan { call: "vkCreateInstance", result, pass: None }
+        }
+        _ => Error::NoDevice(format!(
+            "vkCreateInstance failed: {}: look at the variables VK_* of the environment, or install your GPU's driver anew",
+            code(result)
+        )),
     })
 }
 

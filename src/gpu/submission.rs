@@ -23,17 +23,29 @@ impl Submission {
             .queue_family_index(context.queue_family);
         // SAFETY: the device, and all that the description names, is alive.
         let pool = unsafe { context.device.create_command_pool(&info, None) }.vk("vkCreateCommandPool")?;
-        let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
-        let commands =
-            // SAFETY: the device, and all that the description names, is alive.
-            unsafe { context.device.allocate_command_buffers(&info) }.vk("vkAllocateCommandBuffers")?[0];
-        // SAFETY: the device, and all that the description names, is alive.
-        let fence = unsafe { context.device.create_fence(&vk::FenceCreateInfo::default(), None) }
-            .vk("vkCreateFence")?;
+        let rest = Self::commands_and_fence(context, pool);
+        if rest.is_err() {
+            // SAFETY: nothing was recorded yet; its command buffer goes with it.
+            unsafe { context.device.destroy_command_pool(pool, None) };
+        }
+        let (commands, fence) = rest?;
         context.set_name(pool, "recording");
         context.set_name(commands, "recording");
         context.set_name(fence, "recording is done");
         Ok(Self { pool, commands, fence, timestamps: Timestamps::default() })
+    }
+
+    fn commands_and_fence(
+        context: &Context,
+        pool: vk::CommandPool,
+    ) -> Result<(vk::CommandBuffer, vk::Fence)> {
+        let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
+        // SAFETY: the device, and all that the description names, is alive.
+        let commands = unsafe { context.device.allocate_command_buffers(&info) };
+        let commands = commands.vk("vkAllocateCommandBuffers")?[0];
+        // SAFETY: the device, and all that the description names, is alive.
+        let fence = unsafe { context.device.create_fence(&vk::FenceCreateInfo::default(), None) };
+        Ok((commands, fence.vk("vkCreateFence")?))
     }
 
     /// Begins anew. The submission before must be done.

@@ -1,6 +1,6 @@
 //! A folder of files, of which those that were not used for longest go where there are too many.
 
-use super::format::TEMPORARY;
+use super::temporary;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -45,7 +45,7 @@ impl Folder {
             let path = entry?.path();
             let Some((modified, size)) = modified_and_size(&path) else { continue };
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            if name.starts_with(TEMPORARY) {
+            if name.starts_with(temporary::PREFIX) {
                 if modified.elapsed().is_ok_and(|age| age > ABANDONED) {
                     remove(&path)?;
                 }

@@ -1,11 +1,10 @@
 //! The form of files, and how they are written.
 
-use super::VERSION;
+use super::{Temporary, VERSION};
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
-use tempfile::Builder;
 use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
 /// First bytes of every file.
@@ -14,8 +13,6 @@ pub(super) const MAGIC: [u8; 8] = *b"lpstored";
 pub(super) const BYTE_ORDER: u32 = 0x0102_0304;
 /// Longest name of a dependency or section, bytes.
 pub(super) const NAME_BYTES: usize = 24;
-/// What temporary files begin with; a process that is killed leaves one behind.
-pub(super) const TEMPORARY: &str = ".lightpaths-";
 
 /// Start of a file.
 #[repr(C)]
@@ -158,13 +155,8 @@ impl<'a> Writer<'a> {
     pub fn write(&self, file: &Path, key: &Key) -> io::Result<()> {
         let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or(Path::new("."));
-        let mut builder = Builder::new();
-        builder.prefix(TEMPORARY);
-        // As any other file: others may read it if the umask lets them.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let temporary = builder.tempfile_in(folder)?;
-        let mut out = BufWriter::new(temporary.as_file());
+        let temporary = Temporary::create(folder)?;
+        let mut out = BufWriter::new(temporary.file());
         out.write_all(&self.head(key))?;
         for (_, bytes) in &self.sections {
             out.write_all(bytes)?;
@@ -172,7 +164,7 @@ impl<'a> Writer<'a> {
         out.flush()?;
         drop(out);
         // Without this a crash soon after the rename could leave an empty file under the final name.
-        temporary.as_file().sync_all()?;
+        temporary.file().sync_all()?;
         temporary.persist(file)?;
         #[cfg(unix)]
         std::fs::File::open(folder)?.sync_all()?;

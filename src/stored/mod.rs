@@ -15,10 +15,12 @@
 mod folder;
 mod format;
 mod read;
+mod temporary;
 
 pub use folder::Folder;
 pub use format::{Key, Writer, hash};
 pub use read::{File, MOST_BYTES};
+pub use temporary::{Temporary, remove_temporaries};
 
 use std::fmt;
 

@@ -10,6 +10,8 @@ mod display;
 mod faults;
 mod harness;
 mod keys;
+#[path = "../common/layer.rs"]
+mod layer;
 mod lights;
 mod looking;
 mod manager;

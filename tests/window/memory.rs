@@ -87,7 +87,10 @@ fn a_size_that_does_not_fit_leaves_the_picture_as_it_is() {
     demo.assert_presents(SOON);
     let before = settled(&demo);
     let memory = device_memory(&demo);
-    faults.strike(&demo, "vkAllocateMemory:1:VK_ERROR_OUT_OF_DEVICE_MEMORY", || demo.client().resize(LARGE));
+    // A block of memory, and then what is needed of it.
+    let both =
+        "vkAllocateMemory:1:VK_ERROR_OUT_OF_DEVICE_MEMORY,vkAllocateMemory:2:VK_ERROR_OUT_OF_DEVICE_MEMORY";
+    faults.strike(&demo, both, || demo.client().resize(LARGE));
     demo.assert_presents(SOON);
     demo.wait_until_still(None, SOON);
     assert_eq!(device_memory(&demo), memory, "the picture has kept its size");

@@ -2,11 +2,12 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use clap::ValueEnum;
 
 use crate::app::args::shell_word;
+use crate::app::interrupt;
 use crate::app::output::OutputFile;
 use crate::error::{Error, Result};
 use crate::scene::Film;
@@ -44,14 +45,14 @@ impl Job<'_> {
         let mut is_installed = true;
         OutputFile::check(&path)?.write_by_name(|temporary| {
             let mut command = Command::new("ffmpeg");
-            command.current_dir(self.folder).args(self.arguments()).arg(temporary).stdin(Stdio::null());
-            match command.output() {
-                Ok(output) if output.status.success() => Ok(true),
-                Ok(output) => {
-                    let said = String::from_utf8_lossy(&output.stderr);
+            command.current_dir(self.folder).args(self.arguments()).arg(temporary);
+            match interrupt::run(&mut command) {
+                Ok((status, _)) if status.success() => Ok(true),
+                Ok((status, said)) => {
+                    let said = String::from_utf8_lossy(&said);
                     let last = said.lines().map(str::trim).rfind(|line| !line.is_empty());
                     let said = last.unwrap_or("nothing").to_owned();
-                    Err(Error::output(&path, format!("ffmpeg failed ({}): {said}", output.status)))
+                    Err(Error::output(&path, format!("ffmpeg failed ({status}): {said}")))
                 }
                 Err(error) if error.kind() == io::ErrorKind::NotFound => {
                     is_installed = false;

@@ -1,13 +1,13 @@
 //! The layers below, and at their end the driver: how their functions are found.
 
 use std::collections::HashMap;
-use std::ffi::{CString, c_char};
+use std::ffi::{CStr, CString, c_char};
 use std::sync::{LazyLock, Mutex};
 
 use ash::vk;
 use ash::vk::Handle;
 
-use crate::Any;
+use crate::{Any, faults};
 
 /// How the functions of an instance or device are found, below us.
 #[derive(Clone, Copy)]
@@ -18,6 +18,20 @@ enum Next {
 
 /// By what the loader writes into all that belongs to an instance or a device.
 static NEXT: LazyLock<Mutex<HashMap<usize, Next>>> = LazyLock::new(Mutex::default);
+
+/// Functions of instances that must be asked for while the instance is made: later, the loader's end of the chain answers with its top.
+const EARLY: [&CStr; 6] = [
+    c"vkDestroyInstance",
+    c"vkEnumerateDeviceExtensionProperties",
+    c"vkEnumeratePhysicalDevices",
+    c"vkCreateDebugUtilsMessengerEXT",
+    c"vkGetPhysicalDeviceCalibrateableTimeDomainsEXT",
+    c"vkGetPhysicalDeviceProperties2",
+];
+
+/// What was found so.
+static FOUND: LazyLock<Mutex<HashMap<(usize, &CStr), vk::PFN_vkVoidFunction>>> =
+    LazyLock::new(Mutex::default);
 
 /// What the loader says to a layer that makes an instance or a device (`VkLayerInstanceCreateInfo`, `VkLayerDeviceCreateInfo`).
 #[repr(C)]
@@ -42,7 +56,11 @@ struct Below {
 pub(crate) unsafe fn next<H: Handle + Copy>(handle: H, name: &str) -> vk::PFN_vkVoidFunction {
     let name = CString::new(name.trim_end_matches('\0')).expect("names have no NUL");
     // SAFETY: the caller's handle, which the loader has made.
-    let next = NEXT.lock().expect("no holder panics").get(&unsafe { key(handle) }).copied();
+    let key = unsafe { key(handle) };
+    if let Some(found) = FOUND.lock().expect("no holder panics").get(&(key, &*name)) {
+        return *found;
+    }
+    let next = NEXT.lock().expect("no holder panics").get(&key).copied();
     match next.expect("handles belong to what was made") {
         // SAFETY: the layer below has given us this function for this instance.
         Next::Instance(find, instance) => unsafe { find(instance, name.as_ptr()) },
@@ -89,6 +107,9 @@ pub(crate) unsafe extern "system" fn create_instance(
     allocator: Any,
     made: *mut vk::Instance,
 ) -> vk::Result {
+    if let Some(result) = faults::due("vkCreateInstance") {
+        return result;
+    }
     // SAFETY: the loader's own parameters, handed on to a function of that name.
     unsafe {
         let find = below(info, vk::StructureType::LOADER_INSTANCE_CREATE_INFO).get_instance_proc_addr;
@@ -99,7 +120,10 @@ pub(crate) unsafe extern "system" fn create_instance(
         >(create);
         let result = create(info, allocator, made);
         if result == vk::Result::SUCCESS {
-            NEXT.lock().expect("no holder panics").insert(key(*made), Next::Instance(find, *made));
+            let key = key(*made);
+            NEXT.lock().expect("no holder panics").insert(key, Next::Instance(find, *made));
+            let found = EARLY.map(|name| ((key, name), find(*made, name.as_ptr())));
+            FOUND.lock().expect("no holder panics").extend(found);
         }
         result
     }
@@ -111,6 +135,9 @@ pub(crate) unsafe extern "system" fn create_device(
     allocator: Any,
     made: *mut vk::Device,
 ) -> vk::Result {
+    if let Some(result) = faults::due("vkCreateDevice") {
+        return result;
+    }
     // SAFETY: the loader's own parameters, handed on to a function of that name.
     unsafe {
         let find = below(info, vk::StructureType::LOADER_DEVICE_CREATE_INFO)
@@ -126,4 +153,17 @@ pub(crate) unsafe extern "system" fn create_device(
         }
         result
     }
+}
+
+pub(crate) unsafe extern "system" fn destroy_instance(instance: vk::Instance, allocator: Any) {
+    // SAFETY: as above.
+    unsafe {
+        let destroy = next(instance, "vkDestroyInstance");
+        let destroy = std::mem::transmute::<
+            vk::PFN_vkVoidFunction,
+            unsafe extern "system" fn(vk::Instance, Any),
+        >(destroy);
+        destroy(instance, allocator);
+    }
+    faults::write_calls();
 }

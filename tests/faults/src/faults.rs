@@ -1,6 +1,7 @@
 //! Which calls fail.
 
 use std::collections::HashMap;
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::{LazyLock, Mutex};
 use std::time::SystemTime;
@@ -34,11 +35,12 @@ static FAULTS: LazyLock<Mutex<Faults>> = LazyLock::new(|| {
 });
 
 /// What fails with which code.
-const RESULTS: [(&str, vk::Result); 8] = [
+const RESULTS: [(&str, vk::Result); 9] = [
     ("VK_ERROR_OUT_OF_HOST_MEMORY", vk::Result::ERROR_OUT_OF_HOST_MEMORY),
     ("VK_ERROR_OUT_OF_DEVICE_MEMORY", vk::Result::ERROR_OUT_OF_DEVICE_MEMORY),
     ("VK_ERROR_INITIALIZATION_FAILED", vk::Result::ERROR_INITIALIZATION_FAILED),
     ("VK_ERROR_DEVICE_LOST", vk::Result::ERROR_DEVICE_LOST),
+    ("VK_ERROR_TOO_MANY_OBJECTS", vk::Result::ERROR_TOO_MANY_OBJECTS),
     ("VK_ERROR_MEMORY_MAP_FAILED", vk::Result::ERROR_MEMORY_MAP_FAILED),
     ("VK_ERROR_SURFACE_LOST_KHR", vk::Result::ERROR_SURFACE_LOST_KHR),
     ("VK_ERROR_OUT_OF_DATE_KHR", vk::Result::ERROR_OUT_OF_DATE_KHR),
@@ -71,8 +73,20 @@ pub(crate) fn asked(function: &'static str) -> Option<String> {
     *count += 1;
     let is_due = |fault: &&Fault| fault.call == *count || fault.and_later && fault.call < *count;
     let fault = faults.iter().filter(|fault| fault.function == function).find(is_due)?;
-    eprintln!("faults: {function}, call {count}: {}", fault.what);
+    // There may be nobody to hear of it.
+    let _ = writeln!(std::io::stderr(), "faults: {function}, call {count}: {}", fault.what);
     Some(fault.what.clone())
+}
+
+/// Writes how often each function was called, where that is wanted.
+pub(crate) fn write_calls() {
+    let Some(file) = std::env::var_os("LIGHTPATHS_CALLS") else { return };
+    let faults = FAULTS.lock().expect("no holder panics");
+    let mut lines: Vec<_> = faults.calls.iter().map(|(name, count)| format!("{name} {count}\n")).collect();
+    lines.sort();
+    if let Err(error) = std::fs::write(&file, lines.concat()) {
+        eprintln!("faults: {}: {error}", file.display());
+    }
 }
 
 fn parsed(text: &str) -> Vec<Fault> {

@@ -2,11 +2,16 @@
 //!
 //! `LIGHTPATHS_FAULTS` says which, with commas between them: `vkAcquireNextImageKHR:5:VK_ERROR_SURFACE_LOST_KHR` lets the fifth call
 //! fail, `vkAllocateMemory:3+:VK_ERROR_OUT_OF_DEVICE_MEMORY` the third and all that follow. `@FILE` says that they are in a file: calls
-//! are counted from when it was written last. Each fault is said on stderr. Surface formats can be other ones, too: see `formats.rs`.
+//! are counted from when it was written last. Each fault is said on stderr. Surface formats can be other ones, too (`formats.rs`), and so
+//! can devices (`devices.rs`) and how much memory there is (`memory.rs`).
+//!
+//! `LIGHTPATHS_CALLS` names a file into which the layer writes how often each function was called, when the instance goes.
 
 mod chain;
+mod devices;
 mod faults;
 mod formats;
+mod memory;
 
 use std::ffi::{CStr, c_char, c_void};
 
@@ -51,13 +56,14 @@ can_fail! {
     vkAcquireNextImageKHR(device: vk::Device, swapchain: vk::SwapchainKHR, timeout: u64, semaphore: vk::Semaphore, fence: vk::Fence, index: Any);
     vkAllocateCommandBuffers(device: vk::Device, info: Any, buffers: Any);
     vkAllocateDescriptorSets(device: vk::Device, info: Any, sets: Any);
-    vkAllocateMemory(device: vk::Device, info: Any, allocator: Any, memory: Any);
     vkBeginCommandBuffer(commands: vk::CommandBuffer, info: Any);
     vkBindBufferMemory(device: vk::Device, buffer: vk::Buffer, memory: vk::DeviceMemory, offset: u64);
     vkBindImageMemory(device: vk::Device, image: vk::Image, memory: vk::DeviceMemory, offset: u64);
     vkCreateBuffer(device: vk::Device, info: Any, allocator: Any, buffer: Any);
+    vkCreateBufferView(device: vk::Device, info: Any, allocator: Any, view: Any);
     vkCreateCommandPool(device: vk::Device, info: Any, allocator: Any, pool: Any);
     vkCreateComputePipelines(device: vk::Device, cache: vk::PipelineCache, count: u32, infos: Any, allocator: Any, pipelines: Any);
+    vkCreateDebugUtilsMessengerEXT(instance: vk::Instance, info: Any, allocator: Any, messenger: Any);
     vkCreateDescriptorPool(device: vk::Device, info: Any, allocator: Any, pool: Any);
     vkCreateDescriptorSetLayout(device: vk::Device, info: Any, allocator: Any, layout: Any);
     vkCreateFence(device: vk::Device, info: Any, allocator: Any, fence: Any);
@@ -72,16 +78,24 @@ can_fail! {
     vkCreateSwapchainKHR(device: vk::Device, info: Any, allocator: Any, swapchain: Any);
     vkDeviceWaitIdle(device: vk::Device);
     vkEndCommandBuffer(commands: vk::CommandBuffer);
+    vkEnumerateDeviceExtensionProperties(device: vk::PhysicalDevice, layer: Any, count: Any, extensions: Any);
+    vkGetCalibratedTimestampsEXT(device: vk::Device, count: u32, infos: Any, ticks: Any, deviation: Any);
+    vkGetPhysicalDeviceCalibrateableTimeDomainsEXT(device: vk::PhysicalDevice, count: Any, domains: Any);
     vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device: vk::PhysicalDevice, surface: vk::SurfaceKHR, capabilities: Any);
     vkGetPhysicalDeviceSurfacePresentModesKHR(device: vk::PhysicalDevice, surface: vk::SurfaceKHR, count: Any, modes: Any);
     vkGetPhysicalDeviceSurfaceSupportKHR(device: vk::PhysicalDevice, family: u32, surface: vk::SurfaceKHR, is_supported: Any);
+    vkGetPipelineExecutablePropertiesKHR(device: vk::Device, info: Any, count: Any, executables: Any);
+    vkGetPipelineExecutableStatisticsKHR(device: vk::Device, info: Any, count: Any, statistics: Any);
+    vkGetQueryPoolResults(device: vk::Device, pool: vk::QueryPool, first: u32, count: u32, size: usize, data: Any, stride: u64, flags: u32);
     vkGetSwapchainImagesKHR(device: vk::Device, swapchain: vk::SwapchainKHR, count: Any, images: Any);
     vkMapMemory(device: vk::Device, memory: vk::DeviceMemory, offset: u64, size: u64, flags: vk::MemoryMapFlags, data: Any);
     vkQueuePresentKHR(queue: vk::Queue, info: Any);
     vkQueueSubmit(queue: vk::Queue, count: u32, submits: Any, fence: vk::Fence);
     vkQueueSubmit2(queue: vk::Queue, count: u32, submits: Any, fence: vk::Fence);
     vkQueueSubmit2KHR(queue: vk::Queue, count: u32, submits: Any, fence: vk::Fence);
+    vkResetCommandPool(device: vk::Device, pool: vk::CommandPool, flags: u32);
     vkResetFences(device: vk::Device, count: u32, fences: Any);
+    vkSetDebugUtilsObjectNameEXT(device: vk::Device, info: Any);
     vkWaitForFences(device: vk::Device, count: u32, fences: Any, all: vk::Bool32, timeout: u64);
 }
 
@@ -123,10 +137,13 @@ unsafe extern "system" fn get_instance_proc_addr(
             b"vkGetDeviceProcAddr" => get_device_proc_addr as *const (),
             b"vkCreateInstance" => chain::create_instance as *const (),
             b"vkCreateDevice" => chain::create_device as *const (),
+            b"vkDestroyInstance" => chain::destroy_instance as *const (),
+            b"vkEnumeratePhysicalDevices" => devices::enumerate as *const (),
+            b"vkGetPhysicalDeviceProperties2" => devices::properties as *const (),
             b"vkGetPhysicalDeviceSurfaceFormatsKHR" => formats::surface_formats as *const (),
             _ => {
                 let next = chain::next_of_instance(instance, name)?;
-                return wrapped(CStr::from_ptr(name)).or(Some(next));
+                return ours(CStr::from_ptr(name)).or(Some(next));
             }
         };
         std::mem::transmute::<*const (), vk::PFN_vkVoidFunction>(found)
@@ -141,6 +158,17 @@ unsafe extern "system" fn get_device_proc_addr(
     unsafe {
         // What the device does not have it does not have with us.
         let next = chain::next(device, CStr::from_ptr(name).to_str().ok()?)?;
-        wrapped(CStr::from_ptr(name)).or(Some(next))
+        ours(CStr::from_ptr(name)).or(Some(next))
     }
+}
+
+/// A function of devices that we have.
+fn ours(name: &CStr) -> vk::PFN_vkVoidFunction {
+    let found = match name.to_bytes() {
+        b"vkAllocateMemory" => memory::allocate as *const (),
+        b"vkFreeMemory" => memory::free as *const (),
+        _ => return wrapped(name),
+    };
+    // SAFETY: whoever asks for it by name knows its type.
+    unsafe { std::mem::transmute::<*const (), vk::PFN_vkVoidFunction>(found) }
 }

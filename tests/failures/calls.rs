@@ -1,0 +1,153 @@
+//! `VK_ERROR_*` from every call that can return one: the call and its code are named, and nothing is left behind.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use crate::program::Stage;
+
+/// Calls of which nobody needs to hear that they failed: the picture is as it should be.
+const SURVIVED: [&str; 2] = ["vkDeviceWaitIdle", "vkSetDebugUtilsObjectNameEXT"];
+/// Returns nothing.
+const INFALLIBLE: &str = "vkGetPhysicalDeviceProperties2";
+/// The allocator's: see `memory.rs`.
+const MEMORY: [&str; 2] = ["vkAllocateMemory", "vkMapMemory"];
+
+/// Has a picture rendered with a fault, and demands that this is said, exit code 4, and that nothing else has come of it.
+fn fails(stage: &Stage, arguments: &str, name: &str, call: &str, code: &str) {
+    let case = format!("{name}:{call}:{code}");
+    let outcome = stage.run(arguments, &case);
+    assert!(!outcome.faults.is_empty(), "{arguments}: {case} has not come about: {:?}", outcome.said);
+    outcome.assert_failed(4, &[plain(name), "failed: ", code], &format!("{arguments}: {case}"));
+    assert_eq!(stage.listing(), ["old.png"], "{arguments}: {case}");
+    assert_eq!(stage.read("old.png"), b"old", "{arguments}: {case}");
+}
+
+/// The name without an extension's.
+fn plain(name: &str) -> &str {
+    name.trim_end_matches("KHR").trim_end_matches("EXT")
+}
+
+fn code_of(name: &str) -> &'static str {
+    match name {
+        "vkWaitForFences" | "vkGetQueryPoolResults" | "vkQueueSubmit2KHR" => "VK_ERROR_DEVICE_LOST",
+        "vkCreateDevice" => "VK_ERROR_INITIALIZATION_FAILED",
+        "vkCreateBuffer" | "vkBindBufferMemory" => "VK_ERROR_OUT_OF_DEVICE_MEMORY",
+        _ => "VK_ERROR_OUT_OF_HOST_MEMORY",
+    }
+}
+
+#[test]
+fn the_first_and_the_last_call_of_every_function_may_fail() {
+    // With the validation layer, which says on stderr what is still alive when the device goes: there a single line is demanded.
+    const RENDER: &str = "render CUBE --method path --spp 2 --validation -o old.png";
+    let stage = Stage::new();
+    let calls = stage.calls(RENDER);
+    let whole = stage.read("old.png");
+    assert!(calls.len() > 20, "{calls:?}");
+    for name in SURVIVED {
+        let outcome = stage.run(RENDER, &format!("{name}:1+:VK_ERROR_OUT_OF_HOST_MEMORY"));
+        outcome.assert_done(name);
+        assert!(!outcome.faults.is_empty() && stage.read("old.png") == whole, "{name}");
+    }
+    stage.write("old.png", "old");
+    for (name, count) in &calls {
+        if [&SURVIVED[..], &MEMORY, &[INFALLIBLE]].concat().contains(&name.as_str()) {
+            continue;
+        }
+        // The loader asks what there is, too, and takes no notice of failures.
+        let asks = name.starts_with("vkEnumerate");
+        let last = count.to_string();
+        for call in if asks { vec!["1+"] } else { BTreeSet::from(["1", &last]).into_iter().collect() } {
+            fails(&stage, RENDER, name, call, code_of(name));
+        }
+    }
+}
+
+#[test]
+fn every_call_that_the_device_layer_makes_is_among_them() {
+    let stage = Stage::new();
+    let mut seen: BTreeSet<String> = BTreeSet::new();
+    for arguments in
+        ["render CUBE --method path --spp 2 --validation -o a.png", "time CUBE --frames 1 --trace t.json"]
+    {
+        seen.extend(stage.calls(arguments).into_keys());
+    }
+    // Before there is an instance there are no layers.
+    let early = ["vkEnumerateInstanceExtensionProperties", "vkEnumerateInstanceLayerProperties"];
+    // Of `time --statistics`, where the driver has any.
+    let statistics = ["vkGetPipelineExecutablePropertiesKHR", "vkGetPipelineExecutableStatisticsKHR"];
+    let gpu = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gpu");
+    let mut checked = 0;
+    for entry in fs::read_dir(gpu).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            // The window's have tests of their own.
+            continue;
+        }
+        let text = fs::read_to_string(path).unwrap();
+        for name in text.split(".vk(\"").skip(1).map(|rest| rest.split('"').next().unwrap()) {
+            let is_seen = seen.iter().any(|seen| plain(seen) == plain(name));
+            assert!(is_seen || early.contains(&name) || statistics.contains(&name), "no fault for {name}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 20, "{checked}");
+}
+
+#[test]
+fn clocks_that_cannot_be_read_are_said() {
+    let stage = Stage::new();
+    stage.write("old.png", "old");
+    for name in ["vkGetCalibratedTimestampsEXT", "vkGetQueryPoolResults"] {
+        fails(&stage, "time CUBE -q --frames 1 --trace t.json", name, "1", "VK_ERROR_OUT_OF_HOST_MEMORY");
+    }
+}
+
+#[test]
+fn light_paths_fail_as_early_and_as_late_as_can_be() {
+    let stage = Stage::new();
+    let calls = stage.calls("render CUBE -o old.png");
+    stage.write("old.png", "old");
+    let render = "render CUBE --validation -o old.png --stats s.json";
+    for name in ["vkCreateBuffer", "vkCreateComputePipelines", "vkQueueSubmit2KHR", "vkWaitForFences"] {
+        let last = calls[name];
+        for call in [last / 3, last] {
+            fails(&stage, render, name, &call.to_string(), code_of(name));
+        }
+    }
+    // Lost for good: nothing works from then on.
+    let half = calls["vkQueueSubmit2KHR"] / 2;
+    let lost =
+        ["vkWaitForFences", "vkDeviceWaitIdle"].map(|name| format!(",{name}:{half}+:VK_ERROR_DEVICE_LOST"));
+    let faults = format!("vkQueueSubmit2KHR:{half}+:VK_ERROR_DEVICE_LOST{}", lost.concat());
+    let outcome = stage.run(render, &faults);
+    outcome.assert_failed(4, &["vkQueueSubmit2", "VK_ERROR_DEVICE_LOST", "last pass"], "lost");
+    assert_eq!(stage.listing(), ["old.png"]);
+}
+
+#[test]
+fn other_commands_leave_what_was_whole() {
+    let stage = Stage::new();
+    stage.write("old.png", "old");
+    let calls = stage.calls("precompute CUBE -o p");
+    fs::remove_file(stage.folder.path().join("p")).unwrap();
+    let late = calls["vkQueueSubmit2KHR"].to_string();
+    fails(&stage, "precompute CUBE -o p", "vkQueueSubmit2KHR", &late, "VK_ERROR_DEVICE_LOST");
+    fails(&stage, "time CUBE -q --frames 1 --json t.json", "vkWaitForFences", &late, "VK_ERROR_DEVICE_LOST");
+    fails(&stage, "render CUBE -o old.png --method photon", "vkWaitForFences", "80", "VK_ERROR_DEVICE_LOST");
+
+    // Frames of a film that were done stay; each of them is whole.
+    let calls = stage.calls("film FILM --frames 0..2 -o film");
+    let whole = [0, 1].map(|frame| stage.read(&format!("film/frame-0000{frame}.png")));
+    fs::remove_dir_all(stage.folder.path().join("film")).unwrap();
+    let late = calls["vkWaitForFences"] + 2;
+    let outcome =
+        stage.run("film FILM -o film --video none", &format!("vkWaitForFences:{late}+:VK_ERROR_DEVICE_LOST"));
+    outcome.assert_failed(4, &["vkWaitForFences", "VK_ERROR_DEVICE_LOST"], "film");
+    let names = stage.listing();
+    assert!(names.len() < 5, "{names:?}");
+    for (frame, whole) in whole.iter().enumerate() {
+        assert!(&stage.read(&format!("film/frame-0000{frame}.png")) == whole, "frame {frame}");
+    }
+}

@@ -1,0 +1,143 @@
+//! Other devices: none, several, one that is gone, and those that promise no more than Vulkan does.
+
+use lightpaths::gpu::shaders::SHADERS;
+use lightpaths::gpu::spirv::reflect;
+
+use crate::program::Stage;
+use crate::shared_memory::shared_bytes;
+
+const PROPERTIES: &str = "vkGetPhysicalDeviceProperties2";
+const RENDER: &str = "render CUBE -q -o a.exr";
+
+#[test]
+fn no_device_is_said_by_every_command_that_needs_one() {
+    let stage = Stage::new();
+    for arguments in [
+        RENDER,
+        "precompute CUBE -q -o a.paths",
+        "time CUBE -q --json a.json",
+        "film FILM -q -o film",
+        "sweep CUBE -q -o sweep --cache cache",
+        "scale CUBE -q -o scale",
+        "figures CUBE -q -o figures --cache cache",
+        "info",
+    ] {
+        for none in ["NONE", "VK_ERROR_INITIALIZATION_FAILED"] {
+            let outcome = stage.run(arguments, &format!("vkEnumeratePhysicalDevices:1+:{none}"));
+            outcome.assert_failed(3, &["found none", "install"], arguments);
+            assert_eq!(outcome.stdout, "", "{arguments}");
+            assert_eq!(stage.listing(), [""; 0], "{arguments}");
+        }
+    }
+}
+
+#[test]
+fn of_two_devices_the_better_or_the_one_asked_for_is_used() {
+    let stage = Stage::new();
+    // The loader asks for properties in no order of its own: each call of the program is one device.
+    let two =
+        |second: &str| format!("vkEnumeratePhysicalDevices:1+:TWO,{PROPERTIES}:2:deviceName=Second;{second}");
+    let render = |device: &str, second: &str| {
+        let outcome =
+            stage.run(&format!("render CUBE --method path --spp 1 -o a.png {device}"), &two(second));
+        outcome.assert_done(device);
+        outcome.stdout
+    };
+    // A discrete GPU before a processor, which lavapipe is.
+    assert!(render("", "deviceType=2").contains("Second"));
+    assert!(!render("--device 0", "deviceType=2").contains("Second"));
+    assert!(render("--device second", "deviceType=4").contains("Second"));
+    assert!(!render("", "deviceType=4").contains("Second"));
+    // The better one cannot be used: the other is.
+    assert!(!render("", "deviceType=2;apiVersion=1").contains("Second"));
+    let outcome = stage.run("render CUBE -o b.png --device 1", &two("deviceType=2;apiVersion=1"));
+    outcome.assert_failed(3, &["`1`", "Second", "speaks Vulkan 1.1", "llvmpipe"], "refused");
+    let outcome = stage.run("info", &two("maxComputeSharedMemorySize=16384"));
+    outcome.assert_done("info");
+    assert!(outcome.stdout.contains("device 0") && outcome.stdout.contains("device 1"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("no: its maxComputeSharedMemorySize is 16384"), "{}", outcome.stdout);
+    assert_eq!(stage.listing(), ["a.png"]);
+}
+
+#[test]
+fn a_device_that_vanishes_is_said() {
+    let stage = Stage::new();
+    for (arguments, calls) in
+        [(RENDER, 1), ("time CUBE -q --frames 1 --json t.json", 2), ("scale CUBE -q -o out --lights 1,2", 2)]
+    {
+        let gone = format!("vkCreateDevice:{calls}:VK_ERROR_INITIALIZATION_FAILED");
+        let outcome = stage.run(arguments, &gone);
+        assert_eq!(outcome.faults.len(), 1, "{arguments}: {:?}", outcome.said);
+        outcome.assert_failed(4, &["vkCreateDevice", "VK_ERROR_INITIALIZATION_FAILED"], arguments);
+        assert_eq!(stage.listing(), [""; 0], "{arguments}");
+    }
+}
+
+/// Limits of which Vulkan promises less than we need: name, what it promises, what we need.
+fn needs() -> [(&'static str, u32, u32); 5] {
+    let modules: Vec<_> = SHADERS.iter().map(|shader| reflect(&shader.words())).collect();
+    let bindings = modules.iter().map(|module| module.bindings.len() as u32).max().unwrap();
+    let invocations = modules.iter().map(|module| module.local_size.iter().product()).max().unwrap();
+    let along_x = modules.iter().map(|module| module.local_size[0]).max().unwrap();
+    let shared = SHADERS.iter().map(|shader| shared_bytes(&shader.words())).max().unwrap();
+    [
+        ("maxPerStageDescriptorStorageBuffers", 4, bindings),
+        ("maxPushDescriptors", 0, bindings),
+        ("maxComputeWorkGroupInvocations", 128, invocations),
+        ("maxComputeWorkGroupSize", 128, along_x),
+        ("maxComputeSharedMemorySize", 16_384, shared),
+    ]
+}
+
+#[test]
+fn a_device_below_our_needs_is_refused_and_one_that_meets_them_gives_the_same_bytes() {
+    let stage = Stage::new();
+    stage.run(RENDER, "").assert_done("as it is");
+    let whole = stage.read("a.exr");
+    let mut met = String::from(
+        "maxStorageBufferRange=134217728;maxPushConstantsSize=128;maxComputeWorkGroupCount=65535",
+    );
+    for (name, promised, need) in needs() {
+        assert!(promised < need, "{name}: Vulkan promises {promised}, we need {need}");
+        for low in [promised, need - 1] {
+            let outcome = stage.run(RENDER, &format!("{PROPERTIES}:1+:{name}={low}"));
+            outcome.assert_failed(
+                3,
+                &[name, &format!("is {low} and must be {need}"), "another device"],
+                name,
+            );
+            assert!(stage.read("a.exr") == whole, "{name}");
+        }
+        met += &format!(";{name}={need}");
+    }
+    let push = SHADERS.iter().filter_map(|shader| reflect(&shader.words()).push).map(|push| push.size).max();
+    assert!(push.unwrap() <= 128, "{push:?} bytes of push constants");
+    for render in [RENDER, "render CUBE -q -o a.exr --method photon --spp 1"] {
+        stage.run(render, "").assert_done(render);
+        let whole = stage.read("a.exr");
+        stage.run(render, &format!("{PROPERTIES}:1+:{met}")).assert_done(render);
+        assert!(stage.read("a.exr") == whole, "{render}");
+    }
+}
+
+#[test]
+fn bindings_shorter_than_lists_change_nothing_or_are_refused_with_the_need() {
+    let stage = Stage::new();
+    stage.run(RENDER, "").assert_done("as it is");
+    let whole = stage.read("a.exr");
+    let mut done = 0;
+    for range in [1 << 22, 1 << 20, 1 << 18, 1 << 14, 1 << 10] {
+        let outcome = stage.run(RENDER, &format!("{PROPERTIES}:1+:maxStorageBufferRange={range}"));
+        if outcome.status.success() {
+            done += 1;
+        } else {
+            outcome.assert_failed(
+                4,
+                &["buffer `", " needs ", "the device binds at most"],
+                &range.to_string(),
+            );
+        }
+        assert!(stage.read("a.exr") == whole, "{range}");
+    }
+    assert!((1..5).contains(&done), "both have come about: {done}");
+}

@@ -1,0 +1,165 @@
+//! Output that cannot be written: full discs, folders that take nothing, readers that are gone.
+
+use std::fs::{self, File};
+use std::process::Command;
+
+use crate::program::{Outcome, Stage, outcome};
+
+/// Commands that write, and the file or folder that they write.
+const WRITERS: [(&str, &str); 9] = [
+    ("render CUBE -q --method path --spp 1 -o OUT", "a.png"),
+    ("render CUBE -q --method path --spp 1 -o OUT", "a.exr"),
+    ("render CUBE -q --method path --spp 1 -o b.png --stats OUT", "s.json"),
+    ("precompute CUBE -q -o OUT", "a.paths"),
+    ("time CUBE -q --frames 1 --lights 1 --set quality.entry_points=20000 --json OUT", "t.json"),
+    ("film FILM -q --frames 0..1 -o OUT", "film"),
+    ("sweep CUBE -q --cache cache -o OUT", "sweep"),
+    ("scale CUBE -q -o OUT", "scale"),
+    ("figures CUBE -q --cache cache -o OUT", "figures"),
+];
+
+/// Runs the program through a shell that does something first.
+fn after(stage: &Stage, first: &str, arguments: &str) -> Outcome {
+    let mut command = Command::new("sh");
+    let script = format!("{first}; exec \"$@\"");
+    command.args(["-c", &script, "sh", env!("CARGO_BIN_EXE_lightpaths")]);
+    command.args(stage.words(arguments)).current_dir(stage.folder.path());
+    outcome(command)
+}
+
+#[test]
+fn a_full_disc_is_said_and_the_old_file_survives() {
+    let stage = Stage::new();
+    for (arguments, name) in &WRITERS[..6] {
+        let is_folder = !name.contains('.');
+        if !is_folder {
+            stage.write(name, "old");
+        }
+        // No byte more: what a disc is that is full, for one process.
+        let outcome = after(&stage, "ulimit -f 0", &arguments.replace("OUT", name));
+        // The picture is written before its statistics.
+        let named = if arguments.contains("b.png") { "b.png" } else { name };
+        let words = ["cannot be written", "File too large", named];
+        let said: Vec<_> = outcome.said.iter().filter(|line| !line.contains("debug build")).collect();
+        assert_eq!(outcome.status.code(), Some(2), "{arguments}: {said:?}");
+        assert!(said.len() == 1 && words.iter().all(|word| said[0].contains(word)), "{arguments}: {said:?}");
+        match is_folder {
+            true => assert_eq!(stage.listing(), [""; 0], "{arguments}"),
+            false => {
+                assert_eq!(stage.listing(), [*name], "{arguments}");
+                assert_eq!(stage.read(name), b"old", "{arguments}");
+                fs::remove_file(stage.folder.path().join(name)).unwrap();
+            }
+        }
+    }
+}
+
+#[test]
+fn light_paths_that_cannot_be_kept_are_no_reason_to_fail() {
+    let stage = Stage::new();
+    for cache in ["/proc", "a.txt/cache", "a.txt"] {
+        stage.write("a.txt", "text");
+        let outcome = stage.run(&format!("render CUBE -o a.png --cache {cache}"), "");
+        let is_done = outcome.status.success()
+            && outcome.said.iter().any(|line| line.contains("cache") || line.contains(cache));
+        assert!(
+            is_done || outcome.status.code() == Some(2) && outcome.said.len() == 1,
+            "{cache}: {:?}",
+            outcome.said
+        );
+        assert_eq!(stage.read("a.txt"), b"text", "{cache}");
+        assert!(stage.listing().iter().all(|name| !name.contains(".part")), "{:?}", stage.listing());
+    }
+}
+
+#[test]
+fn places_that_cannot_be_written_are_refused_before_any_work() {
+    let stage = Stage::new();
+    fs::create_dir(stage.folder.path().join("folder.png")).unwrap();
+    stage.write("file", "text");
+    for (arguments, name) in WRITERS {
+        let is_folder = !name.contains('.');
+        let mut places = vec![format!("/proc/{name}"), format!("file/{name}")];
+        match is_folder {
+            true => places.push("file".to_owned()),
+            false => {
+                places.extend([format!("missing/{name}"), "folder.png".to_owned(), "/dev/full".to_owned()])
+            }
+        }
+        for place in places {
+            // A name of another kind is refused for its kind.
+            if place.ends_with("full") && name.contains("a.") {
+                continue;
+            }
+            let outcome = stage.run(&arguments.replace("OUT", &place), "");
+            let words = [place.split('/').next_back().unwrap(), ": "];
+            outcome.assert_failed(2, &words, &format!("{arguments} to {place}"));
+            assert_eq!(outcome.stdout, "", "{arguments} to {place}");
+            assert!(
+                stage.listing().iter().all(|left| left == "file"),
+                "{arguments} to {place}: {:?}",
+                stage.listing()
+            );
+        }
+    }
+}
+
+#[test]
+fn results_that_nobody_takes_are_said_or_dropped_without_a_panic() {
+    let stage = Stage::new();
+    for arguments in [
+        "info CUBE",
+        "--help",
+        "render CUBE -q --method path --spp 1 -o a.png",
+        "compare a.png a.png",
+        "precompute CUBE -q -o a.paths",
+        "film FILM -q --frames 0..1 -o film",
+    ] {
+        // A disc that is full.
+        let mut full = stage.command(arguments);
+        full.stdout(File::options().write(true).open("/dev/full").unwrap());
+        let output = full.output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {said}");
+        assert_eq!(
+            said, "lightpaths: standard output: No space left on device (os error 28)\n",
+            "{arguments}"
+        );
+        // A reader that has gone, a stream that was never there, and both for stderr.
+        for streams in ["exec >&-", "exec 2>&-", "exec >&- 2>&-", "exec 2>/dev/full"] {
+            let outcome = after(&stage, streams, arguments);
+            assert!(
+                outcome.status.success() && outcome.said.is_empty(),
+                "{arguments}, {streams}: {:?}",
+                outcome.said
+            );
+        }
+        let mut gone = stage.command(arguments);
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = gone.stdout(writer.try_clone().unwrap()).stderr(writer).output().unwrap();
+        assert!(output.status.success(), "{arguments}: {:?}", output.status);
+    }
+}
+
+#[test]
+fn failures_that_nobody_hears_of_have_their_exit_code() {
+    let stage = Stage::new();
+    for (arguments, faults, code) in [
+        (
+            "render CUBE --validation --method path --spp 1 -o a.png",
+            "vkQueueSubmit2KHR:1:VK_ERROR_DEVICE_LOST",
+            4,
+        ),
+        ("render CUBE -o a.png", "vkEnumeratePhysicalDevices:1+:NONE", 3),
+        ("render CUBE -o a.jpg", "", 2),
+    ] {
+        let mut command = stage.command(arguments);
+        stage.afflict(&mut command, faults);
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let status = command.stdout(writer.try_clone().unwrap()).stderr(writer).status().unwrap();
+        assert_eq!(status.code(), Some(code), "{arguments}");
+        assert_eq!(stage.listing(), [""; 0], "{arguments}");
+    }
+}

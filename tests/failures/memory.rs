@@ -1,0 +1,71 @@
+//! Memory that runs out: a smaller plan where there is one, a refusal with the need and a setting where there is none.
+
+use crate::program::Stage;
+
+const RENDERS: [&str; 3] = [
+    "render CUBE --method path --spp 1 --validation -o a.exr",
+    "render CUBE -o a.exr",
+    "render CUBE --method photon --spp 1 -o a.exr",
+];
+
+#[test]
+fn every_allocation_may_fail() {
+    let stage = Stage::new();
+    for render in RENDERS {
+        let count = stage.calls(render)["vkAllocateMemory"];
+        let whole = stage.read("a.exr");
+        std::fs::remove_file(stage.folder.path().join("a.exr")).unwrap();
+        for call in 1..=count {
+            let faults = format!("vkAllocateMemory:{call}+:VK_ERROR_OUT_OF_DEVICE_MEMORY");
+            let case = format!("{render}: {faults}");
+            let outcome = stage.run(render, &faults);
+            let words = ["vkAllocateMemory", "VK_ERROR_OUT_OF_DEVICE_MEMORY", " needs ", "the device has"];
+            outcome.assert_failed(4, &words, &case);
+            assert!(stage.listing().is_empty(), "{case}");
+        }
+        // A block that does not fit alone: what is needed of it may.
+        let faults = format!("vkAllocateMemory:{count}:VK_ERROR_OUT_OF_DEVICE_MEMORY");
+        let outcome = stage.run(render, &faults);
+        outcome.assert_done(&faults);
+        assert!(outcome.faults.len() == 1 && stage.read("a.exr") == whole, "{render}");
+        std::fs::remove_file(stage.folder.path().join("a.exr")).unwrap();
+    }
+}
+
+#[test]
+fn allocations_fail_in_other_ways() {
+    let stage = Stage::new();
+    for (faults, words) in [
+        ("vkAllocateMemory:1+:VK_ERROR_OUT_OF_HOST_MEMORY", ["vkAllocateMemory", "ERROR_OUT_OF_HOST_MEMORY"]),
+        ("vkAllocateMemory:1+:VK_ERROR_TOO_MANY_OBJECTS", ["vkAllocateMemory", "ERROR_TOO_MANY_OBJECTS"]),
+        ("vkMapMemory:1+:VK_ERROR_MEMORY_MAP_FAILED", ["vkMapMemory", "memory object has failed"]),
+    ] {
+        let outcome = stage.run(RENDERS[0], faults);
+        assert!(!outcome.faults.is_empty(), "{faults}");
+        outcome.assert_failed(4, &words, faults);
+        assert!(stage.listing().is_empty(), "{faults}");
+    }
+}
+
+#[test]
+fn a_device_of_little_memory_gives_the_same_picture_or_says_what_to_lower() {
+    let stage = Stage::new();
+    let render = "render CUBE -o a.exr";
+    stage.run(render, "").assert_done("enough");
+    let whole = stage.read("a.exr");
+    // Less than one block of memory.
+    let outcome = stage.run(render, "vkAllocateMemory:1+:MOST=12000000");
+    outcome.assert_done("12 MB");
+    assert!(outcome.faults.len() > 10 && stage.read("a.exr") == whole, "{:?}", outcome.faults.len());
+    for (most, settings) in
+        [(1_000_000, "--set quality.entry_points=20000"), (100_000, "--size 1000x1000"), (10, "")]
+    {
+        let case = format!("{most} bytes");
+        let outcome = stage.run(&format!("{render} {settings}"), &format!("vkAllocateMemory:1+:MOST={most}"));
+        outcome.assert_failed(4, &["buffer `", "needs", "vkAllocateMemory", "; "], &case);
+        let advice = outcome.said[0].rsplit("; ").next().unwrap();
+        let names = ["lower quality.", "--size", "fewer triangles", "smaller preset"];
+        assert!(names.iter().any(|name| advice.contains(name)), "{case}: {advice}");
+        assert!(stage.read("a.exr") == whole, "{case}: what was there is as it was");
+    }
+}

@@ -1,0 +1,180 @@
+//! The program under faults: what it did, within a time.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Read;
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
+
+use crate::layer::Layer;
+
+/// Nothing here takes longer, however busy the machine is.
+pub const LONG: Duration = Duration::from_secs(60);
+
+/// A closed room, two metres each way, with its eye and its lamp inside.
+const CUBE: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
+f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 4 1 5 8\nf 2 3 7 6\n";
+/// At quality that takes no time.
+const SCENE: &str = "[[model]]\nfile = \"cube.obj\"\n[camera]\nposition = [0, 1, 0.9]\ntarget = [0, 1, 0]\n\
+up = [0, 1, 0]\nfov_y = 60.0\nsize = [16, 16]\n[[light]]\nname = \"lamp\"\nkind = \"point\"\n\
+position = [0.2, 1.6, 0.1]\nintensity = [1, 1, 1]\n[quality]\nentry_points = 200\ncache_points = 50\n\
+gather_rays = 16\ncells = 8\n";
+/// Four frames in which the camera walks.
+const FILM: &str = "scene = \"cube.toml\"\nfps = 2\nduration = 2.0\n[[camera]]\ntime = 0.0\nposition = [0, 1, 0.9]\n\
+[[camera]]\ntime = 1.9\nposition = [0.4, 0.7, 0.8]\n";
+
+/// Folders of scenes and of results, and the layer.
+pub struct Stage {
+    scenes: TempDir,
+    pub folder: TempDir,
+    layer: Layer,
+}
+
+/// What the program did.
+pub struct Outcome {
+    pub status: ExitStatus,
+    pub stdout: String,
+    /// What the program said on stderr, a line each.
+    pub said: Vec<String>,
+    /// Faults that came about, a line each.
+    pub faults: Vec<String>,
+}
+
+impl Stage {
+    pub fn new() -> Self {
+        let scenes = tempfile::tempdir().unwrap();
+        for (name, text) in [("cube.obj", CUBE), ("cube.toml", SCENE), ("walk.toml", FILM)] {
+            fs::write(scenes.path().join(name), text).unwrap();
+        }
+        Self { scenes, folder: tempfile::tempdir().unwrap(), layer: Layer::new() }
+    }
+
+    /// The program with these arguments, words with blanks between them: `CUBE` and `FILM` are the scene and the film.
+    pub fn command(&self, arguments: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
+        command.current_dir(self.folder.path()).args(self.words(arguments));
+        command
+    }
+
+    pub fn words(&self, arguments: &str) -> Vec<String> {
+        let place = |name: &str| self.scenes.path().join(name).to_str().unwrap().to_owned();
+        let word = |word: &str| match word {
+            "CUBE" => place("cube.toml"),
+            "FILM" => place("walk.toml"),
+            other => other.to_owned(),
+        };
+        arguments.split_whitespace().map(word).collect()
+    }
+
+    /// Runs the program under faults, as `tests/faults` describes them.
+    pub fn run(&self, arguments: &str, faults: &str) -> Outcome {
+        let mut command = self.command(arguments);
+        self.afflict(&mut command, faults);
+        outcome(command)
+    }
+
+    pub fn afflict(&self, command: &mut Command, faults: &str) {
+        self.layer.afflict(command, faults);
+        // Mesa's layer looks at devices before the program does, and does not expect that to fail.
+        command.env("NODEVICE_SELECT", "1");
+    }
+
+    /// How often the program calls each function when nothing fails.
+    pub fn calls(&self, arguments: &str) -> BTreeMap<String, u64> {
+        let mut command = self.command(arguments);
+        let file = self.scenes.path().join("calls");
+        self.afflict(&mut command, "");
+        command.env("LIGHTPATHS_CALLS", &file);
+        let outcome = outcome(command);
+        assert!(outcome.status.success(), "{arguments}: {:?}", outcome.said);
+        let text = fs::read_to_string(file).unwrap();
+        let call =
+            |line: &str| line.split_once(' ').map(|(name, count)| (name.to_owned(), count.parse().unwrap()));
+        text.lines().map(|line| call(line).unwrap()).collect()
+    }
+
+    /// What is in the folder of results.
+    pub fn listing(&self) -> Vec<String> {
+        listing(self.folder.path())
+    }
+
+    pub fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.folder.path().join(name)).unwrap()
+    }
+
+    pub fn write(&self, name: &str, text: &str) {
+        fs::write(self.folder.path().join(name), text).unwrap();
+    }
+}
+
+impl Outcome {
+    /// Demands that exit code, and one line on stderr that holds these words. Faults that were asked for must have come about.
+    pub fn assert_failed(&self, code: i32, words: &[&str], case: &str) {
+        assert_eq!(self.status.code(), Some(code), "{case}: {:?}", self.said);
+        assert_eq!(self.said.len(), 1, "{case}: {:?}", self.said);
+        let line = &self.said[0];
+        assert!(line.starts_with("lightpaths: "), "{case}: {line}");
+        for word in words {
+            assert!(line.contains(word), "{case}: no {word:?} in {line}");
+        }
+    }
+
+    pub fn assert_done(&self, case: &str) {
+        assert!(self.status.success() && self.said.is_empty(), "{case}: {:?}, {:?}", self.status, self.said);
+    }
+}
+
+/// All below a folder, sorted.
+pub fn listing(folder: &Path) -> Vec<String> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let (path, name) =
+            entry.map(|entry| (entry.path(), entry.file_name().into_string().unwrap())).unwrap();
+        match path.is_dir() {
+            true => names.extend(listing(&path).into_iter().map(|below| format!("{name}/{below}"))),
+            false => names.push(name),
+        }
+    }
+    names.sort();
+    names
+}
+
+/// Runs a command that must end by itself.
+pub fn outcome(mut command: Command) -> Outcome {
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let (stdout, stderr) = (text(child.stdout.take().unwrap()), text(child.stderr.take().unwrap()));
+    let status = wait(&mut child, LONG).unwrap_or_else(|| {
+        child.kill().unwrap();
+        panic!("{command:?} hangs");
+    });
+    let stderr = stderr.join().unwrap();
+    let (faults, said) =
+        stderr.lines().map(str::to_owned).partition(|line: &String| line.starts_with("faults: "));
+    Outcome { status, stdout: stdout.join().unwrap(), said, faults }
+}
+
+/// How it ended, if it does within that time.
+pub fn wait(child: &mut Child, limit: Duration) -> Option<ExitStatus> {
+    let begun = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            return Some(status);
+        }
+        if begun.elapsed() > limit {
+            return None;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+fn text(mut from: impl Read + Send + 'static) -> JoinHandle<String> {
+    std::thread::spawn(move || {
+        let mut text = String::new();
+        from.read_to_string(&mut text).unwrap();
+        text
+    })
+}

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{Context, ContextOptions};
 use crate::renderer::{Progress, Renderer, Store};
 use crate::scene::{LoadOptions, Quality, Scene};
-use crate::stored::Folder;
+use crate::stored::{Folder, is_foreign};
 
 /// Largest image side in pixels; what a device can hold is asked of the device.
 const SIZE_MAX: u32 = 16_384;
@@ -59,6 +59,11 @@ impl CacheArgs {
                 Some(_) => {
                     Err(Error::Usage("--cache-limit is for a folder, and --cache names a file".into()))
                 }
+                // It would be written over.
+                None if is_foreign(path) => Err(Error::input(
+                    path,
+                    "holds no light paths: --cache takes a folder, or a file that `precompute` wrote",
+                )),
                 None => Ok(Some(Store::File(path.clone()))),
             };
         }

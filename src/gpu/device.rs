@@ -170,7 +170,6 @@ pub(super) const EXTENSIONS: [&std::ffi::CStr; 2] =
 fn too_low(limits: &Limits) -> Option<String> {
     let rows = [
         ("maxPerStageDescriptorStorageBuffers (or maxPushDescriptors)", limits.storage_buffers, 18),
-        ("maxComputeSharedMemorySize", limits.shared_bytes, 17_420),
         ("maxComputeWorkGroupInvocations", limits.workgroup_invocations, 256),
         ("maxComputeWorkGroupSize[0]", limits.workgroup_size[0], 256),
     ];

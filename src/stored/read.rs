@@ -4,6 +4,8 @@ use super::format::{BYTE_ORDER, Dependency, Header, Key, MAGIC, Section, hash, h
 use super::{Refusal, VERSION};
 use crate::files::{self, Unread};
 use bytemuck::Pod;
+use std::fs;
+use std::io::Read;
 use std::path::Path;
 
 /// Bytes of a file at most: what it holds has to fit into a device.
@@ -29,6 +31,13 @@ fn name(bytes: &[u8]) -> Result<&str, Refusal> {
     let (name, padding) = bytes.split_at(end);
     let name = std::str::from_utf8(name).ok().filter(|name| !name.is_empty());
     name.filter(|_| padding.iter().all(|&byte| byte == 0)).ok_or_else(|| Refusal::damaged("a name is none"))
+}
+
+/// Whether a file begins as another program's does, or somebody's text; no if it cannot be read.
+pub fn is_foreign(file: &Path) -> bool {
+    let mut start = Vec::new();
+    let read = fs::File::open(file).and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut start));
+    read.is_ok() && !MAGIC.starts_with(&start)
 }
 
 impl<'a> File<'a> {

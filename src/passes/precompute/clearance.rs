@@ -48,30 +48,35 @@ pub(super) struct Surveyor {
     pipeline: Pipeline,
     candidates: Buffer,
     clearances: Buffer,
+    /// Candidates of one dispatch at most.
+    limit: u32,
     scene_size: f32,
     seed: u32,
 }
 
 impl Surveyor {
-    /// Candidates of one dispatch at most.
+    /// Candidates of one dispatch at most, where the device binds as many.
     const LIMIT: u32 = 1 << 15;
 
     pub(super) fn new(context: &Arc<Context>, scene_size: f32, seed: u32) -> Result<Self> {
         let [rings, sectors] = Hemisphere::new(CLEARANCE_RAYS).constants();
         let constants = [rings, sectors, context.waiting_group()];
+        let bindable = context.limits().storage_range_bytes / size_of::<CachePoint>() as u64;
+        let limit = bindable.clamp(1, Self::LIMIT.into()) as u32;
         Ok(Self {
             context: context.clone(),
             pipeline: Pipeline::new(context, STEM, &constants)?,
             candidates: Buffer::storage(
                 context,
                 "candidates",
-                u64::from(Self::LIMIT) * size_of::<CachePoint>() as u64,
+                u64::from(limit) * size_of::<CachePoint>() as u64,
             )?,
             clearances: Buffer::storage(
                 context,
                 "clearances",
-                u64::from(Self::LIMIT) * size_of::<Clearance>() as u64,
+                u64::from(limit) * size_of::<Clearance>() as u64,
             )?,
+            limit,
             scene_size,
             seed,
         })
@@ -84,7 +89,7 @@ impl Surveyor {
         mut progress: Option<&mut dyn Progress>,
     ) -> Result<Vec<Clearance>> {
         let mut measured = Vec::with_capacity(candidates.len());
-        Chunks::new(2048, Self::LIMIT).run(candidates.len() as u32, |first, count| {
+        Chunks::new(2048, self.limit).run(candidates.len() as u32, |first, count| {
             self.candidates.write(&candidates[first as usize..(first + count) as usize])?;
             let push = ClearancePush { candidate_count: count, seed: self.seed, scene_size: self.scene_size };
             let ((), timings) = self.context.run(|rec| {

@@ -98,14 +98,15 @@ pub fn open_rays(
     reach: f32,
     seed: u32,
 ) -> Result<Vec<u32>> {
-    /// Points of one dispatch at most.
-    const LIMIT: u32 = 1 << 17;
-    let limit = u64::from((points.len() as u32).clamp(1, LIMIT));
+    /// Points of one dispatch at most, where the device binds as many.
+    const LIMIT: u64 = 1 << 17;
+    let bindable = context.limits().storage_range_bytes / size_of::<OpennessPoint>() as u64;
+    let limit = (points.len() as u64).min(LIMIT).min(bindable).max(1);
     let pipeline = Pipeline::new(context, STEM, &hemisphere.constants())?;
     let asked = Buffer::storage(context, "openness points", limit * size_of::<OpennessPoint>() as u64)?;
     let answered = Buffer::storage(context, "open rays", 4 * limit)?;
     let mut open = Vec::with_capacity(points.len());
-    Chunks::new(1 << 13, LIMIT).run(points.len() as u32, |first, count| {
+    Chunks::new(1 << 13, limit as u32).run(points.len() as u32, |first, count| {
         asked.write(&points[first as usize..(first + count) as usize])?;
         let ((), timings) = context.run(|rec| {
             rec.pass(STEM).dispatch(

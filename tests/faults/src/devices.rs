@@ -97,6 +97,7 @@ unsafe fn set(properties: &mut vk::PhysicalDeviceProperties2<'_>, name: &str, va
                 }
             }
         }
+        "maxTexelBufferElements" => limits.max_texel_buffer_elements = number(),
         "maxStorageBufferRange" => limits.max_storage_buffer_range = number(),
         _ => panic!("faults: no such property: {name}"),
     }

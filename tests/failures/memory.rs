@@ -57,6 +57,15 @@ fn a_device_of_little_memory_gives_the_same_picture_or_says_what_to_lower() {
     let outcome = stage.run(render, "vkAllocateMemory:1+:MOST=12000000");
     outcome.assert_done("12 MB");
     assert!(outcome.faults.len() > 10 && stage.read("a.exr") == whole, "{:?}", outcome.faults.len());
+    // Each buffer has an allocation of its own then, of which any may be the first to fail.
+    let count = outcome.faults.len();
+    for call in (1..=count).step_by(count / 10) {
+        let faults = format!(
+            "vkAllocateMemory:{call}+:VK_ERROR_OUT_OF_DEVICE_MEMORY,vkAllocateMemory:1+:MOST=12000000"
+        );
+        stage.run(render, &faults).assert_failed(4, &["vkAllocateMemory", " needs "], &faults);
+        assert!(stage.read("a.exr") == whole, "{faults}");
+    }
     for (most, settings) in
         [(1_000_000, "--set quality.entry_points=20000"), (100_000, "--size 1000x1000"), (10, "")]
     {

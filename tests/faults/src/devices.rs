@@ -22,6 +22,7 @@ pub(crate) unsafe extern "system" fn enumerate(
     let next =
         unsafe { std::mem::transmute::<vk::PFN_vkVoidFunction, Enumerate>(chain::next(instance, NAME)) };
     let times = match asked.as_deref() {
+        // SAFETY: the caller's own parameters.
         None => return unsafe { next(instance, count, devices) },
         Some("NONE") => 0,
         Some("TWO") => 2,
@@ -29,6 +30,7 @@ pub(crate) unsafe extern "system" fn enumerate(
     };
     let mut all = [vk::PhysicalDevice::null(); 16];
     let mut known = all.len() as u32;
+    // SAFETY: there is room for as many as are said to be known.
     let result = unsafe { next(instance, &raw mut known, all.as_mut_ptr()) };
     if result != vk::Result::SUCCESS {
         return result;

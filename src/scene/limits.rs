@@ -2,7 +2,7 @@
 //! limit is where it is.
 
 /// Bytes of a scene's or a film's TOML file.
-pub const TOML_BYTES: u64 = 16 << 20;
+pub const TOML_BYTES: u64 = 4 << 20;
 /// Bytes of an OBJ file.
 pub const OBJ_BYTES: u64 = 2 << 30;
 /// Bytes of an MTL file.

@@ -1,7 +1,8 @@
 //! What is too much is refused, in a line that says how much it is, and before there is memory for it.
 
 use lightpaths::scene::limits::{
-    CAMERAS, FILM_KEYS, IMAGE_SIDE, LIBRARIES, LIGHTS, MATERIALS, MODELS, NAME_BYTES,
+    self, CAMERAS, FILM_KEYS, IMAGE_BYTES, IMAGE_SIDE, LIBRARIES, LIGHTS, MATERIALS, MODELS, MTL_BYTES,
+    NAME_BYTES, OBJ_BYTES, TOML_BYTES,
 };
 use lightpaths::scene::{Film, LoadOptions, Scene};
 
@@ -16,6 +17,28 @@ fn refuses(toml: &str, obj: &str, expected: &str) {
 
 fn lights(count: usize) -> String {
     (0..count).map(|number| LIGHT.replace("lamp", &format!("lamp {number}"))).collect()
+}
+
+/// Files with a hole in them are as long as they say, and take no room.
+#[test]
+fn files_are_not_too_long() {
+    let obj = format!("mtllib m.mtl\nusemtl a\nvt 0 0\n{SQUARE}");
+    for (name, most, words) in [
+        ("s.toml", TOML_BYTES, "s.toml: "),
+        ("m.obj", OBJ_BYTES, "s.toml:2: model.0.file: "),
+        ("m.mtl", MTL_BYTES, "m.obj:1: mtllib: "),
+        ("i.png", IMAGE_BYTES, "m.mtl:2: map_Kd: "),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("s.toml"), good_toml()).unwrap();
+        std::fs::write(at("m.obj"), &obj).unwrap();
+        std::fs::write(at("m.mtl"), "newmtl a\nmap_Kd i.png\n").unwrap();
+        std::fs::File::create(at(name)).unwrap().set_len(most + 1).unwrap();
+        let said = message(Scene::load(at("s.toml").to_str().unwrap(), &LoadOptions::default()));
+        let expected = format!("has {} bytes, {most} at most", most + 1);
+        assert!(said.starts_with(words) && said.contains(&expected), "{said}");
+    }
 }
 
 #[test]
@@ -202,4 +225,40 @@ fn numbers_stay_numbers_under_transforms() {
     }
     assert_eq!(refused, 576);
     assert!(Scene::load("box", &LoadOptions::default()).is_ok());
+}
+
+/// What people are told is what holds.
+#[test]
+fn the_page_states_the_limits() {
+    let page = include_str!("../../docs/reliability.md");
+    let mib = |bytes: u64| match bytes >> 30 {
+        0 => format!("{} MiB", bytes >> 20),
+        gib => format!("{gib} GiB"),
+    };
+    let count = |count: u64| {
+        let digits = count.to_string();
+        let groups = digits.as_bytes().rchunks(3).rev();
+        let groups: Vec<&str> = groups.map(|group| std::str::from_utf8(group).unwrap()).collect();
+        if count < 10_000 { digits.clone() } else { groups.join(" ") }
+    };
+    for (name, stated) in [
+        ("TOML_BYTES", mib(TOML_BYTES)),
+        ("OBJ_BYTES", mib(OBJ_BYTES)),
+        ("MTL_BYTES", mib(MTL_BYTES)),
+        ("IMAGE_BYTES", mib(IMAGE_BYTES)),
+        ("NAME_BYTES", format!("{} bytes", count(NAME_BYTES as u64))),
+        ("MODELS", count(MODELS as u64)),
+        ("TRIANGLES", count(limits::TRIANGLES as u64)),
+        ("LIBRARIES", count(LIBRARIES as u64)),
+        ("MATERIALS", count(MATERIALS as u64)),
+        ("LIGHTS", count(LIGHTS as u64)),
+        ("CAMERAS", count(CAMERAS as u64)),
+        ("FILM_KEYS", count(FILM_KEYS as u64) + " each"),
+        ("FILM_FRAMES", count(limits::FILM_FRAMES.into())),
+        ("IMAGE_SIDE", format!("{} texels", count(IMAGE_SIDE.into()))),
+        ("TEXELS", count(limits::TEXELS)),
+        ("IMAGE_GROWTH", count(limits::IMAGE_GROWTH)),
+    ] {
+        assert!(page.contains(&format!(" | {stated} | `{name}` | ")), "{name} is {stated}");
+    }
 }

@@ -315,6 +315,12 @@ impl Lights {
         self.sources.iter().filter(|source| shines(source))
     }
 
+    /// Lights that shine and whose form factors and layer are those of the light as it is, with both.
+    pub(super) fn traced(&self) -> impl Iterator<Item = (&LightSource, &Buffer, &Buffer)> {
+        let traced = self.shining().filter(|(_, rows)| rows.has_factors && rows.has_layer);
+        traced.map(|(light, rows)| (&self.sources[light.index as usize], &rows.factors, &rows.layer))
+    }
+
     /// Lights that shine and whose beams are to be traced, their form factors, and where beams go; none where nothing may shine.
     pub(super) fn without_beams(&self) -> Vec<(OneLight<'_>, &Buffer, GlossLight<'_>)> {
         let due = self.shining().filter(|(_, rows)| !rows.has_factors);

@@ -102,6 +102,7 @@ impl Renderer {
         let (skipped, unreached) = self.skipped_light()?;
         statistics.skipped.extend(skipped);
         statistics.counts.insert("entry points that no light reaches".into(), unreached);
+        statistics.removed = self.bounded_light()?;
         Ok(statistics)
     }
 

@@ -109,6 +109,8 @@ pub struct Statistics {
     pub counts: BTreeMap<String, u64>,
     /// Shares of work that was not needed, 0..=1.
     pub skipped: BTreeMap<String, f64>,
+    /// Shares of energy that bounds take away, 0..=1.
+    pub removed: BTreeMap<String, f64>,
 }
 
 impl Statistics {

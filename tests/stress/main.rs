@@ -1,14 +1,18 @@
 //! What renderers break on: odd sizes, odd places, odd powers, and the order of things.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+mod boxes;
 mod closed;
 #[path = "../common/mod.rs"]
 mod common;
+mod dark_sides;
 mod determinism;
 mod edits;
 mod extremes;
 mod film;
 mod geometry;
+mod lamps;
+mod rays;
 mod views;
 
 use common::context;
@@ -87,6 +91,21 @@ fn assert_finite(renderer: &Renderer) {
         };
         assert!(pixels.as_flattened().iter().all(is_sane), "{layer:?}");
     }
+}
+
+/// Where each pixel's ray meets the scene, from its depth; none where it leaves.
+fn positions(renderer: &Renderer) -> Vec<Option<Vec3>> {
+    let camera = &renderer.scene().cameras[0];
+    let [right, up, forward] = camera.frame();
+    let [width, height] = camera.size.map(|pixels| pixels as f32);
+    let tan = (0.5 * camera.fov_y_degrees).to_radians().tan();
+    let depths = renderer.layer(Layer::Depth).unwrap();
+    let position = |(index, depth): (u32, &[f32; 3])| {
+        let x = (2.0 * ((index % camera.size[0]) as f32 + 0.5) / width - 1.0) * tan * width / height;
+        let y = (1.0 - 2.0 * ((index / camera.size[0]) as f32 + 0.5) / height) * tan;
+        depth[0].is_finite().then(|| camera.position + depth[0] * (forward + x * right + y * up))
+    };
+    (0..).zip(&depths).map(position).collect()
 }
 
 /// A count of the renderer's statistics.

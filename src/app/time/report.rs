@@ -155,6 +155,9 @@ fn counts(text: &mut String, timed: &Timed) {
     for (what, share) in &timed.statistics.skipped {
         line(text, format_args!("skipped: {what} {:.1} %", 100.0 * share));
     }
+    for (what, share) in &timed.statistics.removed {
+        line(text, format_args!("removed by bounds: {what} {:.4} %", 100.0 * share));
+    }
     let step = timed.measurement.step_records;
     line(text, format_args!("counted: records that a step of the camera needs besides {step:.0}"));
     for (what, count) in &timed.statistics.counts {
@@ -221,6 +224,7 @@ fn scene_json(timed: &Timed, copy_gbps: Option<f64>) -> Value {
         "floored_ms": floored_ms,
         "passes": passes.collect::<Vec<_>>(),
         "skipped": statistics.skipped,
+        "removed": statistics.removed,
         "counts": statistics.counts,
     })
 }

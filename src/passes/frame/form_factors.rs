@@ -66,6 +66,7 @@ pub struct FormFactors {
     shafts: Shafts,
     sum: LightSum,
     entry_points: Parts,
+    weights: Vec<f32>,
     point_count: u32,
     area_m2: f32,
 }
@@ -112,6 +113,7 @@ impl FormFactors {
             shafts: Shafts::new(context, points.chunks(most as usize).map(batches).sum())?,
             sum: LightSum::new(context)?,
             entry_points: Parts::cut(context, "entry points", &points, most)?,
+            weights: entry_points.iter().map(|point| point.weight).collect(),
             point_count: entry_points.len() as u32,
             area_m2,
         };
@@ -157,6 +159,16 @@ impl FormFactors {
     /// Entry points.
     pub fn point_count(&self) -> u32 {
         self.point_count
+    }
+
+    /// Area that each entry point stands for in the mean, m².
+    pub fn area_m2(&self) -> f32 {
+        self.area_m2
+    }
+
+    /// Area that each of them stands for, over that mean.
+    pub fn weights(&self) -> &[f32] {
+        &self.weights
     }
 
     /// The entry points themselves.

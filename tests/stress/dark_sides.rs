@@ -115,28 +115,28 @@ fn leak(sides: &Sides, quality: Quality) -> f64 {
     let camera = &sides.scene.cameras[0];
     renderer.move_camera(turned(camera.position), turned(camera.target));
     renderer.frame().unwrap();
-    let lit =
-        [Layer::Beauty, Layer::Indirect].map(|layer| mean(&renderer, layer, |p| (sides.is_dark)(turned(p))));
-    println!("{dark:e} {lit:?} {:?}", renderer.scene().warnings);
-    dark / lit[0]
+    dark / mean(&renderer, Layer::Beauty, |p| (sides.is_dark)(turned(p)))
 }
 
+/// What leaks where clusters are not split along walls, and where they are, is at most so much of each scene's lit side.
+fn check(quality: &Quality, bounds: [[f64; 2]; 5]) {
+    for (sides, bounds) in scenes().iter().zip(bounds) {
+        let found = [0, 1].map(|gap_rounds| leak(sides, Quality { gap_rounds, ..quality.clone() }));
+        println!("{}: {:.1e} of the lit side, {:.1e} with split clusters", sides.name, found[0], found[1]);
+        assert!(found[0] <= bounds[0] && found[1] <= bounds[1], "{}: {found:?}", sides.name);
+    }
+    assert_silent(&context());
+}
+
+#[test]
+fn dark_sides_stay_dark() {
+    let quality = Quality { entry_points: 50_000, cache_points: 2_000, gather_rays: 64, ..Quality::DRAFT };
+    check(&quality, [[4e-3, 2e-3], [1e-3, 1e-3], [1e-3, 1e-3], [6e-3, 1e-3], [2.5e-2, 3e-3]]);
+}
+
+/// The bar is a thousandth. Walls without thickness do not keep to it: see docs/numerics.md.
 #[test]
 #[ignore = "full size: make stress"]
-fn dark_sides_at_the_papers_settings() {
-    for sides in scenes() {
-        let found = [0, 1, 3].map(|gap_rounds| 1e6 * leak(&sides, Quality { gap_rounds, ..Quality::PAPER }));
-        println!("{}: {found:.2?} millionths of the lit side", sides.name);
-    }
-    assert_silent(&context());
-}
-
-#[test]
-fn dark_sides() {
-    let quality = Quality { entry_points: 100_000, cache_points: 4_000, gather_rays: 144, ..Quality::DRAFT };
-    for sides in scenes() {
-        let found = [0, 1, 3].map(|gap_rounds| leak(&sides, Quality { gap_rounds, ..quality.clone() }));
-        println!("{}: {found:.2?} millionths of the lit side", sides.name);
-    }
-    assert_silent(&context());
+fn dark_sides_stay_dark_at_the_papers_settings() {
+    check(&Quality::PAPER, [[1e-3; 2], [1e-3; 2], [1e-3; 2], [5e-3, 1e-3], [1.5e-2, 1e-3]]);
 }

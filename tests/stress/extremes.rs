@@ -1,7 +1,7 @@
 //! Powers, albedos and quality settings at the ends of their ranges.
 
-use crate::common::{assert_silent, context};
-use crate::{SMALL, count, render, room, the_box};
+use crate::common::{assert_silent, context, random_words};
+use crate::{SMALL, assert_finite, count, prepare, render, room, the_box};
 use glam::Vec3;
 use lightpaths::Error;
 use lightpaths::passes::precompute::entry_points::DENSEST;
@@ -33,6 +33,101 @@ fn pictures_are_linear_in_the_power_of_the_light() {
         }
     }
     assert_silent(&context());
+}
+
+/// Two rooms in one scene that do not see each other, one lit a hundred million times as brightly as the other.
+#[test]
+fn light_beside_what_is_much_brighter_is_not_lost() {
+    let open = |wall: usize, x: f32| {
+        let mut triangles = shapes::closed_box(Vec3::ONE, 0.5).triangles;
+        triangles.drain(2 * wall..2 * wall + 2);
+        for triangle in &mut triangles {
+            triangle.positions = triangle.positions.map(|p| p + x * Vec3::X);
+        }
+        triangles
+    };
+    let mut scene = shapes::closed_box(Vec3::ONE, 0.5);
+    // Open at the front and at the back.
+    scene.triangles = [open(3, 0.0), open(0, 3.0)].concat();
+    let lamp = |x: f32, power: f32| {
+        let kind = LightKind::Point { position: x * Vec3::X, intensity: Vec3::splat(power) };
+        Light { name: format!("{power:e}"), kind, is_on: true }
+    };
+    scene.lights = vec![lamp(0.0, 1.0), lamp(3.0, 1e8)];
+    let mut renderer = render(scene, SMALL);
+    let both = renderer.layer(Layer::Indirect).unwrap();
+    let irradiance: Vec<Vec3> = renderer.stages().cluster_irradiance.read().unwrap();
+    let brightest = irradiance.iter().map(|e| e.x).fold(0.0, f32::max);
+    renderer.switch_light(1, false).unwrap();
+    renderer.frame().unwrap();
+    let mut range = [f32::INFINITY, 0.0];
+    for (both, alone) in
+        both.as_flattened().iter().zip(renderer.layer(Layer::Indirect).unwrap().as_flattened())
+    {
+        assert!((both - alone).abs() <= 1e-5 * alone, "{both} instead of {alone} W/m²/sr");
+        range = [range[0].min(*alone), range[1].max(*alone)];
+    }
+    println!("{range:?} W/m²/sr in the picture, beside {brightest} W/m²");
+    assert!(range[0] > 0.0 && brightest > 1e8 * range[1]);
+    assert_silent(&context());
+}
+
+fn check_materials(rounds: usize, scene: impl Fn() -> Scene) {
+    let mut words = random_words(7, 20 * rounds * 64).into_iter();
+    let mut unit = || (words.next().unwrap() >> 8) as f32 / 16_777_216.0;
+    let mut renderer = None;
+    for round in 0..rounds {
+        // Every fourth is a cold start with all materials as they are; the others are edits.
+        let is_cold = round % 4 == 0;
+        let mut cold = scene();
+        let powers = [1e-8, 1.0, 1e12];
+        let power = powers[round % 3];
+        for index in 0..cold.materials.len() {
+            let mut albedo =
+                || Vec3::from([0; 3].map(|_| [0.0, 1.0, unit(), unit()][(4.0 * unit()) as usize % 4]));
+            let (mut diffuse, mut specular) = (albedo(), albedo());
+            // Where all is white no path ends, and the scene is refused.
+            diffuse.x = diffuse.x.min(0.9);
+            let exponent = 10f32.powf(6.0 * unit());
+            let material = &mut cold.materials[index];
+            specular = if material.editable { specular } else { Vec3::ZERO };
+            if !is_cold {
+                let edited: &mut Renderer = renderer.as_mut().unwrap();
+                edited.set_material(index, diffuse, specular, exponent).unwrap();
+            }
+            (material.diffuse, material.specular, material.exponent) = (diffuse, specular, exponent);
+            material.conserve_energy();
+        }
+        if is_cold {
+            renderer = Some(prepare(with_intensity(cold, power), SMALL));
+        }
+        let renderer = renderer.as_mut().unwrap();
+        for light in 0..renderer.scene().lights.len() {
+            let kind = renderer.scene().lights[light].kind.with_emission(Vec3::splat(power));
+            renderer.set_light(light, kind).unwrap();
+        }
+        renderer.frame().unwrap();
+        assert_finite(renderer);
+    }
+    assert_silent(&context());
+}
+
+/// The Box, in which anything may shine.
+fn fickle_box() -> Scene {
+    let mut scene = the_box(&["camera.size=[40,30]".to_owned()]);
+    scene.materials.iter_mut().for_each(|material| material.editable = true);
+    scene
+}
+
+#[test]
+fn random_materials_and_powers_give_finite_pictures() {
+    check_materials(8, fickle_box);
+}
+
+#[test]
+#[ignore = "full size: make stress"]
+fn many_random_materials_and_powers_give_finite_pictures() {
+    check_materials(200, fickle_box);
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod closed;
 mod common;
 mod dark_sides;
 mod determinism;
+mod dispatches;
 mod edits;
 mod extremes;
 mod film;

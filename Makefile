@@ -11,7 +11,7 @@ help:
 	@echo 'make demo   open the window'
 	@echo 'make screenshots pictures of the window, into docs/images'
 	@echo 'make test   all tests'
-	@echo 'make stress built-in scenes of ten million triangles (8 GB of memory)'
+	@echo 'make stress full sizes of the tests of docs/numerics.md, and scenes of ten million triangles (8 GB of memory, a quarter of an hour on two cores)'
 	@echo 'make fuzz   readers of files from strangers, SECONDS=60 each (needs a nightly compiler)'
 	@echo 'make audit  advisories against the crates that are used (needs a network)'
 	@echo 'make lint   formatting, lints, documentation, tree checks, licences'
@@ -49,6 +49,7 @@ test:
 stress:
 	@scripts/setup.sh --tests
 	$(CARGO) test --release --locked --test scene -- --ignored places_of_one_and_ten
+	$(CARGO) test --release --locked --test stress -- --ignored --nocapture
 
 lint:
 	@scripts/setup.sh --lint

@@ -2,6 +2,7 @@
 
 mod accounts;
 mod advice;
+mod bounds;
 mod changes;
 mod closed_places;
 mod counts;

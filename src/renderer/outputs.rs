@@ -103,6 +103,7 @@ impl Renderer {
         statistics.skipped.extend(skipped);
         statistics.counts.insert("entry points that no light reaches".into(), unreached);
         statistics.removed = self.bounded_light()?;
+        statistics.counts.extend(self.limited()?.map(|(name, value)| (name.to_owned(), value)));
         Ok(statistics)
     }
 

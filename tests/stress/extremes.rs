@@ -7,7 +7,7 @@ use lightpaths::Error;
 use lightpaths::passes::precompute::entry_points::DENSEST;
 use lightpaths::renderer::{Layer, Renderer, Silent};
 use lightpaths::scene::{Light, LightKind, Quality, Scene, shapes};
-use lightpaths::types::Deposit;
+use lightpaths::types::{Deposit, Record};
 
 fn with_intensity(mut scene: Scene, watts_per_steradian: f32) -> Scene {
     for light in &mut scene.lights {
@@ -159,6 +159,27 @@ fn a_closed_room_that_absorbs_nothing_is_refused() {
         panic!("it was rendered")
     };
     assert!(message.contains("quality.entry_points"), "{message}");
+    assert_silent(&context());
+}
+
+/// The integrating sphere with walls nearly white, beside those of `tests/physics/sphere.rs`. A path goes on for a hundred bounces, so the mean
+/// of so many paths is known to a quarter per cent.
+#[test]
+#[ignore = "full size: make stress"]
+fn a_white_furnace_is_as_bright_as_its_closed_form() {
+    const ALBEDO: f32 = 0.99;
+    let scene = shapes::integrating_sphere(1.5, 3, ALBEDO, Vec3::new(0.2, 0.1, -0.3), 10.0);
+    let expected = 10.0 / scene.area_m2() * f64::from(ALBEDO / (1.0 - ALBEDO));
+    let quality = Quality { entry_points: 200_000, cache_points: 400, ..Quality::PAPER };
+    let mut renderer = prepare(scene, quality);
+    renderer.set_skipping(false);
+    renderer.frame().unwrap();
+    let records: Vec<Record> = renderer.stages().records.read().unwrap();
+    let tint = renderer.stages().tint;
+    let sum: f64 = records.iter().map(|record| f64::from((tint * record.irradiance).x)).sum();
+    let error = sum / records.len() as f64 / expected - 1.0;
+    println!("albedo {ALBEDO}: {:+.3} %", 100.0 * error);
+    assert!(error.abs() <= 5e-3, "{error}");
     assert_silent(&context());
 }
 

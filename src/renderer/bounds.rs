@@ -1,0 +1,120 @@
+//! What bounds do to a picture, for people: counted when asked, not in frames.
+
+use super::Renderer;
+use crate::cpu::lights::{lattice_point, sample_light};
+use crate::error::Result;
+use crate::passes::frame::splat::SplatWeight;
+use crate::types::{LightSource, NO_SIDE, PixelSurface, Record};
+use glam::{DVec3, Vec3};
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+impl Renderer {
+    /// Shares of the light of entry points and of pixels, 0..=1, that 1/d² would bring besides and its bounded form does not: what lights
+    /// so near take away that a point is no longer small beside their distance. A light that few points are near to may lose more, or
+    /// less, than it: by chance, and uncounted.
+    pub(super) fn bounded_light(&self) -> Result<BTreeMap<String, f64>> {
+        let weights = self.form_factors.weights();
+        let area_m2 = self.form_factors.area_m2();
+        let points = self.form_factors.entry_points()?;
+        let pixels: Vec<PixelSurface> = self.primary.pixels.read()?;
+        let (mut at_points, mut at_pixels) = (Light::default(), Light::default());
+        for (light, factors, layer) in self.lights.traced() {
+            let power = f64::from(light.emission.element_sum());
+            let found: Vec<f32> = factors.read()?;
+            for ((point, found), weight) in
+                points.iter().zip(found).zip(weights).filter(|((_, found), _)| *found > 0.0)
+            {
+                let normal = self.normal(point.side);
+                at_points.add(
+                    light,
+                    point.position,
+                    normal,
+                    area_m2,
+                    power * f64::from(*weight) * f64::from(found),
+                );
+            }
+            let found: Vec<f32> = layer.read_range(0, pixels.len())?;
+            for (pixel, found) in
+                pixels.iter().zip(found).filter(|(pixel, found)| pixel.side != NO_SIDE && *found > 0.0)
+            {
+                at_pixels.add(light, pixel.position, pixel.normal, pixel.footprint, power * f64::from(found));
+            }
+        }
+        let shares = [
+            ("light at entry points beside lights", at_points),
+            ("light at pixels beside lights", at_pixels),
+        ];
+        Ok(shares.map(|(name, light)| (name.to_owned(), light.share())).into())
+    }
+
+    /// Extrapolations of records to the last view's pixels that were kept from falling below zero, or, to pixels without a covering
+    /// record, from changing too much; and pixels whose sum was kept from it.
+    pub(super) fn limited(&self) -> Result<[(&'static str, u64); 2]> {
+        let pixels: Vec<PixelSurface> = self.primary.pixels.read()?;
+        let records: Vec<Record> = self.blend.records.read()?;
+        let [first, weights] = self.splat.lists();
+        let first: Vec<u32> = first.read_range(0, pixels.len() + 1)?;
+        let end = first
+            .last()
+            .map_or(0, |&end| end as usize)
+            .min((weights.bytes() / size_of::<SplatWeight>() as u64) as usize);
+        let weights: Vec<SplatWeight> = weights.read_range(0, end)?;
+        let (mut extrapolations, mut sums) = (0, 0);
+        for (pixel, ends) in pixels.iter().zip(first.windows(2)) {
+            let (mut irradiance, mut offset, mut along) = (Vec3::ZERO, Vec3::ZERO, glam::Mat3::ZERO);
+            for weight in weights.get(ends[0] as usize..(ends[1] as usize).min(end)).unwrap_or_default() {
+                let record = &records[weight.record as usize];
+                let moved = pixel.position - record.position;
+                let change =
+                    0.5 * record.translation.transpose() * moved + record.rotation.transpose() * pixel.normal;
+                let is_bare = weight.weight < 0.0;
+                let bounded =
+                    if is_bare { change.clamp(-0.5 * record.irradiance, record.irradiance) } else { change };
+                let value = record.irradiance + bounded;
+                extrapolations += u64::from(bounded != change || value.min_element() < 0.0);
+                let share = weight.weight.abs();
+                irradiance += share * value.max(Vec3::ZERO);
+                offset += share * moved;
+                along += if is_bare { glam::Mat3::ZERO } else { record.translation * share };
+            }
+            sums += u64::from((irradiance + 0.5 * along.transpose() * offset).min_element() < 0.0);
+        }
+        Ok([
+            ("extrapolations of records that were limited", extrapolations),
+            ("pixels kept from falling below zero", sums),
+        ])
+    }
+}
+
+/// Light that was found, and what the bound took away of it.
+#[derive(Default)]
+struct Light {
+    found: f64,
+    removed: f64,
+}
+
+impl Light {
+    /// Adds light that a surface point of that extent (m²) was found to get of a light. Of area lights, all point samples that the point
+    /// faces are taken to be seen alike.
+    fn add(&mut self, light: &LightSource, position: Vec3, normal: Vec3, area_m2: f32, found: f64) {
+        let (mut bounded, mut removed) = (0.0, 0.0);
+        for number in 0..light.samples {
+            let Some(sample) = sample_light(light, position.as_dvec3(), lattice_point(light, number)) else {
+                continue;
+            };
+            // [Wallace]
+            let excess = f64::from(area_m2) / PI / sample.distance.powi(2);
+            let open = normal.as_dvec3().dot(sample.direction).max(0.0) * sample.irradiance.dot(DVec3::ONE)
+                / (1.0 + excess);
+            bounded += open;
+            removed += open * excess;
+        }
+        self.found += found;
+        self.removed += if bounded > 0.0 { found * removed / bounded } else { 0.0 };
+    }
+
+    fn share(&self) -> f64 {
+        if self.removed > 0.0 { self.removed / (self.found + self.removed) } else { 0.0 }
+    }
+}

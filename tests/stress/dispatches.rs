@@ -17,12 +17,15 @@ fn times(trace: &Trace) -> BTreeMap<&'static str, Vec<(f64, u32)>> {
     times
 }
 
-/// The longest.
-fn most(times: &[(f64, u32)]) -> f64 {
-    times.iter().map(|time| time.0).fold(0.0, f64::max)
+/// The longest, and the one in the middle.
+fn extremes(times: &[(f64, u32)]) -> [f64; 2] {
+    let mut times: Vec<f64> = times.iter().map(|time| time.0).collect();
+    times.sort_by(f64::total_cmp);
+    [times.last().copied().unwrap_or_default(), times.get(times.len() / 2).copied().unwrap_or_default()]
 }
 
-/// Dispatches aim at 50 ms, by the time of the one before. Of each kernel the first recording may hold its compilation.
+/// Dispatches aim at 25 ms, by the time of the one before, and items differ: 50 ms hold for the one in the middle, whatever else the machine
+/// does. The longest is told: it means something where nothing else runs. Of each kernel the first recording may hold its compilation.
 #[test]
 #[ignore = "full size: make stress"]
 fn precomputation_takes_the_device_for_short_times() {
@@ -36,14 +39,16 @@ fn precomputation_takes_the_device_for_short_times() {
     for (when, passes) in [("precomputation", &precomputation), ("frame", &frame)] {
         for (name, times) in passes {
             let dispatches: u32 = times.iter().map(|time| time.1).sum();
-            let [first, later] = [&times[..1], &times[1..]].map(most);
+            let [longest, middle] = extremes(&times[1..]);
             println!(
-                "{when}: {name} {first:.1} ms at first, then {later:.1} ms at most, {dispatches} dispatches"
+                "{when}: {name} {longest:.1} ms, mostly {middle:.1} ms, first {:.1} ms, {dispatches} dispatches",
+                times[0].0
             );
         }
     }
-    // Five times the aim: what shares the machine takes its time, too.
-    let longest = precomputation.values().map(|times| most(&times[1..])).fold(0.0, f64::max);
-    assert!(longest < 250.0, "{longest} ms");
+    for (name, times) in &precomputation {
+        let [longest, middle] = extremes(&times[1..]);
+        assert!(middle < 50.0, "{name}: mostly {middle} ms, {longest} ms");
+    }
     assert_silent(&context);
 }

@@ -1,9 +1,10 @@
 //! Image sizes and places of the camera.
 
 use crate::common::{assert_silent, context};
-use crate::{SMALL, assert_finite, count, render, room};
+use crate::{SMALL, assert_finite, count, render, room, the_box};
 use glam::Vec3;
 use lightpaths::renderer::{Layer, Renderer};
+use lightpaths::scene::Quality;
 use lightpaths::types::CachePoint;
 
 /// Pixels that see something.
@@ -87,5 +88,20 @@ fn a_view_of_nothing_is_black() {
     assert_eq!(seen(&renderer), 0);
     assert!(renderer.layer(Layer::Beauty).unwrap().iter().all(|pixel| *pixel == [0.0; 3]));
     assert_eq!(count(&renderer, "splat weights"), 0);
+    assert_silent(&context());
+}
+
+/// Where records are few, gradients reach too far: below zero, or past what a pixel without a covering record may take. That is counted.
+#[test]
+fn extrapolations_that_are_limited_are_counted() {
+    let limited = |cache_points: u32| {
+        let renderer = render(the_box(&[]), Quality { cache_points, ..SMALL });
+        let names = ["extrapolations of records that were limited", "pixels kept from falling below zero"];
+        let found = names.map(|name| count(&renderer, name));
+        println!("{cache_points} records: {found:?} of {} weights", count(&renderer, "splat weights"));
+        found
+    };
+    let [few, many] = [100, 2_000].map(limited);
+    assert!(few[0] > many[0], "{few:?}, {many:?}");
     assert_silent(&context());
 }

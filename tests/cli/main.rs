@@ -338,6 +338,7 @@ fn time_prints_the_tables_and_writes_the_promised_keys() {
         assert_eq!(scene["by_lights"][count]["unchanged"], unchanged);
     }
     assert!(scene["skipped"].is_object());
+    assert_eq!(scene["removed"].as_object().unwrap().len(), 2);
     let passes = scene["passes"].as_array().unwrap();
     assert!(!passes.is_empty());
     for pass in passes {

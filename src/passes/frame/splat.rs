@@ -180,7 +180,8 @@ impl Splat {
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, record_count: u32, size: [u32; 2]) -> Result<Self> {
         let pixel_count = size[0] * size[1];
-        let weight_capacity = 6 * pixel_count;
+        // Pictures of the built-in scenes ask for four at most; a view that asks for more gets them and its frame is repeated.
+        let weight_capacity = 5 * pixel_count;
         let tile_count = size.map(|pixels| u64::from(pixels.div_ceil(TILE))).iter().product::<u64>();
         // Before the first view there is nothing to count.
         let counts = |name, items: u32| Buffer::from_slice(context, name, &vec![0_u32; items as usize + 1]);

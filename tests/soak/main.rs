@@ -1,0 +1,150 @@
+//! Many at once, and for long. `make stress` takes the full sizes.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+use common::edits::{Dice, State, TINY, scene};
+use common::{assert_silent, context};
+use glam::Vec3;
+use lightpaths::renderer::{Layer, Renderer, Silent};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+const AT_ONCE: usize = 8;
+
+fn start(arguments: &[&str], output: &Path) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
+    command.args(["render", "box"]).args(arguments).arg("-o").arg(output);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+/// Pictures of renders that run at the same time, each of which succeeds and says nothing.
+fn pictures(renders: Vec<(Child, PathBuf)>) -> Vec<Vec<u8>> {
+    let finish = |(child, path): (Child, PathBuf)| {
+        let output = child.wait_with_output().unwrap();
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{path:?}: {:?}, {text}", output.status);
+        fs::read(path).unwrap()
+    };
+    renders.into_iter().map(finish).collect()
+}
+
+/// Eight renders make the bytes that one makes: each with a file of its own, then all with one cache, then all with one file, too.
+fn eight_at_once(arguments: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: String| folder.path().join(name);
+    let alone = file("alone.exr".to_owned());
+    let expected = pictures(vec![(start(arguments, &alone), alone)]).remove(0);
+    let cache = file("cache".to_owned()).to_str().unwrap().to_owned();
+    let cached = [arguments, &["--cache", &cache]].concat();
+    for (arguments, has_own_file) in [(arguments, true), (&cached, true), (&cached, true), (&cached, false)] {
+        let started = Instant::now();
+        let all = (0..AT_ONCE).map(|i| {
+            let output = file(if has_own_file { format!("{i}.exr") } else { "all.exr".to_owned() });
+            (start(arguments, &output), output)
+        });
+        for (i, picture) in pictures(all.collect()).into_iter().enumerate() {
+            assert!(picture == expected, "render {i} of eight, {arguments:?}");
+        }
+        println!("{AT_ONCE} renders at once took {:.1} s", started.elapsed().as_secs_f64());
+    }
+    let left = |folder: &Path| -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+    };
+    assert_eq!(left(Path::new(&cache)).len(), 1, "one file of light paths: {:?}", left(Path::new(&cache)));
+    assert_eq!(left(folder.path()).len(), AT_ONCE + 3, "pictures and the cache: {:?}", left(folder.path()));
+}
+
+#[test]
+fn eight_renders_at_once_make_the_same_bytes() {
+    let small = "--size 40x30 --set quality.entry_points=4000 --set quality.gather_rays=64 --set quality.cache_points=500 --set quality.cells=8";
+    eight_at_once(&small.split(' ').collect::<Vec<_>>());
+}
+
+#[test]
+#[ignore = "full size: make stress"]
+fn eight_renders_at_once_at_the_papers_settings() {
+    eight_at_once(&["--preset", "paper"]);
+}
+
+/// Bytes of this process that are in memory.
+fn resident_bytes() -> u64 {
+    let pages = fs::read_to_string("/proc/self/statm").unwrap();
+    4096 * pages.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap()
+}
+
+/// Takes back all that was edited.
+fn go_home(renderer: &mut Renderer, home: &State) {
+    while !renderer.scene().lights.is_empty() {
+        renderer.remove_light(0).unwrap();
+    }
+    for (light, _) in &home.lights {
+        renderer.add_light(light.clone()).unwrap();
+    }
+    for (index, material) in home.materials.iter().enumerate() {
+        if material.editable {
+            renderer.set_material(index, material.diffuse, material.specular, material.exponent).unwrap();
+        } else {
+            renderer.set_diffuse(index, material.diffuse).unwrap();
+        }
+    }
+    renderer.move_camera(home.camera, Vec3::ZERO);
+}
+
+fn picture(renderer: &mut Renderer) -> Vec<u32> {
+    renderer.frame().unwrap();
+    let layers = [Layer::Direct, Layer::Indirect].map(|layer| renderer.layer(layer).unwrap());
+    layers.iter().flat_map(|pixels| pixels.as_flattened()).map(|value| value.to_bits()).collect()
+}
+
+/// Edits and takes them back, again and again: picture and memory are as they were.
+fn edit_for(time: Duration) {
+    const EDITS: usize = 40;
+    let context = context();
+    let mut built_in = scene(true);
+    built_in.quality = TINY;
+    let mut renderer = Renderer::new(&context, built_in, &mut Silent).unwrap();
+    renderer.move_camera(renderer.scene().cameras[0].position, Vec3::ZERO);
+    let home = State::of(&renderer);
+    let expected = picture(&mut renderer);
+    let started = Instant::now();
+    let mut memory = Vec::new();
+    for round in 0_u64.. {
+        let mut state = State::of(&renderer);
+        let mut dice = Dice::new(round);
+        for _ in 0..EDITS {
+            state.edit(&mut dice, &mut renderer);
+            renderer.frame().unwrap();
+        }
+        go_home(&mut renderer, &home);
+        assert!(picture(&mut renderer) == expected, "at home after {round} rounds of {EDITS} edits");
+        memory.push([context.memory().current_bytes, resident_bytes()]);
+        assert_silent(&context);
+        if started.elapsed() > time {
+            break;
+        }
+    }
+    // Lists grow to the longest that a view has asked for; that takes some rounds.
+    let half = &memory[memory.len() / 2 - 1];
+    let end = memory.last().unwrap();
+    println!("{} edits; device and host bytes: {:?}, {half:?}, {end:?}", EDITS * memory.len(), memory[0]);
+    assert!(memory.len() >= 4, "{} rounds", memory.len());
+    for (half, end) in half.iter().zip(end) {
+        assert!(*end as f64 <= 1.02 * *half as f64, "{half} bytes after half of the time, {end} at the end");
+    }
+}
+
+#[test]
+fn edits_leave_memory_as_it_was() {
+    edit_for(Duration::from_secs(20));
+}
+
+#[test]
+#[ignore = "an hour: make stress"]
+fn an_hour_of_edits_leaves_memory_as_it_was() {
+    edit_for(Duration::from_secs(3600));
+}

@@ -1,11 +1,13 @@
 //! What the window can show besides the picture, and what moves the camera.
 
+use std::os::unix::fs::MetadataExt;
+
 use crate::client::Point;
 use crate::demo::Demo;
 use crate::display::Display;
 use crate::keys;
 use crate::picture::{Area, changed_pixels, mean_difference};
-use crate::scenarios::{PICTURE, READY, SIDE, SOON, changed, close, open, settled};
+use crate::scenarios::{PICTURE, READY, SIDE, SOON, changed, close, open, open_with, settled};
 
 /// On a wall, off every handle.
 const WALL: Point = (400, 300);
@@ -36,6 +38,38 @@ fn every_view_is_another_one_and_the_picture_comes_back() {
     let back = changed(&demo, seen.last().unwrap());
     assert_eq!(changed_pixels(&picture, &back, PICTURE, 0), 0, "the picture is what it was");
     close(&demo);
+}
+
+#[test]
+fn light_paths_are_kept_and_taken_from_there() {
+    let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
+    let arguments = ["--cache", folder.path().to_str().unwrap()];
+    let files = || {
+        let entries = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap());
+        entries.map(|entry| (entry.path(), entry.metadata().unwrap().len())).collect::<Vec<_>>()
+    };
+    let look = || {
+        let demo = open_with(&display, &arguments);
+        let picture = settled(&demo);
+        close(&demo);
+        picture
+    };
+    let traced = look();
+    let kept = files();
+    let [(path, length)] = &kept[..] else { panic!("{kept:?}") };
+    // A file that is written again is another one.
+    let identity = || std::fs::metadata(path).unwrap().ino();
+    let written = identity();
+    let taken = look();
+    assert_eq!(changed_pixels(&traced, &taken, PICTURE, 0), 0, "from the file");
+    assert_eq!(identity(), written, "nothing was traced");
+    let path_bytes = std::fs::read(path).unwrap();
+    std::fs::File::options().write(true).open(path).unwrap().set_len(length / 2).unwrap();
+    let mended = look();
+    assert_eq!(changed_pixels(&traced, &mended, PICTURE, 0), 0, "from half a file");
+    assert_eq!(files(), kept);
+    assert!(std::fs::read(path).unwrap() == path_bytes, "the file is whole again");
+    assert_ne!(identity(), written);
 }
 
 #[test]

@@ -39,7 +39,12 @@ pub const SOON: Duration = Duration::from_secs(60);
 
 /// The Box in a window that is ready for input: its panels hidden, so that the picture fills it.
 pub fn open(display: &Display) -> Demo<'_> {
-    let demo = Demo::start(display, &BOX);
+    open_with(display, &[])
+}
+
+/// The same with more arguments.
+pub fn open_with<'a>(display: &'a Display, arguments: &[&str]) -> Demo<'a> {
+    let demo = Demo::start(display, &[&BOX[..], arguments].concat());
     demo.wait_for_line("lightpaths: ready", READY);
     let (width, height) = demo.client().size();
     assert!(width > SIDE && height == SIDE, "a picture of that size, and panels beside it");

@@ -22,7 +22,7 @@ mod window;
 use clap::Args;
 use winit::event_loop::EventLoop;
 
-use super::args::{DeviceArgs, SceneArgs};
+use super::args::{CacheArgs, DeviceArgs, SceneArgs};
 use crate::error::{Error, Result};
 use crate::scene::LoadOptions;
 use session::Source;
@@ -43,6 +43,8 @@ pub(super) struct Demo {
     #[arg(long)]
     no_vsync: bool,
     #[command(flatten)]
+    cache_args: CacheArgs,
+    #[command(flatten)]
     scene_args: SceneArgs,
     #[command(flatten)]
     device_args: DeviceArgs,
@@ -50,12 +52,13 @@ pub(super) struct Demo {
 
 impl Demo {
     pub(super) fn run(self) -> Result<()> {
+        let store = self.cache_args.store()?;
         let scene = self.scene_args.load(&self.scene)?;
         let events =
             EventLoop::<Woken>::with_user_event().build().map_err(|error| no_display(&error.to_string()))?;
         // The window says how large pictures are.
         let options = LoadOptions { size: None, ..self.scene_args.options() };
-        let source = Source { spec: self.scene.clone(), options };
+        let source = Source { spec: self.scene.clone(), options, store };
         let mut app = App::new(self, source, scene, events.create_proxy());
         let ended = events.run_app(&mut app);
         app.into_result()?;

@@ -9,7 +9,7 @@ use super::document::{Document, History};
 use super::stage::{Preparing, Progressed, Ready, Wake};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
-use crate::renderer::{Columns, FrameReport, Renderer};
+use crate::renderer::{Columns, FrameReport, Renderer, Store};
 use crate::scene::{Camera, LoadOptions, Scene, save::SceneText};
 
 /// Frames whose times are kept.
@@ -20,6 +20,8 @@ pub(super) const FRAMES: usize = 200;
 pub(super) struct Source {
     pub(super) spec: String,
     pub(super) options: LoadOptions,
+    /// Where light paths are kept, if anywhere.
+    pub(super) store: Option<Store>,
 }
 
 /// What a frame cost.
@@ -95,7 +97,7 @@ impl Session {
             last: None,
             refused_size: None,
             has_gone_back: false,
-            stage: Stage::Preparing(Box::new(Preparing::new(context, &scene, &wake)?)),
+            stage: Stage::Preparing(Box::new(Preparing::new(context, &scene, source.store.clone(), &wake)?)),
             shown: None,
             files: watched(&source.spec),
             text: SceneText::new(&source.spec, &source.options, &scene).map_err(|error| error.to_string()),
@@ -139,6 +141,7 @@ impl Session {
             match preparing.finished(self.scene.lights.len()) {
                 Ok(Some(ready)) => {
                     let known = self.scene.warnings.len();
+                    self.said.append(&mut preparing.said());
                     self.said.extend(ready.renderer.scene().warnings.iter().skip(known).cloned());
                     self.stage = Stage::Ready(Box::new(ready));
                     self.shown = None;
@@ -224,7 +227,7 @@ impl Session {
 
     /// Loads the scene again. A scene that cannot be read is left alone, with a line that says why.
     pub(super) fn reload(&mut self) -> Result<()> {
-        let Source { spec, options } = self.source.clone();
+        let Source { spec, options, .. } = self.source.clone();
         let loaded = Scene::load(&spec, &options);
         self.files = watched(&spec);
         match loaded {

@@ -9,7 +9,7 @@ use super::document::{Document, Finish};
 use super::session::Wanted;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
-use crate::renderer::{FrameReport, Preview, Progress, Renderer};
+use crate::renderer::{FrameReport, Preview, Progress, Renderer, Store};
 use crate::scene::{Material, Scene};
 
 /// How often the window shows how far the worker is, at most: drawing takes time from the work.
@@ -38,6 +38,8 @@ pub(super) struct Preparing {
 /// What window and worker have in common.
 struct Shared {
     progress: Mutex<Progressed>,
+    /// Of the light paths that are kept: a line each.
+    said: Mutex<Vec<String>>,
     is_cancelled: AtomicBool,
 }
 
@@ -89,14 +91,28 @@ impl Progress for Told {
 }
 
 impl Preparing {
-    /// Makes direct light ready to be seen, and sets out to trace the light paths.
-    pub(super) fn new(context: &Arc<Context>, scene: &Scene, wake: &Wake) -> Result<Self> {
+    /// Makes direct light ready to be seen, and sets out to trace the light paths, or to take them from where they are kept.
+    pub(super) fn new(
+        context: &Arc<Context>,
+        scene: &Scene,
+        store: Option<Store>,
+        wake: &Wake,
+    ) -> Result<Self> {
         let preview = Preview::new(context, scene.clone())?;
-        let shared = Arc::new(Shared { progress: Mutex::default(), is_cancelled: AtomicBool::new(false) });
+        let shared = Arc::new(Shared {
+            progress: Mutex::default(),
+            said: Mutex::default(),
+            is_cancelled: AtomicBool::new(false),
+        });
         let mut told = Told { shared: shared.clone(), wake: wake.clone(), woken: Instant::now() };
         let (context, scene) = (context.clone(), scene.clone());
         let work = move || {
-            let made = Renderer::new(&context, scene, &mut told);
+            let shared = told.shared.clone();
+            let mut say = |line: &str| shared.said.lock().expect("no holder panics").push(line.to_owned());
+            let made = match &store {
+                None => Renderer::new(&context, scene, &mut told),
+                Some(store) => Renderer::stored(&context, scene, store, &mut told, &mut say),
+            };
             (told.wake)();
             made
         };
@@ -110,6 +126,11 @@ impl Preparing {
     pub(super) fn progress(&self) -> Option<Progressed> {
         self.worker.as_ref()?;
         Some(self.shared.progress.lock().expect("no holder panics").clone())
+    }
+
+    /// What there is to be told of light paths that are kept.
+    pub(super) fn said(&self) -> Vec<String> {
+        std::mem::take(&mut self.shared.said.lock().expect("no holder panics"))
     }
 
     /// The renderer, once it is ready. `light_count`: lights that the scene was loaded with.

@@ -24,7 +24,7 @@ struct EdgeLightPush {
     uint light;
     uint first_sample;  // of the light, in this dispatch; later ones add to what the first wrote
     uint end_sample;
-    uint traces_all;    // 1: rays are traced although they cannot bring light
+    uint traces_all;    // 1: rays are traced although they cannot bring light, and from the tree's root
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -35,9 +35,10 @@ layout(scalar, binding = 4) readonly buffer EdgeOffsets { uint edge_offsets[]; }
 layout(binding = 5) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 6) readonly buffer ShadowOffsets { uint shadow_offsets[]; };
 layout(scalar, binding = 7) readonly buffer ShadowPixels { uint shadow_pixels[]; };
-layout(scalar, binding = 8) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
-layout(scalar, binding = 9) readonly buffer EdgeNeeds { uint edge_needs[]; };
-layout(scalar, binding = 10) buffer LightLayer { float light_layer[]; };
+layout(binding = 8) uniform usamplerBuffer ShaftRoots;
+layout(scalar, binding = 9) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
+layout(scalar, binding = 10) readonly buffer EdgeNeeds { uint edge_needs[]; };
+layout(scalar, binding = 11) buffer LightLayer { float light_layer[]; };
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 #include "include/triangles.glsl"
@@ -48,20 +49,36 @@ layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 #include "include/light_kind.glsl"
 #include "include/direct.glsl"
 #include "include/alike.glsl"
+#include "include/shafts.glsl"
 
 shared vec4 sums[64];
 
-// Cosine between shading and geometric normal below which a surface is curved.
-const float FLAT = 0.99999;
-
 // Where the ray of an image point meets the plane that a pixel sees; the pixel's own position where it grazes that plane.
 vec3 on_plane(View view, PixelSurface pixel, vec3 normal, vec2 point) {
-    vec2 ndc = point / vec2(view.width, view.height) * 2.0 - 1.0;
-    vec3 direction = view.forward + ndc.x * view.right - ndc.y * view.up;
+    vec3 direction = direction_through(view, point);
     vec3 to_pixel = pixel.position - view.position;
     float depth = dot(to_pixel, view.forward);
     float t = dot(to_pixel, normal) / dot(direction, normal);
     return abs(t - depth) < 0.25 * depth ? view.position + t * direction : pixel.position;
+}
+
+// Surface behind an image point of the pixel in that place of the list, by a ray from the roots of its frustum.
+PixelSurface seen_in(uint place, View view, vec2 point) {
+    uint first = place * SHAFT_WORDS;
+    uint counts = 1u << 16;
+    bool has_roots = push.traces_all == 0u && place < frusta_in(push.room);
+    if (has_roots) counts = word_at(ShaftRoots, first);
+    Ray ray = Ray(view.position, direction_through(view, point), 1e30);
+    Shear shear = shear_along(without_zeros(ray.direction));
+    Hit hit = Hit(ray.t_max, 0u, vec3(0.0));
+    for (uint i = 0u; i < (counts & 0xffffu); ++i) intersect_triangle(word_at(ShaftRoots, first + 1u + i), ray.origin, shear, hit);
+    // Nodes stand at the end.
+    for (uint i = 0u; i < (counts >> 16); ++i) {
+        uint root = has_roots ? word_at(ShaftRoots, first + MOST_ROOTS - i) : 0u;
+        Hit below;
+        if (trace_from(root, Ray(ray.origin, ray.direction, hit.t), false, below)) hit = below;
+    }
+    return hit.t < ray.t_max ? seen_at(view, ray.direction, hit) : NOTHING_SEEN;
 }
 
 // The slot of an edge pixel, the first of which is `first`, that a further sample belongs to: of its material, where one is, and then
@@ -105,11 +122,11 @@ void main() {
         PixelSurface found = pixel_surface_at(Pixels, index);
         vec3 normal = facing_normal(found.side);
         vec2 point = corner + sample_3d(i, index).xy;
-        bool is_traced = is_edge || dot(found.normal, normal) < FLAT;
+        bool is_traced = is_edge || is_curved(found);
         if (!is_traced) found.position = on_plane(view, found, normal, point);
         // A loop that turns once or never, which lavapipe skips where a branch would be taken by all.
         for (bool is_due = is_traced; is_due; is_due = false) {
-            found = seen_through(view, point);
+            found = seen_in(place, view, point);
             if (found.side != NO_SIDE) normal = facing_normal(found.side);
         }
         if (found.side == NO_SIDE) continue;

@@ -32,8 +32,6 @@ layout(scalar, binding = 4) writeonly buffer ShaftRoots { uint shaft_roots[]; };
 layout(scalar, binding = 5) buffer ShaftList { uint shaft_list[]; };
 layout(scalar, push_constant) uniform Push { ShaftsPush push; };
 
-// Nodes that a shaft opens at most.
-const uint MOST_OPENED = 48u;
 // Workgroups along x, fewer than any device takes; the rest goes along y.
 const uint ROW = 1024u;
 
@@ -58,12 +56,14 @@ Box light_box(LightSource light, Box points, float far) {
     return Box(low, high);
 }
 
+Shaft shaft;  // of this invocation's batch
+
 Shaft shaft_between(Box points, Box light, float clear) {
-    Shaft shaft;
-    shaft.points = points;
-    shaft.light = light;
-    shaft.around = Box(min(points.low, light.low) - clear, max(points.high, light.high) + clear);
-    shaft.clear = clear;
+    Shaft made;
+    made.points = points;
+    made.light = light;
+    made.around = Box(min(points.low, light.low) - clear, max(points.high, light.high) + clear);
+    made.clear = clear;
     for (uint k = 0u; k < 3u; ++k) {
         uint l = (k + 1u) % 3u;
         for (uint quadrant = 0u; quadrant < 4u; ++quadrant) {
@@ -75,13 +75,13 @@ Shaft shaft_between(Box points, Box light, float clear) {
             vec2 along = (far - near) * sign;
             // The line through both bounds the hull if its normal points into the quadrant.
             vec2 normal = along.x * along.y < 0.0 ? abs(along.yx) * sign : vec2(0.0);
-            shaft.planes[4u * k + quadrant] = vec3(normal, dot(normal, near));
+            made.planes[4u * k + quadrant] = vec3(normal, dot(normal, near));
         }
     }
-    return shaft;
+    return made;
 }
 
-bool is_outside(Shaft shaft, vec3 low, vec3 high) {
+bool is_outside(vec3 low, vec3 high) {
     if (any(greaterThan(low, shaft.around.high)) || any(lessThan(high, shaft.around.low))) return true;
     bool found = false;
     for (uint k = 0u; k < 3u; ++k) {
@@ -104,7 +104,7 @@ vec2 extent(Box box, vec3 across, vec3 origin, float blur, float slack) {
 }
 
 // False where no ray from the points to the light can meet a triangle.
-bool may_hide(Shaft shaft, Corners corners) {
+bool is_inside(Corners corners) {
     vec3 p0 = corners.p0;
     vec3 p1 = corners.p1;
     vec3 p2 = corners.p2;
@@ -127,27 +127,7 @@ bool may_hide(Shaft shaft, Corners corners) {
     return min(here.x, there.x) <= 0.0 && max(here.y, there.y) >= 0.0;
 }
 
-// Children of a node that reach into the shaft: bits 24-31 inner ones, 0-23 leaf triangles.
-uint children_in(Shaft shaft, Node node) {
-    vec3 origin = node_origin(node);
-    vec3 cell = node_cell(node);
-    uint found = 0u;
-    for (uint child = 0u; child < 8u; ++child) {
-        uint word = child >> 2;
-        uint shift = 8u * (child & 3u);
-        uint meta = node.children[2u + word] >> shift & 0xffu;
-        vec3 low = origin + cell * vec3(uvec3(node.x_planes[word], node.y_planes[word], node.z_planes[word]) >> shift & 0xffu);
-        uint far = word + 2u;
-        vec3 high = origin + cell * vec3(uvec3(node.x_planes[far], node.y_planes[far], node.z_planes[far]) >> shift & 0xffu);
-        if (meta != 0u && !is_outside(shaft, low, high)) found |= (meta >> 5) << (meta & 31u);
-    }
-    uint hiding = 0u;
-    for (uint left = found & 0xffffffu; left != 0u; left &= left - 1u) {
-        uint place = uint(findLSB(left));
-        if (may_hide(shaft, corners_of(node.children.y + place))) hiding |= 1u << place;
-    }
-    return (found & 0xff000000u) | hiding;
-}
+#include "include/open_tree.glsl"
 
 // Whether some point may face the light.
 bool may_face(PointBatch batch, Box light, float clear) {
@@ -166,41 +146,16 @@ void main() {
     Box points = Box(batch.low, batch.high);
     float clear = clear_distance();
     Box light = light_box(light_at(Lights, push.light), points, 1024.0 * dot(node_cell(root), vec3(1.0)));
-    uint triangle_roots = 0u;  // that are written
-    uint node_roots = 0u;
-    // Nodes to open, the oldest first: all are opened about equally far.
-    uint queue[MOST_ROOTS];
-    uint head = 0u;
-    uint waiting = 0u;
+    uint counts = 0u;
+    shaft = shaft_between(points, light, clear);
     if (push.traces_all != 0u) {
         shaft_roots[first + MOST_ROOTS] = 0u;
-        node_roots = 1u;
+        counts = 1u << 16;
     } else if (!is_empty(batch) && may_face(batch, light, clear)) {
-        queue[0] = 0u;
-        waiting = 1u;
+        counts = open_tree(first);
     }
-    Shaft shaft = shaft_between(points, light, clear);
-    for (uint opened = 0u; waiting != 0u; ++opened) {
-        uint opening = queue[head];
-        head = (head + 1u) % MOST_ROOTS;
-        --waiting;
-        Node node = node_at(opening);
-        uint found = opened < MOST_OPENED ? children_in(shaft, node) : 0u;
-        if (opened >= MOST_OPENED || triangle_roots + node_roots + waiting + uint(bitCount(found)) > MOST_ROOTS) {
-            // Rays open it themselves.
-            shaft_roots[first + MOST_ROOTS - node_roots++] = opening;
-            continue;
-        }
-        for (uint left = found & 0xffffffu; left != 0u; left &= left - 1u) {
-            shaft_roots[first + 1u + triangle_roots++] = node.children.y + uint(findLSB(left));
-        }
-        for (uint left = found >> 24; left != 0u; left &= left - 1u) {
-            uint before = node.frame.w >> 24 & ((left & -left) - 1u);
-            queue[(head + waiting++) % MOST_ROOTS] = node.children.x + uint(bitCount(before));
-        }
-    }
-    shaft_roots[first] = triangle_roots | node_roots << 16;
-    if (node_roots == 0u) return;
+    shaft_roots[first] = counts;
+    if (counts >> 16 == 0u) return;
     uint place = atomicAdd(shaft_list[3], 1u);
     shaft_list[4u + place] = index;
     atomicMax(shaft_list[0], min(place + 1u, ROW));

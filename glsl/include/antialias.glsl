@@ -25,6 +25,9 @@ struct EdgeRoom {
 
 const uint MOST_SLOTS = 4u;  // of a pixel
 
+// Pixels whose frusta have room where the shafts of 64 samples each had theirs.
+uint frusta_in(EdgeRoom room) { return (room.samples + 63u) / 64u; }
+
 // Slots of each edge pixel.
 uint slots_per_edge(uint edge_count, EdgeRoom room) { return min(MOST_SLOTS, room.slots / max(edge_count, 1u)); }
 

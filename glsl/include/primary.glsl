@@ -1,11 +1,15 @@
 // What a camera ray sees. The including shader binds the scene and includes bvh.glsl.
 
-// Surface behind an image point, in pixels from the top left corner.
-PixelSurface seen_through(View view, vec2 point) {
+// Direction through an image point, in pixels from the top left corner; of unit length along the view axis.
+vec3 direction_through(View view, vec2 point) {
     vec2 ndc = point / vec2(view.width, view.height) * 2.0 - 1.0;
-    vec3 direction = view.forward + ndc.x * view.right - ndc.y * view.up;
-    Hit hit;
-    if (!trace(Ray(view.position, direction, 1e30), false, hit)) return PixelSurface(vec3(0.0), NO_SIDE, vec3(0.0), 0.0);
+    return view.forward + ndc.x * view.right - ndc.y * view.up;
+}
+
+const PixelSurface NOTHING_SEEN = PixelSurface(vec3(0.0), NO_SIDE, vec3(0.0), 0.0);
+
+// What a camera ray meets.
+PixelSurface seen_at(View view, vec3 direction, Hit hit) {
     Surface surface = surface_at(hit.triangle);
     bool back = dot(surface.normal, direction) > 0.0;
     vec3 normal = normalize(hit.barycentric.x * surface.n0 + hit.barycentric.y * surface.n1 + hit.barycentric.z * surface.n2);
@@ -14,10 +18,21 @@ PixelSurface seen_through(View view, vec2 point) {
     return PixelSurface(hit_position(hit), 2u * hit.triangle + uint(back), back ? -normal : normal, footprint);
 }
 
+// Surface behind an image point.
+PixelSurface seen_through(View view, vec2 point) {
+    vec3 direction = direction_through(view, point);
+    Hit hit;
+    if (!trace(Ray(view.position, direction, 1e30), false, hit)) return NOTHING_SEEN;
+    return seen_at(view, direction, hit);
+}
+
+// Cosine between shading and geometric normal below which a surface is curved.
+const float FLAT = 0.99999;
+bool is_curved(PixelSurface found) { return dot(found.normal, facing_normal(found.side)) < FLAT; }
+
 // The same where it is known which side the ray meets, without a ray: needs nothing of bvh.glsl but hit_position.
 PixelSurface seen_on(View view, vec2 point, uint side) {
-    vec2 ndc = point / vec2(view.width, view.height) * 2.0 - 1.0;
-    vec3 direction = view.forward + ndc.x * view.right - ndc.y * view.up;
+    vec3 direction = direction_through(view, point);
     uint triangle = side >> 1;
     Corners corners = corners_of(triangle);
     Surface surface = surface_at(triangle);

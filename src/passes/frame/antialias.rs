@@ -1,8 +1,8 @@
 //! Antialiasing: pixels that show an edge are averaged over samples of their area. Where geometry or materials make the edge,
 //! what the samples see is found once a camera and kept; every light lights them as it lights pixels, and adds them up by slots:
 //! samples that take their indirect light from the same pixel and show the same material. Where that light differs much among them
-//! it takes more. Where a light makes the edge, a shadow, that light alone is averaged, in its layer. In: pixels, scene, lights'
-//! layers. Out: which pixels, their slots, light.
+//! it takes more. Where a light makes the edge, a shadow, that light alone is averaged, in its layer. Camera rays of these samples start
+//! from what may stand in their pixel's frustum. In: pixels, scene, lights' layers. Out: which pixels, their slots, light.
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
@@ -60,6 +60,7 @@ pub struct Antialias {
     shafts: Shafts,
     direct: ShaftKernel,
     sums: Pipeline,
+    frusta: Pipeline,
     shadow_edges: LightKernel,
     prefix_sum: PrefixSum,
     /// Index of each edge pixel.
@@ -114,6 +115,7 @@ impl Antialias {
             shafts: Shafts::new(context, room.samples.div_ceil(BATCH))?,
             direct: ShaftKernel::new(context, "edge_direct")?,
             sums: Pipeline::new(context, "edge_sums", &more)?,
+            frusta: Pipeline::new(context, "pixel_frusta", &[])?,
             shadow_edges: LightKernel::new(context, Self::SHADOW_STEM, &[])?,
             prefix_sum: PrefixSum::new(context, pixel_count)?,
             edge_pixels: pixels("edge pixels")?,
@@ -274,15 +276,25 @@ impl Antialias {
         );
         self.record_list(pass, &self.shadow_offsets, &self.shadow_pixels, groups);
         pass.barrier(COMPUTE_TO_INDIRECT);
-        let averaged = [
+        let listed = [
             ("Pixels", pixels),
             ("ShadowOffsets", &self.shadow_offsets),
             ("ShadowPixels", &self.shadow_pixels),
-            ("EdgeSlots", &self.edge_slots),
-            ("EdgeNeeds", &self.edge_needs),
-            ("LightLayer", layer),
+            // The shafts' have been followed.
+            ("ShaftRoots", &self.shafts.roots),
         ];
-        let bindings: Vec<_> = traced.into_iter().chain(averaged).collect();
+        let scene_and_edges = traced.into_iter().filter(|(name, _)| *name != "Lights");
+        let bindings: Vec<_> = scene_and_edges.chain(listed).collect();
+        pass.dispatch_indirect(
+            &self.frusta,
+            (groups, PIXEL_GROUPS),
+            &EdgeSamplesPush { view: *view, room: self.room },
+            &bindings,
+        );
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        let averaged =
+            [("EdgeSlots", &self.edge_slots), ("EdgeNeeds", &self.edge_needs), ("LightLayer", layer)];
+        let bindings: Vec<_> = traced.into_iter().chain(listed).chain(averaged).collect();
         for span in light.spans() {
             if span.0 > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);

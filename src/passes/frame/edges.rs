@@ -57,7 +57,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants of `edge_samples` and `edge_batches`.
+    /// Push constants of `edge_samples`, `edge_batches` and `pixel_frusta`.
     pub struct EdgeSamplesPush {
         /// The camera.
         pub view: View,

@@ -1,0 +1,60 @@
+// Nodes and triangles that reach into a region, a shaft or a frustum, few of them. Include behind bvh.glsl and shafts.glsl. The including shader
+// binds `uint shaft_roots[]` and says what the region is: `bool is_outside(vec3 low, vec3 high)` of a box, `bool is_inside(Corners corners)` of
+// a triangle that may reach into it.
+
+// Nodes that are opened at most.
+const uint MOST_OPENED = 48u;
+
+// Children of a node that reach into the region: bits 24-31 inner ones, 0-23 leaf triangles.
+uint children_inside(Node node) {
+    vec3 origin = node_origin(node);
+    vec3 cell = node_cell(node);
+    uint found = 0u;
+    for (uint child = 0u; child < 8u; ++child) {
+        uint word = child >> 2;
+        uint shift = 8u * (child & 3u);
+        uint meta = node.children[2u + word] >> shift & 0xffu;
+        vec3 low = origin + cell * vec3(uvec3(node.x_planes[word], node.y_planes[word], node.z_planes[word]) >> shift & 0xffu);
+        uint far = word + 2u;
+        vec3 high = origin + cell * vec3(uvec3(node.x_planes[far], node.y_planes[far], node.z_planes[far]) >> shift & 0xffu);
+        if (meta != 0u && !is_outside(low, high)) found |= (meta >> 5) << (meta & 31u);
+    }
+    uint inside = 0u;
+    for (uint left = found & 0xffffffu; left != 0u; left &= left - 1u) {
+        uint place = uint(findLSB(left));
+        if (is_inside(corners_of(node.children.y + place))) inside |= 1u << place;
+    }
+    return (found & 0xff000000u) | inside;
+}
+
+// Writes roots from which rays through the region start, to the words from `first` on: triangles behind the first word, nodes from the end
+// backwards. Returns their numbers, as the first word has them.
+uint open_tree(uint first) {
+    uint triangle_roots = 0u;  // that are written
+    uint node_roots = 0u;
+    // Nodes to open, the oldest first: all are opened about equally far.
+    uint queue[MOST_ROOTS];
+    uint head = 0u;
+    uint waiting = 1u;
+    queue[0] = 0u;
+    for (uint opened = 0u; waiting != 0u; ++opened) {
+        uint opening = queue[head];
+        head = (head + 1u) % MOST_ROOTS;
+        --waiting;
+        Node node = node_at(opening);
+        uint found = opened < MOST_OPENED ? children_inside(node) : 0u;
+        if (opened >= MOST_OPENED || triangle_roots + node_roots + waiting + uint(bitCount(found)) > MOST_ROOTS) {
+            // Rays open it themselves.
+            shaft_roots[first + MOST_ROOTS - node_roots++] = opening;
+            continue;
+        }
+        for (uint left = found & 0xffffffu; left != 0u; left &= left - 1u) {
+            shaft_roots[first + 1u + triangle_roots++] = node.children.y + uint(findLSB(left));
+        }
+        for (uint left = found >> 24; left != 0u; left &= left - 1u) {
+            uint before = node.frame.w >> 24 & ((left & -left) - 1u);
+            queue[(head + waiting++) % MOST_ROOTS] = node.children.x + uint(bitCount(before));
+        }
+    }
+    return triangle_roots | node_roots << 16;
+}

@@ -1,0 +1,120 @@
+// What camera rays through a pixel may meet, found once for all of them: the few triangles and nodes that they start from, instead of the
+// root. Deterministic. One invocation = one of the pixels that a light is averaged at. In: those whose samples take a camera ray, the tree.
+// Out: their roots, as shafts have them; no room for a pixel's, and it has none.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/texels.glsl"
+#include "include/lists.glsl"
+#include "include/dispatch.glsl"
+#include "include/antialias.glsl"
+
+layout(local_size_x = 64) in;
+
+struct EdgeSamplesPush {
+    View view;
+    EdgeRoom room;
+};
+
+layout(binding = 0) uniform usamplerBuffer Nodes;
+layout(binding = 1) uniform usamplerBuffer Triangles;
+layout(binding = 2) uniform usamplerBuffer Surfaces;
+layout(scalar, binding = 3) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(binding = 4) uniform usamplerBuffer Pixels;
+layout(scalar, binding = 5) readonly buffer ShadowOffsets { uint shadow_offsets[]; };
+layout(scalar, binding = 6) readonly buffer ShadowPixels { uint shadow_pixels[]; };
+
+#include "include/triangles.glsl"
+#include "include/surfaces.glsl"
+#include "include/bvh.glsl"
+#include "include/primary.glsl"
+#include "include/shafts.glsl"
+
+layout(scalar, binding = 7) writeonly buffer ShaftRoots { uint shaft_roots[]; };
+layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
+
+// How much wider than its pixel a frustum is, in pixels: more than rounding takes.
+const float MARGIN = 1.0 / 64.0;
+
+struct Frustum {
+    vec3 apex;
+    vec3 corners[4];  // unit directions
+    vec3 planes[4];   // unit normals to the outside
+    float clear;      // what rounding may do to a distance from a plane
+};
+
+Frustum frustum;  // of this invocation's pixel
+
+Frustum frustum_of(View view, vec2 corner) {
+    Frustum made;
+    made.apex = view.position;
+    made.clear = clear_distance();
+    for (uint i = 0u; i < 4u; ++i) {
+        vec2 side = vec2(i == 1u || i == 2u, i >= 2u);
+        made.corners[i] = normalize(direction_through(view, corner + mix(vec2(-MARGIN), vec2(1.0 + MARGIN), side)));
+    }
+    for (uint i = 0u; i < 4u; ++i) {
+        vec3 normal = normalize(cross(made.corners[i], made.corners[(i + 1u) % 4u]));
+        made.planes[i] = dot(normal, made.corners[(i + 2u) % 4u]) > 0.0 ? -normal : normal;
+    }
+    return made;
+}
+
+bool is_outside(vec3 low, vec3 high) {
+    bool found = false;
+    for (uint i = 0u; i < 4u; ++i) {
+        vec3 nearest = mix(high, low, greaterThan(frustum.planes[i], vec3(0.0)));
+        found = found || dot(frustum.planes[i], nearest - frustum.apex) > frustum.clear;
+    }
+    return found;
+}
+
+// Whether all of the frustum lies beyond the plane through its apex and an edge, as seen from the third corner.
+bool is_beyond(vec3 a, vec3 b, vec3 third) {
+    vec3 across = cross(a, b);
+    float inside = dot(across, third) < 0.0 ? -1.0 : 1.0;
+    float most = -1e30;
+    for (uint i = 0u; i < 4u; ++i) most = max(most, inside * dot(across, frustum.corners[i]));
+    return most < -frustum.clear * (length(a) + length(b)) - 1e-6 * length(a) * length(b);
+}
+
+// False where no ray of the frustum can meet a triangle.
+bool is_inside(Corners triangle) {
+    vec3 a = triangle.p0 - frustum.apex;
+    vec3 b = triangle.p1 - frustum.apex;
+    vec3 c = triangle.p2 - frustum.apex;
+    for (uint i = 0u; i < 4u; ++i) {
+        vec3 plane = frustum.planes[i];
+        if (min(dot(plane, a), min(dot(plane, b), dot(plane, c))) > frustum.clear) return false;
+    }
+    return !(is_beyond(a, b, c) || is_beyond(b, c, a) || is_beyond(c, a, b));
+}
+
+#include "include/open_tree.glsl"
+
+// Places that have roots to find, side by side: on a processor eight invocations go through all that one of them has to do.
+shared uint due[64];
+shared uint due_count;
+
+void main() {
+    uint lane = gl_LocalInvocationIndex;
+    uint pixel_count = push.view.width * push.view.height;
+    uint own = flat_invocation();
+    bool is_due = own < min(shadow_offsets[pixel_count], frusta_in(push.room));
+    if (lane == 0u) due_count = 0u;
+    barrier();
+    if (is_due) {
+        uint index = shadow_pixels[own];
+        bool is_traced = edge_offsets[index] != edge_offsets[index + 1u] || is_curved(pixel_surface_at(Pixels, index));
+        if (is_traced) due[atomicAdd(due_count, 1u)] = own;
+        else shaft_roots[own * SHAFT_WORDS] = 0u;
+    }
+    barrier();
+    if (lane >= due_count) return;
+    uint place = due[lane];
+    uint pixel = shadow_pixels[place];
+    frustum = frustum_of(push.view, vec2(pixel % push.view.width, pixel / push.view.width));
+    uint first = place * SHAFT_WORDS;
+    shaft_roots[first] = open_tree(first);
+}

@@ -4,7 +4,7 @@ CARGO ?= cargo
 # rustup puts cargo here; a shell that was open before the installation does not know yet.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help run demo screenshots test stress fuzz lint audit bench tables figures film scale peers spirv setup clean
+.PHONY: help run demo screenshots test stress soak fuzz lint audit bench tables figures film scale peers spirv setup clean
 
 help:
 	@echo 'make run    build, render the Box to out/box.png and time it'
@@ -12,6 +12,7 @@ help:
 	@echo 'make screenshots pictures of the window, into docs/images'
 	@echo 'make test   all tests'
 	@echo 'make stress full sizes of the tests of docs/numerics.md, and scenes of ten million triangles (8 GB of memory, a quarter of an hour on two cores)'
+	@echo 'make soak   eight renders at once at the paper'"'"'s settings, then an hour of edits'
 	@echo 'make fuzz   readers of files from strangers, SECONDS=60 each (needs a nightly compiler)'
 	@echo 'make audit  advisories against the crates that are used (needs a network)'
 	@echo 'make lint   formatting, lints, documentation, tree checks, licences'
@@ -50,6 +51,10 @@ stress:
 	@scripts/setup.sh --tests
 	$(CARGO) test --release --locked --test scene -- --ignored places_of_one_and_ten
 	$(CARGO) test --release --locked --test stress -- --ignored --nocapture
+
+soak:
+	@scripts/setup.sh --tests
+	$(CARGO) test --release --locked --test soak -- --ignored --nocapture --test-threads 1
 
 lint:
 	@scripts/setup.sh --lint

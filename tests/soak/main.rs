@@ -1,4 +1,4 @@
-//! Many at once, and for long. `make stress` takes the full sizes.
+//! Many at once, and for long. `make soak` takes the full sizes.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 #[path = "../common/mod.rs"]
@@ -66,7 +66,7 @@ fn eight_renders_at_once_make_the_same_bytes() {
 }
 
 #[test]
-#[ignore = "full size: make stress"]
+#[ignore = "full size: make soak"]
 fn eight_renders_at_once_at_the_papers_settings() {
     eight_at_once(&["--preset", "paper"]);
 }
@@ -144,7 +144,7 @@ fn edits_leave_memory_as_it_was() {
 }
 
 #[test]
-#[ignore = "an hour: make stress"]
+#[ignore = "an hour: make soak"]
 fn an_hour_of_edits_leaves_memory_as_it_was() {
     edit_for(Duration::from_secs(3600));
 }

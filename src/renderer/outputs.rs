@@ -65,7 +65,12 @@ impl Renderer {
         }
     }
 
-    /// Costs and sizes so far, the last view's shortcomings included.
+    /// Wall-clock time of the precomputation, seconds.
+    pub fn precompute_s(&self) -> f64 {
+        self.statistics.precompute_s
+    }
+
+    /// Costs and sizes so far, the last view's shortcomings included. Much is read back for it.
     ///
     /// # Errors
     /// The device failed.

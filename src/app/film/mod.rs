@@ -99,7 +99,7 @@ impl Film {
             share.start,
             share.end - 1,
             film.frame_count,
-            renderer.statistics()?.precompute_s,
+            renderer.precompute_s(),
             summary(times_ms),
             start.elapsed().as_secs_f64(),
             device_label(&context),

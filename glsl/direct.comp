@@ -6,9 +6,10 @@
 #include "include/types.glsl"
 #include "include/texels.glsl"
 #include "include/lists.glsl"
+#include "include/dispatch.glsl"
 #include "include/math.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 64) in;
 
 struct DirectPush {
     uint width;         // points of a row
@@ -39,10 +40,9 @@ layout(scalar, push_constant) uniform Push { DirectPush push; };
 #include "include/shaft_rays.glsl"
 
 void main() {
-    uint batch = batch_of(gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x);
+    uint batch = batch_of(flat_workgroup());
     if (batch == NO_BATCH) return;
-    uint tiles = (push.width + 7u) / 8u;
-    uvec2 xy = 8u * uvec2(batch % tiles, batch / tiles) + gl_LocalInvocationID.xy;
+    uvec2 xy = corner_of_tile(batch, 8u, push.width) + place_in_tile(8u);
     uint index = xy.y * push.width + xy.x;
     if (xy.x >= push.width || index >= push.point_count) return;
     PixelSurface point = pixel_surface_at(SeenPoints, index);

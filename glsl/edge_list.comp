@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/dispatch.glsl"
+#include "include/indirect.glsl"
 #include "include/antialias.glsl"
 
 layout(local_size_x = 64) in;
@@ -21,13 +22,8 @@ layout(scalar, binding = 1) writeonly buffer EdgePixels { uint edge_pixels[]; };
 layout(scalar, binding = 2) writeonly buffer EdgeGroups { uint edge_groups[]; };
 layout(scalar, push_constant) uniform Push { EdgeListPush push; };
 
-// Workgroups along x, fewer than any device takes; the rest goes along y.
-const uint ROW = 1024u;
-
 void put_groups(uint first, uint groups) {
-    edge_groups[first] = min(groups, ROW);
-    edge_groups[first + 1u] = (groups + ROW - 1u) / ROW;
-    edge_groups[first + 2u] = 1u;
+    for (uint axis = 0u; axis < 3u; ++axis) edge_groups[first + axis] = dealt(groups)[axis];
 }
 
 void main() {

@@ -5,6 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/dispatch.glsl"
+#include "include/indirect.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -19,9 +20,6 @@ layout(scalar, binding = 2) writeonly buffer IsCurrent { uint is_current[]; };
 layout(scalar, binding = 3) writeonly buffer GatherGroups { uint gather_groups[]; };  // three words a part
 layout(scalar, push_constant) uniform Push { NeededListPush push; };
 
-// Workgroups along x, fewer than any device takes; the rest goes along y.
-const uint ROW = 1024u;
-
 void main() {
     uint index = flat_invocation();
     if (index >= push.record_count) return;
@@ -33,8 +31,6 @@ void main() {
     if (index % push.rows_per_part == 0u) {
         uint part = index / push.rows_per_part;
         uint groups = record_offsets[min(index + push.rows_per_part, push.record_count)] - place;
-        gather_groups[3u * part] = min(groups, ROW);
-        gather_groups[3u * part + 1u] = (groups + ROW - 1u) / ROW;
-        gather_groups[3u * part + 2u] = 1u;
+        for (uint axis = 0u; axis < 3u; ++axis) gather_groups[3u * part + axis] = dealt(groups)[axis];
     }
 }

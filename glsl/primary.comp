@@ -1,13 +1,14 @@
-// Primary visibility: one ray through each pixel's centre. Deterministic. One invocation = one pixel.
+// Primary visibility: one ray through each pixel's centre. Deterministic. One invocation = one pixel, one workgroup = a tile.
 // In: camera. Out: what the pixel sees.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
 #include "include/lists.glsl"
+#include "include/dispatch.glsl"
 #include "include/math.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 64) in;
 
 struct PrimaryPush { View view; };
 
@@ -24,7 +25,7 @@ layout(scalar, push_constant) uniform Push { PrimaryPush push; };
 
 void main() {
     View view = push.view;
-    uvec2 pixel = gl_GlobalInvocationID.xy;
+    uvec2 pixel = corner_of_tile(flat_workgroup(), 8u, view.width) + place_in_tile(8u);
     if (pixel.x >= view.width || pixel.y >= view.height) return;
     pixels[pixel.y * view.width + pixel.x] = seen_through(view, vec2(pixel) + 0.5);
 }

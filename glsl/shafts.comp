@@ -11,6 +11,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/indirect.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -31,9 +32,6 @@ layout(scalar, binding = 3) readonly buffer PointBatches { PointBatch point_batc
 layout(scalar, binding = 4) writeonly buffer ShaftRoots { uint shaft_roots[]; };
 layout(scalar, binding = 5) buffer ShaftList { uint shaft_list[]; };
 layout(scalar, push_constant) uniform Push { ShaftsPush push; };
-
-// Workgroups along x, fewer than any device takes; the rest goes along y.
-const uint ROW = 1024u;
 
 struct Box {
     vec3 low;
@@ -158,7 +156,5 @@ void main() {
     if (counts >> 16 == 0u) return;
     uint place = atomicAdd(shaft_list[3], 1u);
     shaft_list[4u + place] = index;
-    atomicMax(shaft_list[0], min(place + 1u, ROW));
-    atomicMax(shaft_list[1], place / ROW + 1u);
-    atomicMax(shaft_list[2], 1u);
+    for (uint axis = 0u; axis < 3u; ++axis) atomicMax(shaft_list[axis], dealt(place + 1u)[axis]);
 }

@@ -31,7 +31,7 @@ bool is_better(SplatWeight a, SplatWeight b) {
 
 void main() {
     uint thread = gl_LocalInvocationIndex;
-    for (uint bare = flat_workgroup(); bare < tally.bare; bare += gl_NumWorkGroups.x) {
+    for (uint bare = flat_workgroup(); bare < tally.bare; bare += gl_NumWorkGroups.x * gl_NumWorkGroups.y * gl_NumWorkGroups.z) {
         uint index = bare_pixels[bare];
         PixelSurface pixel = pixel_surface_at(Pixels, index);
         SplatWeight mine = SplatWeight(0xffffffffu, -1e30);

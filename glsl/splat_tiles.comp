@@ -13,13 +13,12 @@
 #include "include/splat.glsl"
 #include "include/records.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = 256) in;
 layout(constant_id = 0) const uint WRITES = 2;  // 0: count, 1: write
 
 struct SplatTilesPush {
     uint width;
     uint height;
-    uint tile_columns;
     uint record_count;
     uint pair_capacity;
     uint weight_capacity;
@@ -70,11 +69,13 @@ uint bounds_in_tile(PixelRectangle rectangle, uvec2 corner) {
 
 void main() {
     uint thread = gl_LocalInvocationIndex;
-    uint tile = gl_WorkGroupID.y * push.tile_columns + gl_WorkGroupID.x;
+    uint tile = flat_workgroup();
+    uvec2 place = place_in_tile(16u);
+    uvec2 corner = corner_of_tile(tile, 16u, push.width);
     if (thread < 2u) tile_range[thread] = lower_bound(tile + thread, min(first_pairs[push.record_count], push.pair_capacity));
     barrier();
 
-    uvec2 xy = gl_GlobalInvocationID.xy;
+    uvec2 xy = corner + place;
     bool in_image = xy.x < push.width && xy.y < push.height;
     uint index = xy.y * push.width + xy.x;
     PixelSurface pixel = PixelSurface(vec3(0.0), NO_SIDE, vec3(0.0), 0.0);
@@ -109,7 +110,7 @@ void main() {
             if (thread < size) {
                 uint record = sorted_pairs[base + thread].record;
                 batch_records[thread] = record;
-                batch_bounds[thread] = bounds_in_tile(rectangles[record], 16u * gl_WorkGroupID.xy);
+                batch_bounds[thread] = bounds_in_tile(rectangles[record], corner);
             }
             barrier();
             // Most records of a tile touch few of its pixels: two words tell a pixel which of 32 records to ask.
@@ -121,7 +122,7 @@ void main() {
             barrier();
             if (!wants_records) continue;
             for (uint group = 0u; group < size; group += 32u) {
-                uint records = touching[group + gl_LocalInvocationID.x] & touching[group + 16u + gl_LocalInvocationID.y];
+                uint records = touching[group + place.x] & touching[group + 16u + place.y];
                 for (; records != 0u; records &= records - 1u) {
                     uint i = group + uint(findLSB(records));
                     CachePoint record = cache_point_at(CachePoints, batch_records[i]);

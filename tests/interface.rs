@@ -292,14 +292,15 @@ fn shaders_keep_to_the_rules() {
     }
 }
 
-/// Every name in a shader's interface is used by the host file of its pass.
+/// Every name in a shader's interface is used by the host file of its pass, or by `Tuning`.
 #[test]
 fn host_files_name_what_shaders_declare() {
-    let host: String = rust_files(&root().join("src/passes")).iter().map(|path| read(path)).collect();
+    let mut host: String = rust_files(&root().join("src/passes")).iter().map(|path| read(path)).collect();
+    host += &read(&root().join("src/gpu/tuning.rs"));
     for (stem, module) in modules() {
         let bindings = module.bindings.iter().map(|binding| &binding.name);
         let constants = module.constants.iter().map(|constant| &constant.name);
-        // A workgroup's size has no name in GLSL; `Context::waiting_group` gives it.
+        // A workgroup's size has no name in GLSL.
         // What follows from the bindings is `Pipeline`'s.
         let elsewhere = |name: &str| spirv::LOCAL_SIZE.contains(&name) || name == spirv::FOLLOWS_ADDRESSES;
         let constants = constants.filter(|name| !elsewhere(name));

@@ -13,9 +13,9 @@ use super::instance::Instance;
 use super::journal::Journal;
 use super::optional::{Offers, Optional, PipelineStatistics};
 use super::recorder::Recorder;
-use super::spirv::LOCAL_SIZE;
 use super::submission::Submission;
 use super::timing::PassTiming;
+use super::tuning::Tuning;
 use crate::error::{Error, Result};
 
 /// Memory is taken from the device in blocks that grow from the first size to the second, in bytes.
@@ -74,6 +74,7 @@ pub struct Context {
     submissions: Mutex<Vec<Submission>>,
     redundant_barriers: Mutex<Vec<String>>,
     summary: DeviceSummary,
+    tuning: Tuning,
     #[cfg(feature = "window")]
     physical_device: vk::PhysicalDevice,
     instance: Arc<Instance>,
@@ -145,6 +146,7 @@ impl Context {
             allocator: Mutex::new(Some(allocator)),
             submissions: Mutex::default(),
             redundant_barriers: Mutex::default(),
+            tuning: Tuning::of(summary.kind, &summary.limits, Tuning::cores()),
             summary,
             #[cfg(feature = "window")]
             physical_device: handle,
@@ -185,12 +187,9 @@ impl Context {
         &self.summary.limits
     }
 
-    /// The specialisation constant of a workgroup, along x, whose invocations wait for one another. A CPU device runs the
-    /// subgroups of a workgroup in turn and changes between them at every barrier, which costs more than short sums: one
-    /// subgroup. A GPU hides the waiting of one subgroup behind others: 64 invocations.
-    pub fn waiting_group(&self) -> (&'static str, u32) {
-        let size = if self.is_cpu() { self.limits().subgroup_size } else { 64 };
-        (LOCAL_SIZE[0], size)
+    /// What is tuned for devices of its class.
+    pub fn tuning(&self) -> &Tuning {
+        &self.tuning
     }
 
     /// Whether timestamps wait for a barrier before they are taken: lavapipe puts them in line with what it draws, once it has drawn

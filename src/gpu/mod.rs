@@ -22,6 +22,7 @@ pub mod shaders;
 pub mod spirv;
 mod submission;
 mod timing;
+mod tuning;
 #[cfg(feature = "window")]
 pub mod window;
 
@@ -36,6 +37,7 @@ pub use parts::{Part, Parts};
 pub use pipeline::Pipeline;
 pub use recorder::{PassScope, Recorder};
 pub use timing::PassTiming;
+pub use tuning::Tuning;
 
 use crate::error::{Error, Result};
 use ash::vk;

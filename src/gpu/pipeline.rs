@@ -32,18 +32,23 @@ pub(super) struct Handles {
 
 impl Pipeline {
     /// Makes the embedded shader `stem` ready, with a value for each of its specialisation constants, by name; a float
-    /// passes its bits. Panics where constants are missing or unknown.
+    /// passes its bits. Those of [`Tuning`](super::Tuning) may be left out. Panics where others are missing or any is unknown.
     ///
     /// # Errors
     /// The shader is beyond the device's limits, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, stem: &'static str, constants: &[(&str, u32)]) -> Result<Self> {
         let words = Shader::named(stem).words();
         let mut module = spirv::reflect(&words);
+        let knows = |name: &str| module.constants.iter().any(|constant| constant.name == name);
+        let is_given = |name: &str| constants.iter().any(|(given, _)| *given == name);
+        let tuned = context.tuning().constants().into_iter();
+        let tuned = tuned.filter(|(name, _)| knows(name) && !is_given(name));
+        let constants: Vec<_> = constants.iter().copied().chain(tuned).collect();
         for (size, name) in module.local_size.iter_mut().zip(spirv::LOCAL_SIZE) {
             *size = constants.iter().find(|(given, _)| *given == name).map_or(*size, |(_, value)| *value);
         }
         check_limits(stem, &module, context.limits())?;
-        let direct = Handles::new(context, stem, &module, constants, false)?;
+        let direct = Handles::new(context, stem, &module, &constants, false)?;
         let constants = constants.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
         let following = OnceLock::new();
         Ok(Self { stem, module, context: context.clone(), constants, direct, following })
@@ -72,21 +77,14 @@ impl Pipeline {
         self.module.local_size
     }
 
-    /// Workgroups that cover `threads`. One-dimensional work with more of them than fit x is spread over y.
-    pub(super) fn workgroups(&self, threads: [u32; 3], limits: &Limits) -> [u32; 3] {
+    /// Workgroups that cover `threads`. Those of one-dimensional work are dealt as suits the device, if the shader knows how many there are.
+    pub(super) fn workgroups(&self, threads: [u32; 3]) -> [u32; 3] {
         let local = self.module.local_size;
         let mut groups: [u32; 3] = std::array::from_fn(|axis| threads[axis].div_ceil(local[axis]));
-        let most = limits.workgroup_count;
-        if groups[0] > most[0] && threads[1..] == [1, 1] && local[1..] == [1, 1] {
-            assert!(
-                self.module.has_workgroup_count,
-                "`{}` must use flat_invocation() to cover {} threads",
-                self.stem, threads[0]
-            );
-            groups[1] = groups[0].div_ceil(most[0]);
-            // As even as can be, so that few workgroups have nothing to do.
-            groups[0] = groups[0].div_ceil(groups[1]);
+        if self.module.has_workgroup_count && threads[1..] == [1, 1] && local[1..] == [1, 1] {
+            groups = self.context.tuning().dealt(groups[0]);
         }
+        let most = self.context.limits().workgroup_count;
         let fits = groups.iter().zip(&most).all(|(groups, most)| groups <= most);
         assert!(fits, "`{}`: {groups:?} workgroups, the device takes {most:?}", self.stem);
         groups

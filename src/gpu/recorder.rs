@@ -288,7 +288,7 @@ impl PassScope<'_> {
             check_bindings(self.recorder.pass_name, pipeline, bytemuck::bytes_of(push), bindings);
             return self;
         }
-        let [x, y, z] = pipeline.workgroups(threads, self.recorder.context.limits());
+        let [x, y, z] = pipeline.workgroups(threads);
         if self.recorder.bind(pipeline, bytemuck::bytes_of(push), bindings, None) {
             // SAFETY: the commands are being recorded, and what they name lives until they have run.
             unsafe { self.recorder.context.device.cmd_dispatch(self.recorder.commands, x, y, z) };

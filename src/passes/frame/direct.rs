@@ -118,7 +118,7 @@ impl Direct {
         pixels: &Buffer,
         layer: &Buffer,
     ) {
-        let [width, height] = self.size;
+        let width = self.size[0];
         self.shafts.record(pass, scene, light);
         let bindings = [
             ("Nodes", &scene.nodes),
@@ -140,7 +140,7 @@ impl Direct {
                 traces_all: u32::from(light.traces_all),
             };
             pass.barrier(COMPUTE_TO_INDIRECT);
-            pass.dispatch(self.kernel.shallow(light), [width, height, 1], &push, &bindings);
+            pass.dispatch(self.kernel.shallow(light), [self.shafts.point_count(), 1, 1], &push, &bindings);
             pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch_indirect(self.kernel.deep(light), (&self.shafts.list, 0), &push, &bindings);
         }

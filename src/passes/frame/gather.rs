@@ -116,7 +116,7 @@ impl Gather {
         shines: bool,
     ) -> Result<Self> {
         let does_shine = ("SHINES", u32::from(shines));
-        let constants = [does_shine, has_textures(bundles.has_colours), context.waiting_group()];
+        let constants = [does_shine, has_textures(bundles.has_colours)];
         let room = |count: u32, bytes: u64| {
             Buffer::storage(context, "reflected radiance", bytes * u64::from(count.max(1)))
         };

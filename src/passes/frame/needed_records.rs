@@ -44,9 +44,6 @@ gpu_struct! {
 pub const LAYOUTS: &[Layout] =
     &[NeededMarkPush::LAYOUT, NeededNeighboursPush::LAYOUT, NeededListPush::LAYOUT];
 
-/// Workgroups of a dispatch along x; the rest goes along y.
-const ROW: u32 = 1024;
-
 /// Records in ascending order, ready to be gathered.
 pub struct RecordList {
     /// Listed records before each record, and all.
@@ -70,10 +67,9 @@ impl RecordList {
     ) -> Result<Self> {
         let before = |end: u32| records.partition_point(|&record| record < end) as u32;
         let offsets: Vec<u32> = (0..=record_count).map(before).collect();
-        let groups = (0..record_count).step_by(rows_per_part.max(1) as usize).flat_map(|first| {
-            let count = before(first + rows_per_part) - before(first);
-            [count.min(ROW), count.div_ceil(ROW), 1]
-        });
+        let firsts = (0..record_count).step_by(rows_per_part.max(1) as usize);
+        let groups =
+            firsts.flat_map(|first| context.tuning().dealt(before(first + rows_per_part) - before(first)));
         Ok(Self {
             offsets: Buffer::from_slice(context, "record offsets", &offsets)?,
             groups: Buffer::from_slice(context, "gather groups", &groups.collect::<Vec<_>>())?,

@@ -46,7 +46,7 @@ impl Primary {
     pub fn record(&self, rec: &mut Recorder, scene: &SceneBuffers, view: &View) {
         rec.pass(Self::STEM).dispatch(
             &self.pipeline,
-            [view.width, view.height, 1],
+            [64 * view.width.div_ceil(8) * view.height.div_ceil(8), 1, 1],
             &PrimaryPush { view: *view },
             &[
                 ("Nodes", &scene.nodes),

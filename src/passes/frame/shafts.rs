@@ -100,6 +100,11 @@ impl Shafts {
         })
     }
 
+    /// Invocations of a dispatch with a workgroup for each batch.
+    pub fn point_count(&self) -> u32 {
+        BATCH * self.batch_count
+    }
+
     /// Finds the roots of all batches for a light. Records into an open pass, where a barrier to transfers is due between two lights;
     /// one to indirect dispatches is due before rays start from the roots.
     pub fn record(&self, pass: &mut PassScope<'_>, scene: &SceneBuffers, light: OneLight<'_>) {

@@ -91,8 +91,6 @@ gpu_struct! {
         pub width: u32,
         /// Pixels.
         pub height: u32,
-        /// Tiles in a row.
-        pub tile_columns: u32,
         /// Records.
         pub record_count: u32,
         /// Pairs that fit.
@@ -296,17 +294,17 @@ impl Splat {
         sorted: &Buffer,
     ) {
         let [width, height] = self.size;
+        let tiles = width.div_ceil(TILE) * height.div_ceil(TILE);
         let push = SplatTilesPush {
             width,
             height,
-            tile_columns: width.div_ceil(TILE),
             record_count: self.record_count,
             pair_capacity: self.sort.capacity(),
             weight_capacity: self.weight_capacity,
         };
         pass.dispatch(
             pipeline,
-            [width, height, 1],
+            [TILE * TILE * tiles, 1, 1],
             &push,
             &[
                 ("Surfaces", surfaces),

@@ -60,7 +60,7 @@ impl Surveyor {
 
     pub(super) fn new(context: &Arc<Context>, scene_size: f32, seed: u32) -> Result<Self> {
         let [rings, sectors] = Hemisphere::new(CLEARANCE_RAYS).constants();
-        let constants = [rings, sectors, context.waiting_group()];
+        let constants = [rings, sectors];
         let bindable = context.limits().storage_range_bytes / size_of::<CachePoint>() as u64;
         let limit = bindable.clamp(1, Self::LIMIT.into()) as u32;
         Ok(Self {

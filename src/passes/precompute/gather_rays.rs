@@ -265,7 +265,7 @@ pub fn trace(
     progress: &mut dyn Progress,
 ) -> Result<RayTable> {
     let [rings, sectors] = hemisphere.constants();
-    let constants = [rings, sectors, scene.textures.constant(), context.waiting_group()];
+    let constants = [rings, sectors, scene.textures.constant()];
     let pipeline = Pipeline::new(context, STEM, &constants)?;
     let table = RayTable::new(context, scene, point_count, hemisphere)?;
     progress.stage("gather rays", u64::from(point_count));

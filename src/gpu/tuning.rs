@@ -1,0 +1,105 @@
+//! What is tuned for a class of devices. Data: nothing else in the program asks what kind of device it runs on in order to be faster
+//! there, and no value changes a bit of what is computed.
+
+use std::num::NonZero;
+
+use super::device::{CPU, Limits};
+use super::spirv::LOCAL_SIZE;
+
+/// Values for a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tuning {
+    /// Workgroups that lie side by side and are taken one after another, at most; see [`Tuning::dealt`].
+    pub strip: u32,
+    /// Runs of workgroups that the device gives to a thread each.
+    pub layers: u32,
+    /// Invocations of a workgroup that wait for one another often.
+    pub waiting_group: u32,
+}
+
+/// What [`Tuning`] is for a class of devices, where limits allow.
+struct Class {
+    /// As in [`super::DeviceSummary::kind`]; None for all others, at the end.
+    kind: Option<&'static str>,
+    strip: u32,
+    /// Or a layer for each processor core.
+    layers: Option<u32>,
+    /// Or one subgroup.
+    waiting_group: Option<u32>,
+}
+
+const CLASSES: [Class; 2] = [
+    // lavapipe gives each core one run of consecutive workgroups, all of the same length, and the frame waits for the last: strips
+    // that go to the runs in turn leave nobody with the half of the picture that has more to do, and what is side by side still meets what is
+    // in the cache. It runs the subgroups of a workgroup in turn and changes between them at each barrier, which costs more than short
+    // sums: one subgroup.
+    Class { kind: Some(CPU), strip: 16, layers: None, waiting_group: None },
+    // A GPU hands out workgroups one by one, and hides the waiting of one subgroup behind others.
+    Class { kind: None, strip: u32::MAX, layers: Some(1), waiting_group: Some(64) },
+];
+
+impl Tuning {
+    /// For a device of that kind, on a machine of so many cores.
+    pub(super) fn of(kind: &str, limits: &Limits, cores: u32) -> Self {
+        let [.., others] = &CLASSES;
+        let class = CLASSES.iter().find(|class| class.kind == Some(kind)).unwrap_or(others);
+        Self {
+            strip: class.strip.min(limits.workgroup_count[0]),
+            layers: class.layers.unwrap_or(cores).min(limits.workgroup_count[2]),
+            waiting_group: class.waiting_group.unwrap_or(limits.subgroup_size),
+        }
+    }
+
+    /// Cores of this machine.
+    pub(super) fn cores() -> u32 {
+        std::thread::available_parallelism().map_or(1, NonZero::get) as u32
+    }
+
+    /// Specialisation constants that follow, which a [`Pipeline`](super::Pipeline) takes where its shader has them.
+    pub(super) fn constants(&self) -> [(&'static str, u32); 3] {
+        [("STRIP", self.strip), ("LAYERS", self.layers), (LOCAL_SIZE[0], self.waiting_group)]
+    }
+
+    /// Workgroups along each axis for one-dimensional work of `groups` of them: strips along x, which go to the layers along z in turn. A
+    /// device that takes workgroups by x, then y, then z, goes through a layer before the next. `flat_workgroup` in
+    /// `glsl/include/dispatch.glsl` counts them so; kernels that count workgroups for others deal likewise.
+    pub fn dealt(&self, groups: u32) -> [u32; 3] {
+        let of_layer = groups.div_ceil(self.layers);
+        [of_layer.min(self.strip), of_layer.div_ceil(self.strip), self.layers]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn limits() -> Limits {
+        Limits { workgroup_count: [65535; 3], subgroup_size: 8, ..Limits::default() }
+    }
+
+    #[test]
+    fn each_kind_has_its_class_and_limits_bound_it() {
+        let tuning = |kind, limits| {
+            let Tuning { strip, layers, waiting_group } = Tuning::of(kind, &limits, 6);
+            [strip, layers, waiting_group]
+        };
+        assert_eq!(tuning(CPU, limits()), [16, 6, 8]);
+        assert_eq!(tuning("discrete GPU", limits()), [65535, 1, 64]);
+        assert_eq!(tuning(CPU, Limits { workgroup_count: [10, 65535, 3], ..limits() }), [10, 3, 8]);
+    }
+
+    /// Each workgroup once, less than a row of all layers besides, and as many for each layer.
+    #[test]
+    fn all_workgroups_are_dealt() {
+        for (kind, most) in [(CPU, 6_000_000), ("discrete GPU", 4_000_000_000_u32)] {
+            let tuning = Tuning::of(kind, &limits(), 6);
+            for groups in [0, 1, 2, 95, 96, 97, 5000, most] {
+                let [x, y, z] = tuning.dealt(groups);
+                let dealt = u64::from(x) * u64::from(y) * u64::from(z);
+                assert!(dealt >= u64::from(groups), "{groups}: {x} {y} {z}");
+                assert!(dealt < u64::from(groups) + u64::from(x * z).max(1), "{groups}: {x} {y} {z}");
+                assert!(y <= 65535, "{groups}: {x} {y} {z}");
+            }
+        }
+    }
+}

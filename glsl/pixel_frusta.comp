@@ -22,7 +22,7 @@ layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(binding = 4) uniform usamplerBuffer Pixels;
-layout(scalar, binding = 5) readonly buffer ShadowOffsets { uint shadow_offsets[]; };
+layout(scalar, binding = 5) readonly buffer ShadowGroups { uint shadow_groups[]; };
 layout(scalar, binding = 6) readonly buffer ShadowPixels { uint shadow_pixels[]; };
 
 #include "include/triangles.glsl"
@@ -99,9 +99,8 @@ shared uint due_count;
 
 void main() {
     uint lane = gl_LocalInvocationIndex;
-    uint pixel_count = push.view.width * push.view.height;
     uint own = flat_invocation();
-    bool is_due = own < min(shadow_offsets[pixel_count], frusta_in(push.room));
+    bool is_due = own < min(shadow_groups[3], frusta_in(push.room));
     if (lane == 0u) due_count = 0u;
     barrier();
     if (is_due) {

@@ -33,7 +33,7 @@ layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(binding = 3) uniform usamplerBuffer Lights;
 layout(scalar, binding = 4) readonly buffer EdgeOffsets { uint edge_offsets[]; };
 layout(binding = 5) uniform usamplerBuffer Pixels;
-layout(scalar, binding = 6) readonly buffer ShadowOffsets { uint shadow_offsets[]; };
+layout(scalar, binding = 6) readonly buffer ShadowGroups { uint shadow_groups[]; };
 layout(scalar, binding = 7) readonly buffer ShadowPixels { uint shadow_pixels[]; };
 layout(binding = 8) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 9) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
@@ -101,7 +101,7 @@ uint slot_for(PixelSurface found, uint pixel, uint first, uint room) {
 void main() {
     View view = push.view;
     uint pixel_count = view.width * view.height;
-    uint listed = shadow_offsets[pixel_count];
+    uint listed = shadow_groups[3];
     uint place = flat_workgroup() * (64u / LANES) + gl_LocalInvocationIndex / LANES;
     uint lane = gl_LocalInvocationIndex % LANES;
     uint index = shadow_pixels[min(place, max(listed, 1u) - 1u)];

@@ -1,12 +1,14 @@
-// Antialiasing of a light, step 2: marks the pixels across which its light changes much, an edge of a shadow, where
-// geometry shows none: those pixels are averaged over samples already. And those of them that need more samples. Deterministic.
-// One invocation = one pixel. In: the light's layer, edge pixels and their needs. Out: 1 for such a pixel, else 0.
+// Antialiasing of a light, step 2: lists the pixels across which its light changes much, an edge of a shadow, where geometry shows
+// none: those pixels are averaged over samples already. And those of them that need more samples. Counts them and the workgroups that take
+// them, four each and 64 each. In any order: each is averaged by itself. One invocation = four consecutive pixels, a texel of each list.
+// In: the light's layer, edge pixels and their needs. Out: pixels, their number, sizes of dispatches, from zero.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
-#include "include/types.glsl"
+#include "include/dispatch.glsl"
+#include "include/indirect.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint CONTRAST = 0;  // float bits: relative difference between neighbours that makes an edge
 
 struct EdgeMarkPush {
@@ -14,26 +16,61 @@ struct EdgeMarkPush {
     uint height;
 };
 
-layout(scalar, binding = 0) readonly buffer LightLayer { float light_layer[]; };
-layout(scalar, binding = 1) readonly buffer EdgeOffsets { uint edge_offsets[]; };
-layout(scalar, binding = 2) writeonly buffer ShadowOffsets { uint shadow_offsets[]; };
-layout(scalar, binding = 3) readonly buffer EdgeNeeds { uint edge_needs[]; };
+layout(binding = 0) uniform usamplerBuffer LightLayer;
+layout(binding = 1) uniform usamplerBuffer EdgeOffsets;
+layout(scalar, binding = 2) readonly buffer EdgeNeeds { uint edge_needs[]; };
+layout(scalar, binding = 3) writeonly buffer ShadowPixels { uint shadow_pixels[]; };
+layout(scalar, binding = 4) buffer ShadowGroups { uint shadow_groups[]; };
 layout(scalar, push_constant) uniform Push { EdgeMarkPush push; };
 
+// The light at pixel `first` and the three behind it, of so many pixels; what it is beyond these, nobody asks.
+vec4 light_from(int first, int pixel_count) {
+    ivec2 texels = clamp((ivec2(first) >> 2) + ivec2(0, 1), 0, (pixel_count - 1) >> 2);
+    vec4 a = uintBitsToFloat(texelFetch(LightLayer, texels.x));
+    vec4 b = uintBitsToFloat(texelFetch(LightLayer, texels.y));
+    int skipped = first & 3;
+    vec4 half_way = skipped >= 2 ? vec4(a.zw, b.xy) : a;
+    return (skipped & 1) == 0 ? half_way : vec4(half_way.yzw, skipped == 1 ? b.x : b.z);
+}
+
+bvec4 differ(vec4 here, vec4 there) {
+    return greaterThan(abs(here - there), uintBitsToFloat(CONTRAST) * max(here, there));
+}
+
+bvec4 both(bvec4 a, bvec4 b) { return bvec4(uvec4(a) & uvec4(b)); }
+bvec4 either(bvec4 a, bvec4 b) { return bvec4(uvec4(a) | uvec4(b)); }
+
 void main() {
-    ivec2 size = ivec2(push.width, push.height);
-    ivec2 xy = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(xy, size))) return;
-    int index = xy.y * size.x + xy.x;
-    float here = light_layer[index];
-    bool found = false;
-    for (int i = 1; i < 9; i += 2) {
-        // Above, left, right, below.
-        ivec2 other = clamp(xy + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1);
-        float there = light_layer[other.y * size.x + other.x];
-        found = found || abs(here - there) > uintBitsToFloat(CONTRAST) * max(here, there);
+    int width = int(push.width);
+    int pixel_count = width * int(push.height);
+    int first = 4 * int(flat_invocation());
+    if (first >= pixel_count) return;
+    // Where a row ends among the four, the rest stand in the next.
+    ivec4 column = first % width + ivec4(0, 1, 2, 3);
+    ivec4 row = first / width + column / width;
+    column %= width;
+
+    vec4 here = light_from(first, pixel_count);
+    bvec4 found = both(differ(here, light_from(first - 1, pixel_count)), greaterThan(column, ivec4(0)));
+    found = either(found, both(differ(here, light_from(first + 1, pixel_count)), lessThan(column, ivec4(width - 1))));
+    found = either(found, both(differ(here, light_from(first - width, pixel_count)), greaterThan(row, ivec4(0))));
+    found = either(found, both(differ(here, light_from(first + width, pixel_count)), lessThan(row, ivec4(int(push.height) - 1))));
+
+    uvec4 edges = texelFetch(EdgeOffsets, first >> 2);
+    // Behind the last pixel stands how many edges there are.
+    uvec4 behind = uvec4(edges.yzw, texelFetch(EdgeOffsets, min((first >> 2) + 1, pixel_count >> 2)).x);
+    for (int i = 0; i < 4; ++i) {
+        if (first + i >= pixel_count) break;
+        bool is_listed = found[i];
+        if (behind[i] != edges[i]) is_listed = edge_needs[edges[i]] != 0u;
+        if (!is_listed) continue;
+        uint place = atomicAdd(shadow_groups[3], 1u);
+        shadow_pixels[place] = uint(first + i);
+        // The first of a group counts it.
+        if (place % 4u != 0u) continue;
+        for (uint axis = 0u; axis < 3u; ++axis) {
+            atomicMax(shadow_groups[axis], dealt(place / 4u + 1u)[axis]);
+            if (place % 64u == 0u) atomicMax(shadow_groups[8u + axis], dealt(place / 64u + 1u)[axis]);
+        }
     }
-    uint edge = edge_offsets[index];
-    for (bool is_due = edge_offsets[index + 1] != edge; is_due; is_due = false) found = edge_needs[edge] != 0u;
-    shadow_offsets[index] = uint(found);
 }

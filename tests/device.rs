@@ -45,7 +45,7 @@ fn odd_and_empty_buffers_work() {
 }
 
 #[test]
-fn work_beyond_the_workgroups_along_x_is_spread_over_y() {
+fn work_beyond_the_workgroups_along_x_is_spread_over_the_other_axes() {
     let context = context();
     let most = context.limits().workgroup_count[0];
     // Devices differ: 65 535 here, and 2^31 - 1 elsewhere, where a plain dispatch is what is tested.

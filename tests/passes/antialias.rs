@@ -88,7 +88,13 @@ impl Frame {
                 })
                 .unwrap();
             layers.push([before, layer.read().unwrap()]);
-            shadow_counts.push(Antialias::counted(&groups).unwrap());
+            let count = Antialias::counted(&groups).unwrap();
+            let words: Vec<u32> = groups.read().unwrap();
+            for (first, pixels) in [(0, 4), (8, 64)] {
+                let dealt = if count == 0 { [0; 3] } else { context.tuning().dealt(count.div_ceil(pixels)) };
+                assert_eq!(words[first..first + 3], dealt, "{count} pixels, {pixels} a workgroup");
+            }
+            shadow_counts.push(count);
             let edge_count = antialias.edge_count().unwrap();
             needs.push(antialias.edge_needs.read_range(0, edge_count as usize).unwrap());
         }

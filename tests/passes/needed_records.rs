@@ -4,7 +4,7 @@ use crate::common::assert_silent;
 use crate::world::{Random, World};
 use glam::Vec3;
 use lightpaths::cpu::needed_records::needed_records;
-use lightpaths::gpu::Buffer;
+use lightpaths::gpu::{Buffer, Tuning};
 use lightpaths::passes::frame::blend::Blend;
 use lightpaths::passes::frame::needed_records::{NeededRecords, RecordList, Wanted};
 use lightpaths::passes::frame::primary::Primary;
@@ -42,7 +42,7 @@ fn splat(world: &World, pass: &mut Splat, points: &[CachePoint], view: &View) ->
 
 /// What a list says, and that its dispatches fit.
 #[track_caller]
-fn read(list: &RecordList, rows: u32) -> Vec<u32> {
+fn read(tuning: &Tuning, list: &RecordList, rows: u32) -> Vec<u32> {
     let offsets: Vec<u32> = list.offsets.read().unwrap();
     let records: Vec<u32> = list.records.read_range(0, *offsets.last().unwrap() as usize).unwrap();
     let count = offsets.len() as u32 - 1;
@@ -50,8 +50,8 @@ fn read(list: &RecordList, rows: u32) -> Vec<u32> {
     assert_eq!(groups.len() as u32, 3 * count.div_ceil(rows));
     for (part, groups) in (0..).zip(groups.chunks(3)) {
         let [first, end] = [part, part + 1].map(|part: u32| offsets[(part * rows).min(count) as usize]);
-        assert!(groups[0] <= 1024 && groups[0] * groups[1] >= end - first && groups[2] == 1, "{groups:?}");
-        assert!(groups[0] * groups[1] < end - first + 1024, "{groups:?} for {}", end - first);
+        let dealt = tuning.dealt(end - first);
+        assert!(groups == dealt, "{groups:?} for {}", end - first);
     }
     for (record, run) in (0..).zip(offsets.windows(2)) {
         assert_eq!(run[1] - run[0], u32::from(records.binary_search(&record).is_ok()));
@@ -102,7 +102,11 @@ fn needed_records_equal_the_twin() {
             let record = |rec: &mut _| pass.record(rec, wanted, &splat_pass, &blend);
             world.context.run(record).unwrap();
             let expected = needed_records(if all { &everything } else { &seen }, &neighbours, &is_current);
-            assert_eq!(read(&pass.list, rows), expected, "{count} records, {wanted:?}");
+            assert_eq!(
+                read(world.context.tuning(), &pass.list, rows),
+                expected,
+                "{count} records, {wanted:?}"
+            );
             assert_eq!(pass.listed().unwrap() as usize, expected.len());
             expected.iter().for_each(|&record| is_current[record as usize] = true);
             lengths.push(expected.len());
@@ -114,7 +118,7 @@ fn needed_records_equal_the_twin() {
         }
         let fixed: Vec<u32> = (0..count as u32).filter(|_| random.below(3) == 0).collect();
         let list = RecordList::fixed(&world.context, count as u32, rows, &fixed).unwrap();
-        assert_eq!(read(&list, rows), fixed);
+        assert_eq!(read(world.context.tuning(), &list, rows), fixed);
     }
     assert_silent(&world.context);
 }

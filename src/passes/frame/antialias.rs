@@ -71,10 +71,8 @@ pub struct Antialias {
     edge_light: Buffer,
     /// How many samples each edge pixel needs of the light that was taken last; 0 where it has enough.
     pub edge_needs: Buffer,
-    /// Index of each pixel that the light that was taken last is to be averaged at: its shadows' edges, and needy edge pixels.
+    /// Index of each pixel that the light that was taken last is to be averaged at: its shadows' edges, and needy edge pixels; in any order.
     shadow_pixels: Buffer,
-    /// Those before each pixel, and their number.
-    shadow_offsets: Buffer,
     size: [u32; 2],
     /// What there is room for.
     pub room: EdgeRoom,
@@ -123,7 +121,6 @@ impl Antialias {
             edge_light: stored("edge light", room.samples, size_of::<f32>())?,
             edge_needs: pixels("edge needs")?,
             shadow_pixels: pixels("shadow pixels")?,
-            shadow_offsets: Buffer::from_slice(context, "shadow offsets", &no_edges)?,
             size,
             room,
             offsets: Buffer::from_slice(context, "edge offsets", &no_edges)?,
@@ -157,7 +154,19 @@ impl Antialias {
             &EdgeMarkPush { width, height },
             &[("Surfaces", &scene.surfaces), ("Pixels", pixels), ("EdgeOffsets", &self.offsets)],
         );
-        self.record_list(&mut pass, &self.offsets, &self.edge_pixels, &self.edge_groups);
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        self.prefix_sum.record(&mut pass, &self.offsets, width * height);
+        pass.barrier(COMPUTE_TO_COMPUTE);
+        pass.dispatch(
+            &self.list,
+            [width * height, 1, 1],
+            &self.list_push(),
+            &[
+                ("EdgeOffsets", &self.offsets),
+                ("EdgePixels", &self.edge_pixels),
+                ("EdgeGroups", &self.edge_groups),
+            ],
+        );
         pass.barrier(COMPUTE_TO_INDIRECT);
         pass.dispatch_indirect(
             &self.samples,
@@ -204,7 +213,7 @@ impl Antialias {
 
     /// A light at the edge pixels that a camera sees, and its mean over the pixels that its shadows' edges cross, in its layer;
     /// `groups`, of [`Self::groups`], keeps the number of pixels that it was averaged at anew. Records into an open pass, with barriers
-    /// between its own dispatches only; one to indirect dispatches is due before. Does nothing where antialiasing is off.
+    /// between its own dispatches only; one to transfers and indirect dispatches is due before. Does nothing where antialiasing is off.
     pub fn record_light(
         &self,
         pass: &mut PassScope<'_>,
@@ -241,6 +250,8 @@ impl Antialias {
             ("EdgeLight", &self.edge_light),
         ];
         let bindings: Vec<_> = traced.into_iter().chain(samples).collect();
+        // With the shafts' list, before their barrier.
+        pass.fill_zero(groups);
         self.shafts.record_counted(pass, scene, light, (&self.edge_groups, BATCH_GROUPS));
         pass.barrier(COMPUTE_TO_INDIRECT);
         for span in light.spans() {
@@ -265,20 +276,20 @@ impl Antialias {
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.shadow_mark,
-            [width, height, 1],
+            [(width * height).div_ceil(4), 1, 1],
             &EdgeMarkPush { width, height },
             &[
                 ("LightLayer", layer),
                 ("EdgeOffsets", &self.offsets),
-                ("ShadowOffsets", &self.shadow_offsets),
                 ("EdgeNeeds", &self.edge_needs),
+                ("ShadowPixels", &self.shadow_pixels),
+                ("ShadowGroups", groups),
             ],
         );
-        self.record_list(pass, &self.shadow_offsets, &self.shadow_pixels, groups);
         pass.barrier(COMPUTE_TO_INDIRECT);
         let listed = [
             ("Pixels", pixels),
-            ("ShadowOffsets", &self.shadow_offsets),
+            ("ShadowGroups", groups),
             ("ShadowPixels", &self.shadow_pixels),
             // The shafts' have been followed.
             ("ShaftRoots", &self.shafts.roots),
@@ -315,16 +326,6 @@ impl Antialias {
 
     fn list_push(&self) -> EdgeListPush {
         EdgeListPush { pixel_count: self.size[0] * self.size[1], room: self.room }
-    }
-
-    /// Turns marks into a list of the marked pixels.
-    fn record_list(&self, pass: &mut PassScope<'_>, offsets: &Buffer, pixels: &Buffer, groups: &Buffer) {
-        let pixel_count = self.size[0] * self.size[1];
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        self.prefix_sum.record(pass, offsets, pixel_count);
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        let edges = [("EdgeOffsets", offsets), ("EdgePixels", pixels), ("EdgeGroups", groups)];
-        pass.dispatch(&self.list, [pixel_count, 1, 1], &self.list_push(), &edges);
     }
 
     /// Room for the number of edge pixels in a list, and of workgroups that take them.

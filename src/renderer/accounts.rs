@@ -15,6 +15,8 @@ use crate::passes::frame::{
     gather::Gather,
     hvds::ClusterLayer,
     hvds::Pyramid,
+    near_field::NearField,
+    needed_records::NeededRecords,
     path_scan::PathScan,
     pixel_colours::PixelColours,
     primary::Primary,
@@ -65,6 +67,10 @@ impl Renderer {
         let ahead = if gathers > 1 { ahead } else { 0 };
         let gathered = u64::from(self.needs.gathered() + ahead) / gathers.max(1) as u64;
         let in_all = u64::from(self.gather.point_count().max(1));
+        let near_passes = passes.iter().filter(|pass| pass.name == NearField::STEM).count().max(1) as u64;
+        let part_counts = self.gathered_again(scope).map(|again| again.2);
+        let near = scope.near_field.bytes(part_counts.chain([scope.near_field.part_count()])) / near_passes;
+        let sees_anew = passes.iter().any(|pass| pass.name == Splat::STEM);
         let surface = self.primary.pixels.bytes();
         let clusters = self.pyramid.irradiance.bytes();
         let layers_due = self.lights.without_clusters().len() as u64;
@@ -91,12 +97,15 @@ impl Renderer {
                 Pyramid::STEM => lights * layer + 3 * clusters,
                 ClusterViews::STEM => self.views.bytes(),
                 Gather::STEM => gathered * (self.gather.bundles.bytes() + records) / in_all + clusters,
+                NearField::STEM => near,
+                // Marks and sums of records, and of those the list; weights only where the view is new.
+                NeededRecords::STEM => u64::from(sees_anew) * weights + self.blend.list_bytes() + 24 * in_all,
                 Blend::STEM => self.blend.list_bytes() + 2 * records + self.gather.cache_points.bytes(),
                 Splat::STEM => surface + self.gather.cache_points.bytes() + 4 * pairs + weights,
                 Splat::APPLY_STEM => surface + weights + records + image,
                 Antialias::STEM => surface + 8 * pixels + edge_samples + slots,
                 PixelColours::STEM => surface + edge_samples + pixel_colours + edge_colours,
-                Antialias::SHADOW_STEM => due_layers * (2 * edge_samples + 4 * slot_count + 16 * pixels),
+                Antialias::SHADOW_STEM => due_layers * (2 * edge_samples + 4 * slot_count + 8 * pixels),
                 Compose::STEM => {
                     let colours = pixel_colours + edge_colours;
                     surface + 3 * image + 4 * pixels + 12 * slot_count + slots + colours

@@ -5,7 +5,8 @@ use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::frame::hvds::Pyramid;
+use crate::passes::frame::hvds::{ClusterFlux, Pyramid};
+use crate::types::Record;
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -62,6 +63,16 @@ impl NearField {
     /// Parts of clusters that have targets of their own.
     pub fn part_count(&self) -> u32 {
         self.parts.1
+    }
+
+    /// Bytes that a frame moves at the least, in all: parts before there are records, then clusters and that many parts round by round.
+    pub fn bytes(&self, rounds: impl Iterator<Item = u32>) -> u64 {
+        let listed = size_of::<NearCluster>() as u64;
+        let light = size_of::<Vec3>() as u64;
+        let from_record = listed + (size_of::<Record>() + size_of::<ClusterFlux>() + 4) as u64 + light;
+        let from_cluster = listed + 2 * light;
+        let taken: u64 = rounds.map(|parts| u64::from(self.clusters.1 + parts)).sum();
+        from_cluster * u64::from(self.parts.1) + from_record * taken
     }
 
     /// Overwrites the irradiance of the clusters in the list.

@@ -25,3 +25,21 @@ pub fn blend(point: &CachePoint, shares: &[(Record, f32)]) -> (DVec3, DMat3, DMa
     rotation -= DMat3::from_cols(normal * along_normal.x, normal * along_normal.y, normal * along_normal.z);
     (irradiance, translation, rotation)
 }
+
+/// Whether that falls below zero where nothing keeps it from doing so.
+pub fn is_limited(point: &CachePoint, shares: &[(Record, f32)]) -> bool {
+    let place = point.position.as_dvec3();
+    let (mut sum, mut offset, mut translation) = (DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
+    let mut is_limited = false;
+    for (record, share) in shares {
+        let (share, along) = (f64::from(*share), record.translation.as_dmat3());
+        let moved = place - record.position.as_dvec3();
+        let turned = record.rotation.as_dmat3().transpose() * point.normal.as_dvec3();
+        let value = record.irradiance.as_dvec3() + 0.5 * along.transpose() * moved + turned;
+        is_limited |= value.min_element() < 0.0;
+        sum += share * value.max(DVec3::ZERO);
+        offset += share * moved;
+        translation += along * share;
+    }
+    is_limited || (sum + 0.5 * translation.transpose() * offset).min_element() < 0.0
+}

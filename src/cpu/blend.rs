@@ -43,3 +43,28 @@ pub fn is_limited(point: &CachePoint, shares: &[(Record, f32)]) -> bool {
     }
     is_limited || (sum + 0.5 * translation.transpose() * offset).min_element() < 0.0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+    use glam::{Mat3, Vec3};
+
+    #[test]
+    fn what_would_fall_below_zero_is_told() {
+        let point = CachePoint { position: Vec3::X, normal: Vec3::Z, ..CachePoint::zeroed() };
+        // Light that changes by so much a metre along x.
+        let record = |x: f32, slope: f32| Record {
+            position: x * Vec3::X,
+            irradiance: Vec3::ONE,
+            translation: Mat3::from_cols(Vec3::new(slope, 0.0, 0.0), Vec3::ZERO, Vec3::ZERO),
+            ..Record::zeroed()
+        };
+        assert!(!is_limited(&point, &[(record(0.0, -0.9), 1.0)]));
+        assert!(is_limited(&point, &[(record(0.0, -2.1), 0.5), (record(1.0, 3.0), 0.5)]), "one of them");
+        // Each way alone ends above zero, but the mean of the gradients is steeper than that of the one to the left.
+        let [left, here] = [record(0.0, 0.0), record(1.0, -9.0)];
+        assert!(!is_limited(&point, &[(left, 0.2), (here, 0.8)]));
+        assert!(is_limited(&point, &[(left, 0.5), (here, 0.5)]), "their sum");
+    }
+}

@@ -58,7 +58,7 @@ fn a_full_disc_is_said_and_the_old_file_survives() {
 fn a_disc_that_fills_in_the_middle_is_said_and_the_old_file_survives() {
     let stage = Stage::new();
     for (arguments, name) in [
-        ("render CUBE -q --method path --spp 1 --size 200x200 -o OUT", "a.png"),
+        ("render CUBE -q --method path --spp 1 --size 320x320 -o OUT", "a.png"),
         ("render CUBE -q --method path --spp 1 --size 200x200 -o OUT", "a.exr"),
         ("precompute CUBE -q --set quality.entry_points=20000 -o OUT", "a.paths"),
         ("film FILM -q --frames 0..2 --size 200x200 --format exr -o OUT", "film"),

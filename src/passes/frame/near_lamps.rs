@@ -42,8 +42,11 @@ const CLOSE: [f32; 2] = [2.0, 4.0];
 const REACH: f32 = 8.0;
 /// Entry points within so many spacings of a lit place share its light: with fewer, light from there is of single paths.
 const SHARED: f32 = 16.0;
-/// And see it over what stands between from so high above the surface, in spacings.
+/// And see it over what stands between from so high above the surface, in spacings; none is higher over that place, or further below it.
+/// Where something is closer over the place, from half-way to that.
 const OVER: f32 = 2.0;
+/// Rays that look up from a place begin so high, in spacings.
+const OFF: f32 = 0.01;
 /// Those that face alike, that is: cosine between their normals.
 const ALIKE: f32 = 0.7;
 /// Rays from a lamp.
@@ -181,16 +184,21 @@ impl NearLamps {
         // Share of the light at that distance that rays find.
         let by_rays = |distance: f32| care * (2.0 - 2.0 * distance / reach).clamp(0.0, 1.0);
         let around: Vec<&Point> = self.within(lamp, reach + SHARED * self.spacing).collect();
-        let seen = self.seen(rays, scene, lamp, &around)?;
+        let hits: Vec<_> = hits.into_iter().filter(|hit| hit.0 < reach).collect();
+        let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
+        let rooms = self.rooms(rays, scene, hits.iter().map(|hit| (hit.2, normal(hit.1))))?;
+        let seen =
+            self.seen(rays, scene, lamp, &around, rooms.iter().copied().fold(f32::INFINITY, f32::min))?;
         let mut added = vec![0.0_f64; around.len()];
         let mut shares = Vec::new();
-        for &(distance, side, place, flux) in hits.iter().filter(|hit| hit.0 < reach) {
-            let normal = surfaces[side as usize / 2].normal_of(side % 2 == 1);
+        for (&(distance, side, place, flux), room) in hits.iter().zip(rooms) {
+            let normal = normal(side);
             shares.clear();
             shares.extend(seen.iter().filter_map(|&index| {
                 let point = around[index as usize];
                 let off = point.position.distance_squared(place) / (SHARED * self.spacing).powi(2);
-                let is_near = off < 1.0 && point.normal.dot(normal) > ALIKE;
+                let is_level = (point.position - place).dot(normal).abs() < room;
+                let is_near = off < 1.0 && is_level && point.normal.dot(normal) > ALIKE;
                 is_near.then(|| (index, f64::from((1.0 - off) * point.area_m2)))
             }));
             let all: f64 = shares.iter().map(|share| share.1).sum();
@@ -211,10 +219,34 @@ impl NearLamps {
         Ok(factors)
     }
 
-    /// Those that nothing hides from the lamp, as seen from above the surface that they are on: a wall that stands between parts light.
-    fn seen(&self, rays: &Rays, scene: &SceneBuffers, lamp: Vec3, around: &[&Point]) -> Result<Vec<u32>> {
+    /// How far over each place, and below it, what is lit is taken to be of one surface, metres.
+    fn rooms(
+        &self,
+        rays: &Rays,
+        scene: &SceneBuffers,
+        places: impl Iterator<Item = (Vec3, Vec3)>,
+    ) -> Result<Vec<f32>> {
+        let up = |(place, normal): (Vec3, Vec3)| RayQuery {
+            origin: place + OFF * self.spacing * normal,
+            direction: normal,
+        };
+        let answers = rays.trace(scene, &places.map(up).collect::<Vec<_>>())?;
+        let most = OVER * self.spacing;
+        let room = |t: f32| if t < 0.0 { most } else { (0.5 * (t + OFF * self.spacing)).min(most) };
+        Ok(answers.iter().map(|answer| room(answer.t)).collect())
+    }
+
+    /// Those that nothing hides from the lamp, as seen from so high above the surface that they are on: a wall that stands between parts light.
+    fn seen(
+        &self,
+        rays: &Rays,
+        scene: &SceneBuffers,
+        lamp: Vec3,
+        around: &[&Point],
+        height: f32,
+    ) -> Result<Vec<u32>> {
         let segment = |point: &&Point| {
-            let over = OVER * self.spacing * point.normal;
+            let over = height.min(OVER * self.spacing) * point.normal;
             RayQuery { origin: lamp + over, direction: point.position - lamp }
         };
         let queries: Vec<RayQuery> = around.iter().map(segment).collect();

@@ -36,11 +36,12 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[NearFactor::LAYOUT, NearLampsPush::LAYOUT];
 
-/// Lamps so near to a surface are taken care of altogether, and from there on not at all, in spacings of entry points.
+/// Lamps so near to a surface are taken care of altogether, and from there on not at all, in mean spacings of entry points, which the bound
+/// of 1/d² goes by.
 const CLOSE: [f32; 2] = [2.0, 4.0];
-/// Rays find what is lit within half of this, and entry points what is lit beyond this, metres from the lamp in spacings.
+/// Rays find what is lit within half of this, and entry points what is lit beyond this, metres from the lamp in mean spacings.
 const REACH: f32 = 8.0;
-/// Entry points within so many spacings of a lit place share its light: with fewer, light from there is of single paths.
+/// Entry points within so many spacings, as they are beside the lamp, of a lit place share its light: with fewer, light from there is of single paths.
 const SHARED: f32 = 16.0;
 /// And see it over what stands between from so high above the surface, in spacings; none is higher over that place, or further below it.
 /// Where something is closer over the place, from half-way to that.
@@ -143,7 +144,16 @@ impl NearLamps {
         points.filter(move |point| point.position.distance(place) < reach)
     }
 
-    /// What becomes of a light's form factors; nothing of those of a lamp away from all surface. `is_lit` tells of a side whether it takes part in transport
+    /// How far apart entry points are beside a lamp, metres; none where no surface is so near that this matters. They are denser in gaps and corners.
+    fn spacing_at(&self, lamp: Vec3) -> Option<f32> {
+        // Where a surface is as near as that, one of the entry points is hardly further.
+        let beside = self.within(lamp, (CLOSE[1] + 1.5) * self.spacing);
+        let (count, area_m2) =
+            beside.fold((0.0, 0.0), |(count, area), point| (count + 1.0, area + point.area_m2));
+        (count > 0.0).then(|| (area_m2 / count).sqrt())
+    }
+
+    /// What becomes of a light's form factors; nothing of those of a lamp away from all surface. `is_matt` tells of a side whether it takes part in transport
     /// and is matt.
     ///
     /// # Errors
@@ -157,11 +167,7 @@ impl NearLamps {
     ) -> Result<Vec<NearFactor>> {
         let lamp = light.position;
         let is_lamp = [LIGHT_POINT, LIGHT_SPOT].contains(&light.kind);
-        // Where a surface is as near as that, one of the entry points is hardly further.
-        let [_, far] = CLOSE.map(|spacings| spacings * self.spacing);
-        if !is_lamp || self.within(lamp, far + 1.5 * self.spacing).next().is_none() {
-            return Ok(Vec::new());
-        }
+        let Some(spacing) = self.spacing_at(lamp).filter(|_| is_lamp) else { return Ok(Vec::new()) };
         let directions = directions(light);
         let queries: Vec<RayQuery> = directions
             .iter()
@@ -183,12 +189,12 @@ impl NearLamps {
         let reach = REACH * self.spacing;
         // Share of the light at that distance that rays find.
         let by_rays = |distance: f32| care * (2.0 - 2.0 * distance / reach).clamp(0.0, 1.0);
-        let around: Vec<&Point> = self.within(lamp, reach + SHARED * self.spacing).collect();
+        let around: Vec<&Point> = self.within(lamp, reach + SHARED * spacing).collect();
         let hits: Vec<_> = hits.into_iter().filter(|hit| hit.0 < reach).collect();
         let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
-        let rooms = self.rooms(rays, scene, hits.iter().map(|hit| (hit.2, normal(hit.1))))?;
+        let rooms = self.rooms((rays, scene), spacing, hits.iter().map(|hit| (hit.2, normal(hit.1))))?;
         let seen =
-            self.seen(rays, scene, lamp, &around, rooms.iter().copied().fold(f32::INFINITY, f32::min))?;
+            self.seen((rays, scene), lamp, &around, rooms.iter().copied().fold(OVER * spacing, f32::min))?;
         let mut added = vec![0.0_f64; around.len()];
         let mut shares = Vec::new();
         for (&(distance, side, place, flux), room) in hits.iter().zip(rooms) {
@@ -196,7 +202,7 @@ impl NearLamps {
             shares.clear();
             shares.extend(seen.iter().filter_map(|&index| {
                 let point = around[index as usize];
-                let off = point.position.distance_squared(place) / (SHARED * self.spacing).powi(2);
+                let off = point.position.distance_squared(place) / (SHARED * spacing).powi(2);
                 let is_level = (point.position - place).dot(normal).abs() < room;
                 let is_near = off < 1.0 && is_level && point.normal.dot(normal) > ALIKE;
                 is_near.then(|| (index, f64::from((1.0 - off) * point.area_m2)))
@@ -222,31 +228,30 @@ impl NearLamps {
     /// How far over each place, and below it, what is lit is taken to be of one surface, metres.
     fn rooms(
         &self,
-        rays: &Rays,
-        scene: &SceneBuffers,
+        (rays, scene): (&Rays, &SceneBuffers),
+        spacing: f32,
         places: impl Iterator<Item = (Vec3, Vec3)>,
     ) -> Result<Vec<f32>> {
         let up = |(place, normal): (Vec3, Vec3)| RayQuery {
-            origin: place + OFF * self.spacing * normal,
+            origin: place + OFF * spacing * normal,
             direction: normal,
         };
         let answers = rays.trace(scene, &places.map(up).collect::<Vec<_>>())?;
-        let most = OVER * self.spacing;
-        let room = |t: f32| if t < 0.0 { most } else { (0.5 * (t + OFF * self.spacing)).min(most) };
+        let most = OVER * spacing;
+        let room = |t: f32| if t < 0.0 { most } else { (0.5 * (t + OFF * spacing)).min(most) };
         Ok(answers.iter().map(|answer| room(answer.t)).collect())
     }
 
     /// Those that nothing hides from the lamp, as seen from so high above the surface that they are on: a wall that stands between parts light.
     fn seen(
         &self,
-        rays: &Rays,
-        scene: &SceneBuffers,
+        (rays, scene): (&Rays, &SceneBuffers),
         lamp: Vec3,
         around: &[&Point],
         height: f32,
     ) -> Result<Vec<u32>> {
         let segment = |point: &&Point| {
-            let over = height.min(OVER * self.spacing) * point.normal;
+            let over = height * point.normal;
             RayQuery { origin: lamp + over, direction: point.position - lamp }
         };
         let queries: Vec<RayQuery> = around.iter().map(segment).collect();

@@ -93,14 +93,14 @@ mod tests {
 
     #[test]
     fn costly_items_are_not_forgotten_at_once() {
-        // Every eighth batch of items takes ten times as long an item. The first comes as a surprise.
+        // Every fourth batch of items takes ten times as long an item. The first comes as a surprise.
         let mut chunks = Chunks::new(16, 1 << 20);
         let (mut longest, mut dispatches) = (0.0_f64, 0);
         for batch in 0..64 {
-            let each = if batch % 8 == 7 { 0.1 } else { 0.01 };
+            let each = if batch % 4 == 3 { 0.1 } else { 0.01 };
             let dispatch = |_, count: u32| {
                 let ms = each * f64::from(count);
-                longest = longest.max(if batch > 7 { ms } else { 0.0 });
+                longest = longest.max(if batch > 3 { ms } else { 0.0 });
                 dispatches += 1;
                 Ok(ms)
             };

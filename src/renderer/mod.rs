@@ -217,11 +217,11 @@ impl Renderer {
         if !self.skips {
             self.force(Work::Everything);
         }
+        let start = Instant::now();
         self.find_near_lamps()?;
         self.scopes.prepare(self.skips)?;
         let stages = Stages::new(self.changes, &self.lights);
         let gathering = self.needs.of(stages, self.skips);
-        let start = Instant::now();
         let passes = loop {
             let ((), passes) = self.context.run(|rec| self.record(rec, stages, gathering))?;
             if !stages.view || !self.splat.grow()? {

@@ -7,6 +7,15 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// The program that was started and is being waited for, if any.
 static CHILD: Mutex<Option<Child>> = Mutex::new(None);
 
+/// What there is to be kept before the process ends.
+type Keep = Box<dyn FnOnce() + Send>;
+static KEEP: Mutex<Option<Keep>> = Mutex::new(None);
+
+/// Has that done once before a signal ends the process, which waits for it.
+pub(super) fn before_end(keep: impl FnOnce() + Send + 'static) {
+    *KEEP.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(keep));
+}
+
 /// From now on, an interrupted process leaves no half of a file behind, whatever it is doing; and a file that grows longer than the shell
 /// allows (`ulimit -f`) is an error like any other.
 #[cfg(unix)]
@@ -24,6 +33,10 @@ pub(super) fn watch() {
         let mut child = child();
         if let Some(child) = &mut *child {
             let _ = child.kill();
+        }
+        let keep = KEEP.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(keep) = keep {
+            keep();
         }
         let _kept = crate::stored::remove_temporaries();
         let _ = emulate_default_handler(signal);

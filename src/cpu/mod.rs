@@ -25,6 +25,7 @@ pub mod lights;
 pub mod lit_scene;
 pub mod math;
 pub mod near_field;
+pub mod near_lamps;
 pub mod needed_records;
 pub mod openness;
 pub mod path_scan;

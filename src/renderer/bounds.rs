@@ -1,10 +1,13 @@
 //! What bounds do to a picture, for people: counted when asked, not in frames.
 
 use super::Renderer;
+use crate::cpu::blend::is_limited as blend_is_limited;
 use crate::cpu::lights::{lattice_point, sample_light};
 use crate::error::Result;
+use crate::passes::frame::near_lamps::NearFactor;
 use crate::passes::frame::splat::SplatWeight;
-use crate::types::{LightSource, NO_SIDE, PixelSurface, Record};
+use crate::passes::precompute::neighbours::Neighbour;
+use crate::types::{CachePoint, LightSource, NO_SIDE, PixelSurface, Record};
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -19,20 +22,20 @@ impl Renderer {
         let points = self.form_factors.entry_points()?;
         let pixels: Vec<PixelSurface> = self.primary.pixels.read()?;
         let (mut at_points, mut at_pixels) = (Light::default(), Light::default());
-        for (light, factors, layer) in self.lights.traced() {
+        for (light, [factors, layer], number) in self.lights.traced() {
             let power = f64::from(light.emission.element_sum());
             let found: Vec<f32> = factors.read()?;
-            for ((point, found), weight) in
-                points.iter().zip(found).zip(weights).filter(|((_, found), _)| *found > 0.0)
-            {
-                let normal = self.normal(point.side);
-                at_points.add(
-                    light,
-                    point.position,
-                    normal,
-                    area_m2,
-                    power * f64::from(*weight) * f64::from(found),
-                );
+            // Beside a lamp that is nearer than entry points are apart, nothing is taken away.
+            let mut is_exact = vec![false; points.len()];
+            if let Some((near, count)) = self.lights.near(number) {
+                let near: Vec<NearFactor> = near.read_range(0, *count as usize)?;
+                near.iter().for_each(|near| is_exact[near.point as usize] = true);
+            }
+            let of_points = points.iter().zip(found).zip(weights.iter().zip(is_exact));
+            for ((point, found), (weight, is_exact)) in of_points.filter(|((_, found), _)| *found > 0.0) {
+                let found = power * f64::from(*weight) * f64::from(found);
+                let area_m2 = if is_exact { 0.0 } else { area_m2 };
+                at_points.add(light, point.position, self.normal(point.side), area_m2, found);
             }
             let found: Vec<f32> = layer.read_range(0, pixels.len())?;
             for (pixel, found) in
@@ -49,8 +52,8 @@ impl Renderer {
     }
 
     /// Extrapolations of records to the last view's pixels that were kept from falling below zero, or, to pixels without a covering
-    /// record, from changing too much; and pixels whose sum was kept from it.
-    pub(super) fn limited(&self) -> Result<[(&'static str, u64); 2]> {
+    /// record, from changing too much; pixels whose sum was kept from it; and records that blending kept from it, of those that the view uses.
+    pub(super) fn limited(&self) -> Result<[(&'static str, u64); 3]> {
         let pixels: Vec<PixelSurface> = self.primary.pixels.read()?;
         let records: Vec<Record> = self.blend.records.read()?;
         let [first, weights] = self.splat.lists();
@@ -60,11 +63,13 @@ impl Renderer {
             .map_or(0, |&end| end as usize)
             .min((weights.bytes() / size_of::<SplatWeight>() as u64) as usize);
         let weights: Vec<SplatWeight> = weights.read_range(0, end)?;
+        let mut is_seen = vec![false; records.len()];
         let (mut extrapolations, mut sums) = (0, 0);
         for (pixel, ends) in pixels.iter().zip(first.windows(2)) {
             let (mut irradiance, mut offset, mut along) = (Vec3::ZERO, Vec3::ZERO, glam::Mat3::ZERO);
             for weight in weights.get(ends[0] as usize..(ends[1] as usize).min(end)).unwrap_or_default() {
                 let record = &records[weight.record as usize];
+                is_seen[weight.record as usize] = true;
                 let moved = pixel.position - record.position;
                 let change =
                     0.5 * record.translation.transpose() * moved + record.rotation.transpose() * pixel.normal;
@@ -83,7 +88,23 @@ impl Renderer {
         Ok([
             ("extrapolations of records that were limited", extrapolations),
             ("pixels kept from falling below zero", sums),
+            ("records kept from falling below zero", self.limited_blends(&is_seen)?),
         ])
+    }
+
+    /// Of these records, those that would fall below zero by what neighbours say of their places, or by what one of these does.
+    fn limited_blends(&self, is_seen: &[bool]) -> Result<u64> {
+        let [points, gathered] = [&self.gather.cache_points, &self.gather.records];
+        let (points, gathered): (Vec<CachePoint>, Vec<Record>) = (points.read()?, gathered.read()?);
+        let [first, neighbours] = self.blend.lists();
+        let (first, neighbours): (Vec<u32>, Vec<Neighbour>) = (first.read()?, neighbours.read()?);
+        let is_limited = |index: usize| {
+            let own = &neighbours[first[index] as usize..first[index + 1] as usize];
+            let shares: Vec<(Record, f32)> =
+                own.iter().map(|n| (gathered[n.record as usize], n.weight)).collect();
+            blend_is_limited(&points[index], &shares)
+        };
+        Ok((0..is_seen.len()).filter(|&index| is_seen[index] && is_limited(index)).count() as u64)
     }
 }
 

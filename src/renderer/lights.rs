@@ -1,5 +1,6 @@
 //! The lights as the renderer keeps them: the device's table, and for each light what was traced of it, free of its colour.
 
+use super::near_lamps::NearFactors;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::antialias::Antialias;
@@ -15,6 +16,8 @@ use std::sync::Arc;
 struct Rows {
     /// Its form factor at each entry point.
     factors: Buffer,
+    /// What becomes of those beside it, and their number; none where it is near to nothing.
+    near: Option<NearFactors>,
     /// Its light at each pixel and each edge sample.
     layer: Buffer,
     /// Pixels at the edges of its shadows, counted.
@@ -135,6 +138,7 @@ impl Lights {
         let row = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
         let rows = Rows {
             factors: row("form factors", self.factor_count)?,
+            near: None,
             layer: row("light layer", self.point_count)?,
             shadow_groups: Antialias::groups(&self.context)?,
             clusters: Pyramid::layer(&self.context, self.cluster_count)?,
@@ -254,12 +258,24 @@ impl Lights {
         self.rows.len() as u32
     }
 
+    /// Lights that shine and whose form factors are to be traced, with what becomes of those beside them.
+    pub(super) fn near_due(&mut self) -> impl Iterator<Item = (&LightSource, &mut Option<NearFactors>)> {
+        let all = self.traces_all;
+        let due = self.sources.iter().zip(&mut self.rows).filter(|(_, rows)| !rows.has_factors);
+        due.filter(move |(source, _)| all || shines(source)).map(|(source, rows)| (source, &mut rows.near))
+    }
+
     /// Lights that shine and whose form factors are to be traced, with where they go.
     pub(super) fn without_factors(&self) -> Vec<(OneLight<'_>, &Buffer)> {
         self.shining()
             .filter(|(_, rows)| !rows.has_factors)
             .map(|(light, rows)| (light, &rows.factors))
             .collect()
+    }
+
+    /// What becomes of form factors beside a light; none where it is near to nothing.
+    pub(super) fn near(&self, light: u32) -> Option<&NearFactors> {
+        self.rows[light as usize].near.as_ref()
     }
 
     /// Lights that shine and whose layer is to be traced, with where it goes.
@@ -315,10 +331,12 @@ impl Lights {
         self.sources.iter().filter(|source| shines(source))
     }
 
-    /// Lights that shine and whose form factors and layer are those of the light as it is, with both.
-    pub(super) fn traced(&self) -> impl Iterator<Item = (&LightSource, &Buffer, &Buffer)> {
+    /// Lights that shine and whose form factors and layer are those of the light as it is, with both, and its number.
+    pub(super) fn traced(&self) -> impl Iterator<Item = (&LightSource, [&Buffer; 2], u32)> {
         let traced = self.shining().filter(|(_, rows)| rows.has_factors && rows.has_layer);
-        traced.map(|(light, rows)| (&self.sources[light.index as usize], &rows.factors, &rows.layer))
+        traced.map(|(light, rows)| {
+            (&self.sources[light.index as usize], [&rows.factors, &rows.layer], light.index)
+        })
     }
 
     /// Lights that shine and whose beams are to be traced, their form factors, and where beams go; none where nothing may shine.

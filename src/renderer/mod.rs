@@ -10,6 +10,7 @@ mod edits;
 mod film;
 mod inspect;
 mod lights;
+mod near_lamps;
 mod needs;
 mod outputs;
 mod precompute;
@@ -40,8 +41,8 @@ use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TR
 use crate::gpu::{Context, Recorder};
 use crate::passes::frame::{
     antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
-    gather::Gather, hvds::Pyramid, path_scan::PathScan, pixel_colours::PixelColours, primary::Primary,
-    splat::Splat, tonemap::Tonemap,
+    gather::Gather, hvds::Pyramid, near_lamps::NearLamps, path_scan::PathScan, pixel_colours::PixelColours,
+    primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use crate::passes::precompute::path_orders::PathGroup;
 use crate::passes::{ClusterBuffers, ClusterTables, SceneBuffers, reflectances};
@@ -73,6 +74,7 @@ pub struct Renderer {
     /// Edge pixels of the last view.
     edge_count: u32,
     form_factors: FormFactors,
+    near_lamps: NearLamps,
     path_scan: PathScan,
     /// Paths by which editable materials reflect them.
     path_groups: Vec<PathGroup>,
@@ -129,6 +131,7 @@ impl Renderer {
         let form_factors = FormFactors::new(context, &made.buffers, &made.entry_points, made.area_m2)?;
         let factor_count = form_factors.point_count();
         let shines = made.gloss.is_some();
+        let near_lamps = near_lamps::near_lamps(context, &scene, &made)?;
         let (paths, bits) = ((factor_count, made.area_m2), made.code.cluster_bits);
         let shine = |tables| Shine::new(context, &scene, &made.buffers, tables, paths, bits);
         let shine = made.gloss.as_ref().map(shine).transpose()?;
@@ -165,6 +168,7 @@ impl Renderer {
             antialias,
             edge_count: 0,
             form_factors,
+            near_lamps,
             path_scan: PathScan::new(
                 context,
                 &made.paths.steps,
@@ -213,10 +217,11 @@ impl Renderer {
         if !self.skips {
             self.force(Work::Everything);
         }
+        let start = Instant::now();
+        self.find_near_lamps()?;
         self.scopes.prepare(self.skips)?;
         let stages = Stages::new(self.changes, &self.lights);
         let gathering = self.needs.of(stages, self.skips);
-        let start = Instant::now();
         let passes = loop {
             let ((), passes) = self.context.run(|rec| self.record(rec, stages, gathering))?;
             if !stages.view || !self.splat.grow()? {
@@ -270,6 +275,10 @@ impl Renderer {
                     pass.barrier(COMPUTE_TO_TRANSFER);
                 }
                 self.form_factors.record(&mut pass, &self.buffers, light, factors);
+                if let Some((near, count)) = self.lights.near(light.index) {
+                    pass.barrier(COMPUTE_TO_COMPUTE);
+                    self.near_lamps.record(&mut pass, near, *count, factors);
+                }
             }
             pass.barrier(COMPUTE_TO_COMPUTE);
             drop(pass);

@@ -5,7 +5,7 @@
 //! within a level by cluster code and then along a Morton curve, so that the children of a cluster stand together, in
 //! order, one level down, and so do neighbours on a surface.
 
-use crate::scene::walls::{self, CellCluster, PART_BITS, Plane};
+use crate::scene::walls::{self, CellCluster, PART_BITS, Plane, Walls};
 use crate::scene::{Triangle, clip};
 use crate::types;
 use glam::{UVec3, Vec3};
@@ -74,20 +74,20 @@ fn key_up(key: u64) -> u64 {
 }
 
 impl Hvds {
-    /// Builds the clusters of all active sides; base clusters are split between surfaces of which one covers the other. `surfaces` goes with
-    /// `triangles`; `cells` is a power of two.
+    /// Builds the clusters of all active sides; base clusters are split between surfaces of which one covers the other, and along walls
+    /// without thickness that stand on them. `surfaces` goes with `triangles`; `cells` is a power of two.
     pub fn build(triangles: &[Triangle], surfaces: &[types::Surface], grid: types::Grid, cells: u32) -> Self {
-        Self::build_with(triangles, surfaces, grid, cells, false)
+        Self::build_with(triangles, surfaces, grid, cells, Walls::Sheets)
     }
 
-    /// The same; base clusters that a wall stands on are split along it, too.
+    /// The same; base clusters that any wall stands on are split along it.
     pub fn build_split(
         triangles: &[Triangle],
         surfaces: &[types::Surface],
         grid: types::Grid,
         cells: u32,
     ) -> Self {
-        Self::build_with(triangles, surfaces, grid, cells, true)
+        Self::build_with(triangles, surfaces, grid, cells, Walls::All)
     }
 
     fn build_with(
@@ -95,12 +95,15 @@ impl Hvds {
         surfaces: &[types::Surface],
         grid: types::Grid,
         cells: u32,
-        has_walls: bool,
+        stands: Walls,
     ) -> Self {
         let (mut parts, mut pieces) = cut_sides(triangles, surfaces, &grid);
         let normal_of = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
-        let planes = walls::split(&mut pieces, grid.cell_size(), normal_of, walls::cell_key, has_walls);
-        if has_walls || !planes.is_empty() {
+        let is_sheet =
+            |side: u32| [false, true].iter().all(|&b| surfaces[side as usize / 2].side_is_active(b));
+        let planes =
+            walls::split(&mut pieces, grid.cell_size(), normal_of, walls::cell_key, is_sheet, stands);
+        if stands == Walls::All || !planes.is_empty() {
             // Cells that a triangle only grazes count, too; what is split counts part by part.
             parts.retain(|part| part.1 == 0.0 && !planes.contains_key(&part.0));
             parts.extend(pieces.iter().map(|(key, piece)| (*key, piece.area_m2)));

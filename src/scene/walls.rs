@@ -22,14 +22,25 @@ fn over(plane: Plane, point: DVec3) -> f64 {
     DVec3::new(x, y, z).dot(point) - w
 }
 
-/// Splits the pieces of each cluster in which one surface covers another, and if `has_walls` of each that a wall in the same cell stands on.
+/// Which walls split what they stand on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Walls {
+    /// Those without thickness: light comes to both of their sides, so that what they stand on shows on both.
+    Sheets,
+    /// All.
+    All,
+}
+
+/// Splits the pieces of each cluster in which one surface covers another, and of each that one of these walls stands on in the same cell;
+/// `is_sheet` tells of a side whether light comes to the other one of its triangle, too.
 /// Keys have room for the part in their lowest bits. Returns the plane of each cluster that is split, by the key of its first part.
 pub(super) fn split(
     pieces: &mut Keyed<Piece>,
     cell_size: f64,
     normal_of: impl Fn(u32) -> Vec3,
     cell_of: impl Fn(u64) -> u64,
-    has_walls: bool,
+    is_sheet: impl Fn(u32) -> bool,
+    walls: Walls,
 ) -> HashMap<u64, Plane> {
     let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
     order.sort_by_key(|&index| (cell_of(pieces[index as usize].0), pieces[index as usize].0));
@@ -37,7 +48,8 @@ pub(super) fn split(
     for cell in order.chunk_by(|&a, &b| cell_of(pieces[a as usize].0) == cell_of(pieces[b as usize].0)) {
         let all: Vec<&(u64, Piece)> = cell.iter().map(|&index| &pieces[index as usize]).collect();
         for cluster in all.chunk_by(|a, b| a.0 == b.0) {
-            let wall = || has_walls.then(|| wall_on(cluster, &all, cell_size, &normal_of)).flatten();
+            let stands = |side: u32| walls == Walls::All || is_sheet(side);
+            let wall = || wall_on(cluster, &all, cell_size, &normal_of, &stands);
             if let Some(plane) = layers::between(cluster, cell_size, &normal_of).or_else(wall) {
                 planes.insert(cluster[0].0, plane);
             }
@@ -72,7 +84,11 @@ fn wall_on(
     all: &[&(u64, Piece)],
     cell_size: f64,
     normal_of: &impl Fn(u32) -> Vec3,
+    stands: &impl Fn(u32) -> bool,
 ) -> Option<Plane> {
+    if !all.iter().any(|(_, piece)| stands(piece.side)) {
+        return None;
+    }
     let area: f64 = cluster.iter().map(|(_, piece)| piece.area_m2).sum();
     let mean = |of: &dyn Fn(&Piece) -> DVec3| {
         cluster.iter().map(|(_, piece)| piece.area_m2 * of(piece)).sum::<DVec3>() / area
@@ -83,7 +99,7 @@ fn wall_on(
     let mut walls: Vec<(f64, Plane)> = Vec::new();
     for (key, piece) in all.iter().filter(|other| other.0 != cluster[0].0).map(|other| (other.0, &other.1)) {
         let wall = normal_of(piece.side).as_dvec3();
-        if wall.dot(normal).abs() >= STANDS || key == cluster[0].0 {
+        if wall.dot(normal).abs() >= STANDS || key == cluster[0].0 || !stands(piece.side) {
             continue;
         }
         let middle = *middle.get_or_insert_with(|| mean(&centre));
@@ -202,6 +218,22 @@ mod tests {
         let floor = quad([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 0.0, 0.0]]);
         let wall = quad([[0.7, -0.01, 0.0], [1.3, -0.01, 2.0], [1.3, 1.0, 2.0], [0.7, 1.0, 0.0]]);
         [floor, wall].concat()
+    }
+
+    #[test]
+    fn a_wall_without_thickness_always_parts_the_floor_and_no_other_does() {
+        let triangles = floor_and_wall();
+        let grid: types::Grid = grid::grid(Vec3::ZERO, Vec3::new(2.0, 1.0, 2.0), 32);
+        let split = |wall: [bool; 2], build: fn(&[Triangle], &[types::Surface], types::Grid, u32) -> Hvds| {
+            let active = |index: usize| if index < 2 { [true, false] } else { wall };
+            let surface = |(index, t): (usize, &Triangle)| surfaces::surface(t, active(index));
+            let surfaces: Vec<_> = triangles.iter().enumerate().map(surface).collect();
+            build(&triangles, &surfaces, grid, 32).split_clusters().count()
+        };
+        let by_sheet = split([true; 2], Hvds::build);
+        assert!(by_sheet > 2 * 25, "{by_sheet} parts of the floor");
+        assert_eq!(split([true, false], Hvds::build), 0, "what has an inside parts nothing");
+        assert!(split([true, false], Hvds::build_split) >= by_sheet, "unless all walls do");
     }
 
     #[test]

@@ -55,6 +55,42 @@ fn a_full_disc_is_said_and_the_old_file_survives() {
 }
 
 #[test]
+fn a_disc_that_fills_in_the_middle_is_said_and_the_old_file_survives() {
+    let stage = Stage::new();
+    for (arguments, name) in [
+        ("render CUBE -q --method path --spp 1 --size 320x320 -o OUT", "a.png"),
+        ("render CUBE -q --method path --spp 1 --size 200x200 -o OUT", "a.exr"),
+        ("precompute CUBE -q --set quality.entry_points=20000 -o OUT", "a.paths"),
+        ("film FILM -q --frames 0..2 --size 200x200 --format exr -o OUT", "film"),
+    ] {
+        let arguments = arguments.replace("OUT", name);
+        outcome(stage.command(&arguments)).assert_done(&arguments);
+        let written = stage.listing();
+        let old: Vec<Vec<u8>> = written.iter().map(|name| stage.read(name)).collect();
+        let is_folder = !name.contains('.');
+        if is_folder {
+            fs::remove_dir_all(stage.folder.path().join(name)).unwrap();
+        }
+        // Blocks of 512 bytes in some shells, of 1024 in others.
+        let blocks = old[0].len() / 3 / 1024;
+        assert!(blocks > 20, "{arguments}: {} bytes", old[0].len());
+        let outcome = after(&stage, &format!("ulimit -f {blocks}"), &arguments);
+        let said: Vec<_> = outcome.said.iter().filter(|line| !line.contains("debug build")).collect();
+        assert_eq!(outcome.status.code(), Some(2), "{arguments}: {said:?}");
+        let words = ["cannot be written", "File too large", name];
+        assert!(said.len() == 1 && words.iter().all(|word| said[0].contains(word)), "{arguments}: {said:?}");
+        match is_folder {
+            true => assert_eq!(stage.listing(), [""; 0], "{arguments}"),
+            false => {
+                assert_eq!(stage.listing(), written, "{arguments}");
+                assert!(stage.read(name) == old[0], "{arguments}: the old file");
+                fs::remove_file(stage.folder.path().join(name)).unwrap();
+            }
+        }
+    }
+}
+
+#[test]
 fn places_that_cannot_keep_light_paths_are_refused_and_stay_as_they_are() {
     let stage = Stage::new();
     stage.write("a.txt", "text");

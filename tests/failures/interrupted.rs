@@ -109,6 +109,27 @@ fn every_command_ends_at_once_at_any_moment() {
 }
 
 #[test]
+fn a_comparison_ends_at_once() {
+    let stage = Stage::new();
+    // So large that it takes seconds.
+    for (name, shift) in [("a.png", 0), ("b.png", 7)] {
+        let texel = |x: u32, y: u32| image::Rgb([x, y, x * y].map(|value| (value + shift) as u8));
+        image::RgbImage::from_fn(3000, 3000, texel).save(stage.folder.path().join(name)).unwrap();
+    }
+    let mut interrupted = 0;
+    for (moment, signal) in [(10, INT), (400, TERM), (900, HUP)] {
+        let mut child = start(stage.command("compare a.png b.png --heatmap h.png"));
+        let mut sender = Sender::new(&child);
+        std::thread::sleep(Duration::from_millis(moment));
+        sender.send(&signal.to_string());
+        let case = format!("signal {signal} after {moment} ms");
+        interrupted += u32::from(assert_ended(&mut child, signal, &case));
+        assert_eq!(stage.listing(), ["a.png", "b.png"], "{case}");
+    }
+    assert_eq!(interrupted, 3, "it takes longer than that");
+}
+
+#[test]
 fn a_file_that_is_being_written_goes() {
     let mut caught = 0;
     for signal in [INT, TERM, HUP, TERM, INT, TERM, HUP, TERM] {

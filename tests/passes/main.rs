@@ -29,6 +29,7 @@ mod light_paths;
 mod lights;
 mod near_field;
 mod near_hits;
+mod near_lamps;
 mod needed_records;
 mod openness;
 mod path_scan;

@@ -156,6 +156,27 @@ fn no_index_leads_out_of_a_list() {
         }
         all.assert_refused(&tables, "gloss shifts");
     }
+    // Radii decide how many records the device lists for a pixel.
+    let radius = |tables: &mut Tables| f32::from_le_bytes(*tables.word("cache points", 3));
+    let own = radius(&mut all.tables.clone());
+    for wrong in [0.0, -own, 25.1 * own, 1e30, f32::INFINITY] {
+        let mut tables = all.tables.clone();
+        *tables.word("cache points", 3) = wrong.to_le_bytes();
+        all.assert_refused(&tables, &format!("a radius of {wrong} m instead of {own}"));
+    }
+    // All alike, and larger than the scene.
+    let mut tables = all.tables.clone();
+    for point in 0..tables.words("cache points") / 16 {
+        *tables.word("cache points", 16 * point + 3) = 1e4_f32.to_le_bytes();
+    }
+    all.assert_refused(&tables, "radii beyond the scene");
+    for (section, word, wrong) in
+        [("neighbours", 1, 1.5_f32), ("neighbours", 1, -0.5), ("near parts", 2, f32::NAN)]
+    {
+        let mut tables = all.tables.clone();
+        *tables.word(section, word) = wrong.to_le_bytes();
+        all.assert_refused(&tables, &format!("{wrong} in {section}"));
+    }
     // A split at the end of a cell's list would read beyond it.
     let mut tables = all.tables.clone();
     let last = tables.words("cell clusters") - 1;

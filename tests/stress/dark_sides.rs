@@ -118,11 +118,15 @@ fn leak(sides: &Sides, quality: Quality) -> f64 {
     dark / mean(&renderer, Layer::Beauty, |p| (sides.is_dark)(turned(p)))
 }
 
-/// What leaks where clusters are not split along walls, and where they are, is at most so much of each scene's lit side.
+/// What leaks where clusters are split along walls without thickness alone, and where they are along all, is at most so much of each
+/// scene's lit side.
 fn check(quality: &Quality, bounds: [[f64; 2]; 5]) {
     for (sides, bounds) in scenes().iter().zip(bounds) {
         let found = [0, 1].map(|gap_rounds| leak(sides, Quality { gap_rounds, ..quality.clone() }));
-        println!("{}: {:.1e} of the lit side, {:.1e} with split clusters", sides.name, found[0], found[1]);
+        println!(
+            "{}: {:.1e} of the lit side, {:.1e} with all walls splitting",
+            sides.name, found[0], found[1]
+        );
         assert!(found[0] <= bounds[0] && found[1] <= bounds[1], "{}: {found:?}", sides.name);
     }
     assert_silent(&context());
@@ -131,10 +135,10 @@ fn check(quality: &Quality, bounds: [[f64; 2]; 5]) {
 #[test]
 fn dark_sides_stay_dark() {
     let quality = Quality { entry_points: 50_000, cache_points: 2_000, gather_rays: 64, ..Quality::DRAFT };
-    check(&quality, [[4e-3, 2e-3], [1e-3, 1e-3], [1e-3, 1e-3], [6e-3, 1e-3], [2.5e-2, 3e-3]]);
+    check(&quality, [[4e-3, 2e-3], [1e-3, 1e-3], [1e-3, 1e-3], [1e-3, 1e-3], [3e-3, 3e-3]]);
 }
 
-/// The bar is a thousandth. Walls without thickness do not keep to it: see docs/numerics.md.
+/// The bar is a thousandth.
 #[test]
 #[ignore = "full size: make stress"]
 fn dark_sides_stay_dark_at_the_papers_settings() {
@@ -142,5 +146,5 @@ fn dark_sides_stay_dark_at_the_papers_settings() {
         let before = leak(sides, Quality { occlusion: false, ..Quality::PAPER });
         println!("{}: {before:.1e} of the lit side where clusters may stand for any below them", sides.name);
     }
-    check(&Quality::PAPER, [[1e-3; 2], [1e-3; 2], [1e-3; 2], [5e-3, 1e-3], [1.5e-2, 1e-3]]);
+    check(&Quality::PAPER, [[1e-3; 2]; 5]);
 }

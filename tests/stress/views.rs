@@ -96,7 +96,11 @@ fn a_view_of_nothing_is_black() {
 fn extrapolations_that_are_limited_are_counted() {
     let limited = |cache_points: u32| {
         let renderer = render(the_box(&[]), Quality { cache_points, ..SMALL });
-        let names = ["extrapolations of records that were limited", "pixels kept from falling below zero"];
+        let names = [
+            "extrapolations of records that were limited",
+            "pixels kept from falling below zero",
+            "records kept from falling below zero",
+        ];
         let found = names.map(|name| count(&renderer, name));
         println!("{cache_points} records: {found:?} of {} weights", count(&renderer, "splat weights"));
         found

@@ -123,6 +123,45 @@ fn direct_light_remains_where_light_paths_do_not_fit() {
     assert!(!demo.lines(Stream::Err).contains(&"lightpaths: ready".to_owned()));
 }
 
+/// Where the program said that it left the scene that was edited.
+fn rescued(demo: &Demo, folder: &Path) -> Option<PathBuf> {
+    let lines = demo.lines(Stream::Err);
+    let line = lines.iter().find_map(|line| line.strip_prefix("lightpaths: the edited scene is in "));
+    line.map(|line| folder.join(line))
+}
+
+#[test]
+fn a_signal_leaves_the_edited_scene_behind() {
+    let original = Scene::load("box", &LoadOptions::default()).unwrap();
+    for (signal, is_edited) in [("TERM", true), ("INT", false), ("HUP", true)] {
+        let (display, folder, faults) = (Display::start(), tempfile::tempdir().unwrap(), Faults::new());
+        let demo = open_in(&display, folder.path(), &faults);
+        let before = settled(&demo);
+        if is_edited {
+            drag_light(&demo);
+            changed(&demo, &before);
+        }
+        let sent = Command::new("kill").args([format!("-{signal}"), demo.process().to_string()]).status();
+        assert!(sent.unwrap().success());
+        assert_eq!(demo.exit_code(SOON), None, "the signal ends it");
+        let left = std::fs::read_dir(folder.path()).unwrap().count();
+        assert_eq!(
+            left,
+            usize::from(is_edited),
+            "{signal}: one scene, if it was edited, and no half of anything"
+        );
+        let file = rescued(&demo, folder.path());
+        assert_eq!(file.is_some(), is_edited, "{signal}: {:?}", demo.lines(Stream::Err));
+        if let Some(file) = file {
+            assert_ne!(
+                load(&file).lights[0].kind,
+                original.lights[0].kind,
+                "{signal}: the light was dragged"
+            );
+        }
+    }
+}
+
 #[test]
 fn a_lost_device_leaves_the_edited_scene_behind() {
     let (display, folder, faults) = (Display::start(), tempfile::tempdir().unwrap(), Faults::new());
@@ -135,8 +174,7 @@ fn a_lost_device_leaves_the_edited_scene_behind() {
     });
     assert_eq!(demo.exit_code(SOON), Some(4));
     let lines = demo.lines(Stream::Err);
-    let line = lines.iter().find_map(|line| line.strip_prefix("lightpaths: the edited scene is in "));
-    let file = folder.path().join(PathBuf::from(line.unwrap_or_else(|| panic!("{lines:?}"))));
+    let file = rescued(&demo, folder.path()).unwrap_or_else(|| panic!("{lines:?}"));
     let scene = Scene::load("box", &LoadOptions::default()).unwrap();
     assert_ne!(load(&file).lights[0].kind, scene.lights[0].kind, "the light was dragged");
     assert!(

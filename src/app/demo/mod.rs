@@ -26,7 +26,7 @@ use super::args::{CacheArgs, DeviceArgs, SceneArgs};
 use crate::error::{Error, Result};
 use crate::scene::LoadOptions;
 use session::Source;
-use window::{App, Woken};
+use window::{App, Woken, keep_edits};
 
 /// Open the window: move lights, edit materials, walk, and see the light follow
 ///
@@ -59,6 +59,7 @@ impl Demo {
         // The window says how large pictures are.
         let options = LoadOptions { size: None, ..self.scene_args.options() };
         let source = Source { spec: self.scene.clone(), options, store };
+        keep_edits(events.create_proxy());
         let mut app = App::new(self, source, scene, events.create_proxy());
         let ended = events.run_app(&mut app);
         app.into_result()?;

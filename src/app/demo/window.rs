@@ -1,6 +1,7 @@
 //! The window's events.
 
-use std::time::Instant;
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::time::{Duration, Instant};
 
 use winit::application::ApplicationHandler;
 use winit::event::{StartCause, WindowEvent};
@@ -10,12 +11,32 @@ use winit::window::WindowId;
 use super::Demo;
 use super::open::Open;
 use super::session::Source;
+use crate::app::interrupt;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 
-/// The worker has something to show.
+/// What comes from outside the window.
 #[derive(Debug)]
-pub(super) struct Woken;
+pub(super) enum Woken {
+    /// The worker has something to show.
+    Shows,
+    /// A signal is about to end the program, which waits for an answer.
+    Ends(SyncSender<()>),
+}
+
+/// How long edits have to be kept once a signal has come: a frame on a slow device.
+const TO_KEEP: Duration = Duration::from_secs(3);
+
+/// Has an edited scene kept before a signal ends the program.
+pub(super) fn keep_edits(proxy: EventLoopProxy<Woken>) {
+    interrupt::before_end(move || {
+        let (kept, answer) = sync_channel(1);
+        if proxy.send_event(Woken::Ends(kept)).is_ok() {
+            // Where no answer comes, the window hangs, and the program ends all the same.
+            let _ = answer.recv_timeout(TO_KEEP);
+        }
+    });
+}
 
 /// The application, before and after it has a window.
 pub(super) struct App {
@@ -83,9 +104,14 @@ impl ApplicationHandler<Woken> for App {
         }
     }
 
-    fn user_event(&mut self, _: &ActiveEventLoop, _: Woken) {
-        if let Some(open) = &self.open {
-            open.window.request_redraw();
+    fn user_event(&mut self, _: &ActiveEventLoop, woken: Woken) {
+        let Some(open) = &self.open else { return };
+        match woken {
+            Woken::Shows => open.window.request_redraw(),
+            Woken::Ends(kept) => {
+                open.rescue();
+                let _ = kept.send(());
+            }
         }
     }
 

@@ -6,7 +6,7 @@ use super::shares;
 /// A point counts as covered from this record weight on; records then overlap enough to blend.
 pub(super) const COVERED: f32 = 0.3;
 /// Radii are clamped between these multiples of one length, which the budget decides. [Tabellion §4] has 1.5 and 10 pixels.
-pub(super) const RADIUS_RANGE: [f64; 2] = [1.0, 5.0];
+pub const RADIUS_RANGE: [f64; 2] = [1.0, 5.0];
 /// Normals further apart than this do not share a record, radians.
 const NORMAL_RANGE: f64 = 0.174_53;
 /// Records that random sequential packing fits into one squared spacing.

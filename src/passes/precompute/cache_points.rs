@@ -6,7 +6,8 @@
 //! no record serves them. Radii are clamped in world space, because the camera moves, and by the neighbourhood's
 //! clearance, so that no record reaches over what its own rays missed. [Krivanek 2006]
 
-use super::budget::{Demand, RADIUS_RANGE, spread};
+pub use super::budget::RADIUS_RANGE;
+use super::budget::{Demand, spread};
 use super::clearance::{Clearance, Surveyor};
 pub use super::coverage::Placed;
 use super::coverage::{Cover, Neighbourhood, Records};

@@ -9,7 +9,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
 use crate::types::CachePoint;
 use glam::Vec3;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 gpu_struct! {
     /// What stands around a candidate.
@@ -39,6 +39,8 @@ pub const LAYOUTS: &[Layout] = &[Clearance::LAYOUT, ClearancePush::LAYOUT];
 /// The name that shader, twin and timing share.
 pub const STEM: &str = "clearance";
 
+/// Candidates of the first dispatch: few, for nobody knows how long one takes.
+const FIRST: u32 = 256;
 /// Rays that measure a clearance.
 const CLEARANCE_RAYS: u32 = 64;
 
@@ -48,8 +50,8 @@ pub(super) struct Surveyor {
     pipeline: Pipeline,
     candidates: Buffer,
     clearances: Buffer,
-    /// Candidates of one dispatch at most.
-    limit: u32,
+    /// How many candidates a dispatch takes, as those before have told.
+    chunks: Mutex<Chunks>,
     scene_size: f32,
     seed: u32,
 }
@@ -76,7 +78,7 @@ impl Surveyor {
                 "clearances",
                 u64::from(limit) * size_of::<Clearance>() as u64,
             )?,
-            limit,
+            chunks: Mutex::new(Chunks::new(FIRST, limit)),
             scene_size,
             seed,
         })
@@ -89,7 +91,8 @@ impl Surveyor {
         mut progress: Option<&mut dyn Progress>,
     ) -> Result<Vec<Clearance>> {
         let mut measured = Vec::with_capacity(candidates.len());
-        Chunks::new(2048, self.limit).run(candidates.len() as u32, |first, count| {
+        let mut chunks = self.chunks.lock().unwrap_or_else(PoisonError::into_inner);
+        chunks.run(candidates.len() as u32, |first, count| {
             self.candidates.write(&candidates[first as usize..(first + count) as usize])?;
             let push = ClearancePush { candidate_count: count, seed: self.seed, scene_size: self.scene_size };
             let ((), timings) = self.context.run(|rec| {

@@ -51,16 +51,21 @@ impl Progress for Silent {
     fn finish(&mut self) {}
 }
 
-/// Cuts a batch into dispatches of 50 ms at the most, or little more, from the device time of those before.
+/// How much of what an item took at the worst is believed a dispatch later: costly items come in groups.
+const REMEMBERED: f64 = 0.9;
+
+/// Cuts batches into dispatches of 50 ms at the most, or little more, from the device time of those before.
 pub struct Chunks {
     size: u32,
     limit: u32,
+    /// What an item is thought to take, milliseconds.
+    each_ms: f64,
 }
 
 impl Chunks {
     /// Starts with dispatches of `size` items and never goes beyond `limit`.
     pub fn new(size: u32, limit: u32) -> Self {
-        Self { size: size.min(limit), limit }
+        Self { size: size.min(limit), limit, each_ms: 0.0 }
     }
 
     /// Runs all items; `dispatch` takes the first item and their number, and returns its device time in milliseconds.
@@ -74,9 +79,34 @@ impl Chunks {
             let ms = dispatch(first, count)?;
             first += count;
             // At most doubled at a time: the first dispatch of a kind may include its compilation.
-            let ideal = f64::from(count) * DISPATCH_MS / ms.max(1e-3);
+            self.each_ms = (ms.max(1e-3) / f64::from(count)).max(REMEMBERED * self.each_ms);
+            let ideal = DISPATCH_MS / self.each_ms;
             self.size = (ideal.min(2.0 * f64::from(self.size)) as u32).clamp(1, self.limit);
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn costly_items_are_not_forgotten_at_once() {
+        // Every fourth batch of items takes ten times as long an item. The first comes as a surprise.
+        let mut chunks = Chunks::new(16, 1 << 20);
+        let (mut longest, mut dispatches) = (0.0_f64, 0);
+        for batch in 0..64 {
+            let each = if batch % 4 == 3 { 0.1 } else { 0.01 };
+            let dispatch = |_, count: u32| {
+                let ms = each * f64::from(count);
+                longest = longest.max(if batch > 3 { ms } else { 0.0 });
+                dispatches += 1;
+                Ok(ms)
+            };
+            chunks.run(700, dispatch).unwrap();
+        }
+        assert!(longest < 56.0, "{longest} ms of 70 that forgetting costs");
+        assert!(dispatches < 64 * 4, "{dispatches} dispatches");
     }
 }

@@ -4,10 +4,11 @@
 use super::contents::Contents;
 use super::gloss_checks;
 use crate::passes::frame::path_scan::{FROM_ENTRY, HEAD};
+use crate::passes::precompute::cache_points::RADIUS_RANGE;
 use crate::scene::hvds::Hvds;
 use crate::scene::{Scene, walls};
 use crate::stored::Refusal;
-use crate::types::{NO_CLUSTER, Surface};
+use crate::types::{CachePoint, NO_CLUSTER, Surface};
 use glam::Vec3;
 
 /// Refuses what is not so.
@@ -26,7 +27,10 @@ pub(super) fn check(contents: &mut Contents, scene: &Scene, order: &[u32]) -> Re
     demand(contents.sides.len() == order.len(), "sides of triangles")?;
     demand(contents.closed.len() == 2 * order.len(), "closed places")?;
     hierarchy(&contents.hvds)?;
-    demand(contents.trusted.len() == contents.hvds.areas_m2.len(), "entry points of clusters")?;
+    let trusted = &contents.trusted;
+    let are_counts =
+        trusted.len() == contents.hvds.areas_m2.len() && trusted.iter().all(|count| *count >= 0.0);
+    demand(are_counts, "entry points of clusters")?;
     contents.hvds.link_children();
     paths(contents, scene)?;
     records(contents, scene)?;
@@ -87,7 +91,7 @@ fn paths(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     demand(entry_points.len() == scene.quality.entry_points as usize, "number of entry points")?;
     for point in entry_points {
         let is_held = point.cluster == NO_CLUSTER || (point.cluster as usize) < base;
-        let is_finite = point.position.is_finite() && point.weight.is_finite();
+        let is_finite = point.position.is_finite() && point.weight.is_finite() && point.weight >= 0.0;
         demand((point.side as usize) < sides && is_held && is_finite, "entry points")?;
     }
     let (steps, deposits) = (&paths.steps, &paths.deposits);
@@ -125,9 +129,21 @@ pub(super) fn has_images(scene: &Scene) -> bool {
     !scene.texture_coordinates.is_empty()
 }
 
+/// How far records reach decides how many a pixel reads, and how many tiles the device lists them in.
+fn radii(points: &[CachePoint], scene: &Scene) -> Result<(), Refusal> {
+    let (low, high) = scene.bounds();
+    // What placement gives, and a little for rounding.
+    let [least, most] = RADIUS_RANGE.map(|bound| bound as f32);
+    let longest = 1.001 * most * (high - low).length();
+    let smallest = points.iter().fold(f32::INFINITY, |smallest, point| smallest.min(point.radius));
+    let is_radius = |radius: f32| radius > 0.0 && radius <= longest.min(1.001 * most / least * smallest);
+    demand(points.iter().all(|point| is_radius(point.radius)), "radii of cache points")
+}
+
 fn records(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     let points = &contents.cache_points;
     let is_point = |record: u32| (record as usize) < points.len();
+    radii(points, scene)?;
     for point in points {
         let vectors = [point.position, point.normal, point.wall, point.facet];
         let is_finite = vectors.into_iter().all(Vec3::is_finite) && point.radius.is_finite();
@@ -135,10 +151,13 @@ fn records(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     }
     let neighbours = &contents.neighbourhoods;
     demand(cuts(&neighbours.first, points.len(), neighbours.list.len()), "neighbours")?;
-    demand(neighbours.list.iter().all(|neighbour| is_point(neighbour.record)), "neighbours")?;
+    let is_share = |weight: f32| (0.0..=1.001).contains(&weight);
+    let mut all = neighbours.list.iter();
+    demand(all.all(|neighbour| is_point(neighbour.record) && is_share(neighbour.weight)), "neighbours")?;
     let clusters = contents.hvds.areas_m2.len();
     let mut near = contents.near_clusters.iter().chain(&contents.near_parts);
-    let is_near = near.all(|near| (near.cluster as usize) < clusters && is_point(near.record));
+    let is_near = near
+        .all(|near| (near.cluster as usize) < clusters && is_point(near.record) && near.offset.is_finite());
     demand(is_near, "near clusters")?;
     let mut own = contents.near_clusters.iter();
     demand(own.all(|near| (near.target as usize) < clusters), "targets of near clusters")?;

@@ -107,7 +107,7 @@ impl Open {
         let proxy = proxy.clone();
         let wake: Wake = Arc::new(move || {
             // Where the window is gone, nobody wants to know.
-            let _ = proxy.send_event(Woken);
+            let _ = proxy.send_event(Woken::Shows);
         });
         let mut desk = Desk::new(&scene.name);
         desk.vsync = !args.no_vsync;

@@ -1,0 +1,295 @@
+//! Lamps nearer to a surface than entry points are apart: what they light beside them lies between entry points, which find it by chance or not
+//! at all. Rays from the lamp find it instead, and entry points around share it.
+//! In: entry points, a point or spot light. Out: what its form factors near it become; then its row with these.
+
+use crate::cpu::lights::{lattice_point, sample_light};
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, PassScope, Pipeline};
+use crate::layout::{GpuStruct, Layout, gpu_struct};
+use crate::passes::SceneBuffers;
+use crate::passes::precompute::rays::{RayQuery, Rays};
+use crate::types::{LIGHT_POINT, LIGHT_SPOT, LightSource, NO_SIDE, PathVertex, Surface};
+use glam::Vec3;
+use std::f32::consts::{PI, TAU};
+use std::sync::Arc;
+
+gpu_struct! {
+    /// What becomes of a form factor.
+    pub struct NearFactor {
+        /// Which entry point's.
+        pub point: u32,
+        /// It is multiplied with this.
+        pub kept: f32,
+        /// And this is added, 1/m².
+        pub added: f32,
+    }
+}
+
+gpu_struct! {
+    /// Push constants.
+    pub struct NearLampsPush {
+        /// Form factors that change.
+        pub count: u32,
+    }
+}
+
+/// What this pass shares with its shader.
+pub const LAYOUTS: &[Layout] = &[NearFactor::LAYOUT, NearLampsPush::LAYOUT];
+
+/// Lamps so near to a surface are taken care of altogether, and from there on not at all, in mean spacings of entry points, which the bound
+/// of 1/d² goes by.
+const CLOSE: [f32; 2] = [2.0, 4.0];
+/// Rays find what is lit within half of this, and entry points what is lit beyond this, metres from the lamp in mean spacings.
+const REACH: f32 = 8.0;
+/// Entry points within so many spacings, as they are beside the lamp, of a lit place share its light: with fewer, light from there is of single paths.
+const SHARED: f32 = 16.0;
+/// And see it over what stands between from so high above the surface, in spacings; none is higher over that place, or further below it.
+/// Where something is closer over the place, from half-way to that.
+const OVER: f32 = 2.0;
+/// Rays that look up from a place begin so high, in spacings.
+const OFF: f32 = 0.01;
+/// Those that face alike, that is: cosine between their normals.
+const ALIKE: f32 = 0.7;
+/// Rays from a lamp.
+const RAYS: u32 = 1024;
+
+/// The entry points by place.
+pub struct NearLamps {
+    context: Arc<Context>,
+    pipeline: Pipeline,
+    /// Along the rows of a grid.
+    points: Vec<Point>,
+    /// Row and column of each occupied cell, and its first point; the end last.
+    cells: Vec<(u64, u32)>,
+    low: Vec3,
+    /// Metres.
+    spacing: f32,
+    area_m2: f32,
+}
+
+/// An entry point.
+#[derive(Clone, Copy)]
+struct Point {
+    position: Vec3,
+    normal: Vec3,
+    index: u32,
+    area_m2: f32,
+}
+
+impl NearLamps {
+    /// The name that shader, twin and timing share.
+    pub const STEM: &str = "near_lamps";
+
+    /// Sorts entry points, each of which stands for `area_m2` in the mean, by place. Those on what may shine are left out: beams find what they send.
+    ///
+    /// # Errors
+    /// A Vulkan call failed.
+    pub fn new(
+        context: &Arc<Context>,
+        entry_points: &[PathVertex],
+        surfaces: &[Surface],
+        may_shine: impl Fn(u32) -> bool,
+        area_m2: f32,
+    ) -> Result<Self> {
+        let mut made = Self {
+            context: context.clone(),
+            pipeline: Pipeline::new(context, Self::STEM, &[])?,
+            points: Vec::new(),
+            cells: Vec::new(),
+            low: entry_points.iter().fold(Vec3::INFINITY, |low, point| low.min(point.position)),
+            spacing: area_m2.sqrt(),
+            area_m2,
+        };
+        let mut sorted: Vec<(u64, Point)> = (0..)
+            .zip(entry_points)
+            .filter(|(_, point)| point.weight > 0.0 && !may_shine(surfaces[point.side as usize / 2].material))
+            .map(|(index, point)| {
+                let normal = surfaces[point.side as usize / 2].normal_of(point.side % 2 == 1);
+                let area_m2 = point.weight * area_m2;
+                let point = Point { position: point.position, normal, index, area_m2 };
+                (made.cell(point.position), point)
+            })
+            .collect();
+        sorted.sort_unstable_by_key(|(cell, point)| (*cell, point.index));
+        for (place, (cell, point)) in (0..).zip(sorted) {
+            if made.cells.last().is_none_or(|last| last.0 != cell) {
+                made.cells.push((cell, place));
+            }
+            made.points.push(point);
+        }
+        made.cells.push((u64::MAX, made.points.len() as u32));
+        Ok(made)
+    }
+
+    fn cell(&self, place: Vec3) -> u64 {
+        let cell = (place - self.low) / (REACH * self.spacing);
+        cell.to_array().into_iter().fold(0, |key, along| key << 21 | (along.clamp(0.0, 2_097_151.0) as u64))
+    }
+
+    /// The entry points that are nearer to a place than that, metres.
+    fn within(&self, place: Vec3, reach: f32) -> impl Iterator<Item = &Point> {
+        let step = REACH * self.spacing;
+        let rows = (reach / step).ceil() as i32;
+        let at = move |x: i32, y: i32, z: i32| place + step * Vec3::new(x as f32, y as f32, z as f32);
+        let columns = (-rows..=rows).flat_map(move |x| (-rows..=rows).map(move |y| (x, y)));
+        let mut spans: Vec<[u64; 2]> =
+            columns.map(|(x, y)| [-rows, rows].map(|z| self.cell(at(x, y, z)))).collect();
+        // Beyond the lowest corner cells are one.
+        spans.sort_unstable();
+        spans.dedup();
+        let points = spans.into_iter().flat_map(|[first, last]| {
+            let [first, end] = [first, last + 1].map(|key| self.cells.partition_point(|cell| cell.0 < key));
+            &self.points[self.cells[first].1 as usize..self.cells[end].1 as usize]
+        });
+        points.filter(move |point| point.position.distance(place) < reach)
+    }
+
+    /// How far apart entry points are beside a lamp, metres; none where no surface is so near that this matters. They are denser in gaps and corners.
+    fn spacing_at(&self, lamp: Vec3) -> Option<f32> {
+        // Where a surface is as near as that, one of the entry points is hardly further.
+        let beside = self.within(lamp, (CLOSE[1] + 1.5) * self.spacing);
+        let (count, area_m2) =
+            beside.fold((0.0, 0.0), |(count, area), point| (count + 1.0, area + point.area_m2));
+        (count > 0.0).then(|| (area_m2 / count).sqrt())
+    }
+
+    /// What becomes of a light's form factors; nothing of those of a lamp away from all surface. `is_matt` tells of a side whether it takes part in transport
+    /// and is matt.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn find(
+        &self,
+        (rays, scene): (&Rays, &SceneBuffers),
+        surfaces: &[Surface],
+        is_matt: impl Fn(u32) -> bool,
+        light: &LightSource,
+    ) -> Result<Vec<NearFactor>> {
+        let lamp = light.position;
+        let is_lamp = [LIGHT_POINT, LIGHT_SPOT].contains(&light.kind);
+        let Some(spacing) = self.spacing_at(lamp).filter(|_| is_lamp) else { return Ok(Vec::new()) };
+        let directions = directions(light);
+        let queries: Vec<RayQuery> = directions
+            .iter()
+            .map(|(direction, _)| RayQuery { origin: lamp, direction: *direction })
+            .collect();
+        let answers = rays.trace(scene, &queries)?;
+        let met = |t: f32, side: u32| side != NO_SIDE && t > 0.0 && is_matt(side);
+        let hits: Vec<(f32, u32, Vec3, f32)> = answers
+            .iter()
+            .zip(&directions)
+            .filter(|(answer, _)| met(answer.t, answer.side))
+            .map(|(answer, (direction, flux))| (answer.t, answer.side, lamp + answer.t * *direction, *flux))
+            .collect();
+        let height = hits.iter().fold(f32::INFINITY, |least, hit| least.min(hit.0)) / self.spacing;
+        let care = ((CLOSE[1] - height) / (CLOSE[1] - CLOSE[0])).clamp(0.0, 1.0);
+        if care == 0.0 {
+            return Ok(Vec::new());
+        }
+        let reach = REACH * self.spacing;
+        // Share of the light at that distance that rays find.
+        let by_rays = |distance: f32| care * (2.0 - 2.0 * distance / reach).clamp(0.0, 1.0);
+        let around: Vec<&Point> = self.within(lamp, reach + SHARED * spacing).collect();
+        let hits: Vec<_> = hits.into_iter().filter(|hit| hit.0 < reach).collect();
+        let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
+        let rooms = self.rooms((rays, scene), spacing, hits.iter().map(|hit| (hit.2, normal(hit.1))))?;
+        let seen =
+            self.seen((rays, scene), lamp, &around, rooms.iter().copied().fold(OVER * spacing, f32::min))?;
+        let mut added = vec![0.0_f64; around.len()];
+        let mut shares = Vec::new();
+        for (&(distance, side, place, flux), room) in hits.iter().zip(rooms) {
+            let normal = normal(side);
+            shares.clear();
+            shares.extend(seen.iter().filter_map(|&index| {
+                let point = around[index as usize];
+                let off = point.position.distance_squared(place) / (SHARED * spacing).powi(2);
+                let is_level = (point.position - place).dot(normal).abs() < room;
+                let is_near = off < 1.0 && is_level && point.normal.dot(normal) > ALIKE;
+                is_near.then(|| (index, f64::from((1.0 - off) * point.area_m2)))
+            }));
+            let all: f64 = shares.iter().map(|share| share.1).sum();
+            for &(index, share) in &shares {
+                added[index as usize] += share / all * f64::from(by_rays(distance) * flux);
+            }
+        }
+        let factor = |(point, added): (&&Point, f64)| {
+            let distance = point.position.distance(lamp);
+            let by_rays = if distance < reach { by_rays(distance) } else { 0.0 };
+            // What the bounded form takes away is no longer in its place.
+            let excess = if distance < reach { care * self.area_m2 / PI / distance.powi(2) } else { 0.0 };
+            let kept = if by_rays < 1.0 { (1.0 - by_rays) * (1.0 + excess) } else { 0.0 };
+            NearFactor { point: point.index, kept, added: (added / f64::from(point.area_m2)) as f32 }
+        };
+        let mut factors: Vec<NearFactor> = around.iter().zip(added).map(factor).collect();
+        factors.retain(|factor| factor.kept != 1.0 || factor.added != 0.0);
+        Ok(factors)
+    }
+
+    /// How far over each place, and below it, what is lit is taken to be of one surface, metres.
+    fn rooms(
+        &self,
+        (rays, scene): (&Rays, &SceneBuffers),
+        spacing: f32,
+        places: impl Iterator<Item = (Vec3, Vec3)>,
+    ) -> Result<Vec<f32>> {
+        let up = |(place, normal): (Vec3, Vec3)| RayQuery {
+            origin: place + OFF * spacing * normal,
+            direction: normal,
+        };
+        let answers = rays.trace(scene, &places.map(up).collect::<Vec<_>>())?;
+        let most = OVER * spacing;
+        let room = |t: f32| if t < 0.0 { most } else { (0.5 * (t + OFF * spacing)).min(most) };
+        Ok(answers.iter().map(|answer| room(answer.t)).collect())
+    }
+
+    /// Those that nothing hides from the lamp, as seen from so high above the surface that they are on: a wall that stands between parts light.
+    fn seen(
+        &self,
+        (rays, scene): (&Rays, &SceneBuffers),
+        lamp: Vec3,
+        around: &[&Point],
+        height: f32,
+    ) -> Result<Vec<u32>> {
+        let segment = |point: &&Point| {
+            let over = height * point.normal;
+            RayQuery { origin: lamp + over, direction: point.position - lamp }
+        };
+        let queries: Vec<RayQuery> = around.iter().map(segment).collect();
+        let answers = rays.trace(scene, &queries)?;
+        Ok((0..).zip(answers).filter(|(_, answer)| !(0.0..1.0).contains(&answer.t)).map(|(i, _)| i).collect())
+    }
+
+    /// Uploads what [`Self::find`] found.
+    ///
+    /// # Errors
+    /// The device lacks memory.
+    pub fn upload(&self, factors: &[NearFactor]) -> Result<Buffer> {
+        Buffer::from_slice(&self.context, "near factors", factors)
+    }
+
+    /// Changes a light's row. Records into an open pass.
+    pub fn record(&self, pass: &mut PassScope<'_>, found: &Buffer, count: u32, factors: &Buffer) {
+        let bindings = [("NearFactors", found), ("FormFactors", factors)];
+        pass.dispatch(&self.pipeline, [count, 1, 1], &NearLampsPush { count }, &bindings);
+    }
+}
+
+/// Directions from a point or spot light, evenly over where it shines, and the flux of each per unit of its intensity, sr.
+fn directions(light: &LightSource) -> Vec<(Vec3, f32)> {
+    let unit = LightSource { emission: Vec3::ONE, ..*light };
+    let (axis, least) = match light.kind {
+        LIGHT_SPOT => (light.axis, light.outer_angle.cos()),
+        _ => (Vec3::Y, -1.0),
+    };
+    let (tangent, bitangent) = axis.any_orthonormal_pair();
+    let turn = PI * (3.0 - 5.0_f32.sqrt());
+    let directions = (0..RAYS).map(|ray| {
+        let cosine = 1.0 - (1.0 - least) * (ray as f32 + 0.5) / RAYS as f32;
+        let (sine, angle) = ((1.0 - cosine * cosine).max(0.0).sqrt(), turn * ray as f32);
+        let direction = cosine * axis + sine * (angle.cos() * tangent + angle.sin() * bitangent);
+        let place = (light.position + direction).as_dvec3();
+        let intensity = sample_light(&unit, place, lattice_point(light, 0)).map_or(0.0, |s| s.irradiance.x);
+        (direction, intensity as f32 * TAU * (1.0 - least) / RAYS as f32)
+    });
+    directions.filter(|direction| direction.1 > 0.0).collect()
+}

@@ -1,0 +1,37 @@
+//! Lamps that surface is near to: looked for when form factors are due, before the frame is recorded.
+
+use super::Renderer;
+use super::precompute::Precomputed;
+use crate::error::Result;
+use crate::gpu::{Buffer, Context};
+use crate::passes::frame::near_lamps::NearLamps;
+use crate::scene::Scene;
+use std::sync::Arc;
+
+/// `NearFactor`s, and their number.
+pub(super) type NearFactors = (Buffer, u32);
+
+/// Entry points by place.
+pub(super) fn near_lamps(context: &Arc<Context>, scene: &Scene, made: &Precomputed) -> Result<NearLamps> {
+    let may_shine = |material: u32| scene.materials[material as usize].may_shine();
+    NearLamps::new(context, &made.entry_points, &made.surfaces, may_shine, made.area_m2)
+}
+
+impl Renderer {
+    /// Finds what becomes of the form factors beside such lamps.
+    pub(super) fn find_near_lamps(&mut self) -> Result<()> {
+        let (surfaces, shine) = (&self.surfaces, &self.shine);
+        let is_matt = |side: u32| {
+            let surface = &surfaces[side as usize / 2];
+            let may_shine = shine.as_ref().is_some_and(|shine| shine.may_shine(surface.material as usize));
+            surface.side_is_active(side % 2 == 1) && !may_shine
+        };
+        let near = &self.near_lamps;
+        let tracer = (&self.closed.rays, &self.buffers);
+        for (light, factors) in self.lights.near_due() {
+            let found = near.find(tracer, surfaces, is_matt, light)?;
+            *factors = if found.is_empty() { None } else { Some((near.upload(&found)?, found.len() as u32)) };
+        }
+        Ok(())
+    }
+}

@@ -64,10 +64,11 @@ void main() {
 
     float least = 1e30;
     uint place = 4u;
+    vec3 facet = facing_normal(found.side);
     // The pixel itself first: if it will do, the others need not be asked.
     for (uint i = 4u; i < 13u && found.side != NO_SIDE && least > 0.01; ++i) {
         PixelSurface candidate = pixel_surface_at(Pixels, pixel_at(size, pixel, i % 9u));
-        float cost = candidate.side == NO_SIDE ? 1e30 : dissimilarity(found, candidate);
+        float cost = candidate.side == NO_SIDE ? 1e30 : dissimilarity(found, facet, candidate);
         place = cost < least ? i % 9u : place;
         least = min(cost, least);
     }

@@ -85,13 +85,15 @@ PixelSurface seen_in(uint place, View view, vec2 point) {
 // the least dissimilar.
 uint slot_for(PixelSurface found, uint pixel, uint first, uint room) {
     uvec2 size = uvec2(push.view.width, push.view.height);
+    Surface surface = surface_at(found.side >> 1);
+    vec3 facet = facet_of(surface, found.side);
     uint best = 0u;
     float least = 1e30;
     for (uint i = 0u; i < room; ++i) {
         EdgeSlot slot = edge_slots[first + i];
         if (slot.side == NO_SIDE) break;
-        float cost = dissimilarity(found, pixel_surface_at(Pixels, pixel_at(size, pixel, place_of(slot))));
-        if (surface_at(found.side >> 1).material != surface_at(slot.side >> 1).material) cost += 1e6;
+        float cost = dissimilarity(found, facet, pixel_surface_at(Pixels, pixel_at(size, pixel, place_of(slot))));
+        if (surface.material != surface_at(slot.side >> 1).material) cost += 1e6;
         best = cost < least ? i : best;
         least = min(cost, least);
     }
@@ -118,11 +120,15 @@ void main() {
     }
     vec2 corner = vec2(index % view.width, index / view.width);
     vec4 sum = vec4(0.0);
+    PixelSurface own = pixel_surface_at(Pixels, index);
+    vec3 own_normal = facing_normal(own.side);
+    bool is_traced = is_edge || is_curved(own);
+    LightSource light = of_kind(light_at(Lights, push.light));
+    uint end = end_of_kind(push.first_sample, push.end_sample);
     for (uint i = before + lane; i < count && place < listed; i += LANES) {
-        PixelSurface found = pixel_surface_at(Pixels, index);
-        vec3 normal = facing_normal(found.side);
+        PixelSurface found = own;
+        vec3 normal = own_normal;
         vec2 point = corner + sample_3d(i, index).xy;
-        bool is_traced = is_edge || is_curved(found);
         if (!is_traced) found.position = on_plane(view, found, normal, point);
         // A loop that turns once or never, which lavapipe skips where a branch would be taken by all.
         for (bool is_due = is_traced; is_due; is_due = false) {
@@ -130,12 +136,10 @@ void main() {
             if (found.side != NO_SIDE) normal = facing_normal(found.side);
         }
         if (found.side == NO_SIDE) continue;
-        uint end = end_of_kind(push.first_sample, push.end_sample);
-        float light = light_factor(of_kind(light_at(Lights, push.light)), push.first_sample, end, push.traces_all != 0u, found.position, normal,
-                                   found.normal, found.footprint);
+        float factor = light_factor(light, push.first_sample, end, push.traces_all != 0u, found.position, normal, found.normal, found.footprint);
         uint slot = 0u;
-        for (bool is_due = is_edge && light > 0.0; is_due; is_due = false) slot = slot_for(found, index, first_slot, slots);
-        sum += mix(vec4(0.0), vec4(light), equal(uvec4(0u, 1u, 2u, 3u), uvec4(slot)));
+        for (bool is_due = is_edge && factor > 0.0; is_due; is_due = false) slot = slot_for(found, index, first_slot, slots);
+        sum += mix(vec4(0.0), vec4(factor), equal(uvec4(0u, 1u, 2u, 3u), uvec4(slot)));
     }
     sums[gl_LocalInvocationIndex] = sum;
     barrier();

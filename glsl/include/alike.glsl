@@ -1,10 +1,10 @@
 // Which pixel's indirect light will do for a sample. Include after records.glsl; the including shader binds the texels `Surfaces`.
 
 // How far a pixel's surface is from being that of a sample: turned by so much, off its plane by so many pixel widths,
-// on a facet with another horizon.
-float dissimilarity(PixelSurface found, PixelSurface pixel) {
+// on a facet with another horizon. `facet` is the sample's geometric normal.
+float dissimilarity(PixelSurface found, vec3 facet, PixelSurface pixel) {
     vec3 apart = pixel.position - found.position;
-    float facing = dot(facet_of(surface_at(found.side >> 1), found.side), facet_of(surface_at(pixel.side >> 1), pixel.side));
+    float facing = dot(facet, facet_of(surface_at(pixel.side >> 1), pixel.side));
     return 1.0 - dot(found.normal, pixel.normal) + abs(dot(apart, found.normal)) * inversesqrt(found.footprint)
          + 1e-3 * dot(apart, apart) / found.footprint + (facing < FACETS_ALIKE ? 1.0 : 0.0);
 }

@@ -70,7 +70,6 @@ impl Renderer {
         let near_passes = passes.iter().filter(|pass| pass.name == NearField::STEM).count().max(1) as u64;
         let part_counts = self.gathered_again(scope).map(|again| again.2);
         let near = scope.near_field.bytes(part_counts.chain([scope.near_field.part_count()])) / near_passes;
-        let sees_anew = passes.iter().any(|pass| pass.name == Splat::STEM);
         let surface = self.primary.pixels.bytes();
         let clusters = self.pyramid.irradiance.bytes();
         let layers_due = self.lights.without_clusters().len() as u64;
@@ -99,7 +98,9 @@ impl Renderer {
                 Gather::STEM => gathered * (self.gather.bundles.bytes() + records) / in_all + clusters,
                 NearField::STEM => near,
                 // Marks and sums of records, and of those the list; weights only where the view is new.
-                NeededRecords::STEM => u64::from(sees_anew) * weights + self.blend.list_bytes() + 24 * in_all,
+                NeededRecords::STEM => {
+                    u64::from(self.needs.marked_view()) * weights + self.blend.list_bytes() + 24 * in_all
+                }
                 Blend::STEM => self.blend.list_bytes() + 2 * records + self.gather.cache_points.bytes(),
                 Splat::STEM => surface + self.gather.cache_points.bytes() + 4 * pairs + weights,
                 Splat::APPLY_STEM => surface + weights + records + image,

@@ -218,17 +218,20 @@ impl Renderer {
             self.force(Work::Everything);
         }
         let start = Instant::now();
-        self.find_near_lamps()?;
+        let near_lamps_ms = self.find_near_lamps()?;
         self.scopes.prepare(self.skips)?;
         let stages = Stages::new(self.changes, &self.lights);
         let gathering = self.needs.of(stages, self.skips);
-        let passes = loop {
+        let mut passes = loop {
             let ((), passes) = self.context.run(|rec| self.record(rec, stages, gathering))?;
             if !stages.view || !self.splat.grow()? {
                 break passes;
             }
         };
         let frame_ms = start.elapsed().as_secs_f64() * 1e3;
+        if let Some(pass) = passes.iter_mut().find(|pass| pass.name == FormFactors::STEM) {
+            pass.ms += near_lamps_ms;
+        }
         if stages.view {
             self.edge_count = self.antialias.edge_count()?;
         }

@@ -18,8 +18,9 @@ pub(super) fn near_lamps(context: &Arc<Context>, scene: &Scene, made: &Precomput
 }
 
 impl Renderer {
-    /// Finds what becomes of the form factors beside such lamps.
-    pub(super) fn find_near_lamps(&mut self) -> Result<()> {
+    /// Finds what becomes of the form factors beside such lamps. Device time, milliseconds.
+    pub(super) fn find_near_lamps(&mut self) -> Result<f64> {
+        let mut device_ms = 0.0;
         let (surfaces, shine) = (&self.surfaces, &self.shine);
         let is_matt = |side: u32| {
             let surface = &surfaces[side as usize / 2];
@@ -29,9 +30,9 @@ impl Renderer {
         let near = &self.near_lamps;
         let tracer = (&self.closed.rays, &self.buffers);
         for (light, factors) in self.lights.near_due() {
-            let found = near.find(tracer, surfaces, is_matt, light)?;
+            let found = near.find(tracer, surfaces, is_matt, light, &mut device_ms)?;
             *factors = if found.is_empty() { None } else { Some((near.upload(&found)?, found.len() as u32)) };
         }
-        Ok(())
+        Ok(device_ms)
     }
 }

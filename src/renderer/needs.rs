@@ -37,6 +37,8 @@ pub(super) struct Needs {
     lags: bool,
     /// Records that the last frame to gather any gathered.
     gathered: u32,
+    /// The last list was made for a new view.
+    marked_view: bool,
 }
 
 impl Needs {
@@ -50,6 +52,7 @@ impl Needs {
             has_list: false,
             lags: false,
             gathered: 0,
+            marked_view: false,
         })
     }
 
@@ -102,6 +105,7 @@ impl Needs {
             Gathering::Listed => self.lags = true,
             Gathering::List(wanted) => {
                 self.gathered = self.pass.listed()?;
+                self.marked_view = wanted.view_is_new;
                 self.knows_view |= wanted.view_is_new;
                 self.has_list = wanted.none_is_current;
                 self.lags = !wanted.all;
@@ -111,6 +115,11 @@ impl Needs {
             self.lags = false;
         }
         Ok(self.gathered)
+    }
+
+    /// Whether the last list was made for a new view, whose splat weights were read.
+    pub(super) fn marked_view(&self) -> bool {
+        self.marked_view
     }
 
     /// Records that the last frame to gather any gathered, ahead of others or not.

@@ -154,7 +154,7 @@ impl NearLamps {
     }
 
     /// What becomes of a light's form factors; nothing of those of a lamp away from all surface. `is_matt` tells of a side whether it takes part in transport
-    /// and is matt.
+    /// and is matt. Adds the device time of its rays.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -164,6 +164,7 @@ impl NearLamps {
         surfaces: &[Surface],
         is_matt: impl Fn(u32) -> bool,
         light: &LightSource,
+        device_ms: &mut f64,
     ) -> Result<Vec<NearFactor>> {
         let lamp = light.position;
         let is_lamp = [LIGHT_POINT, LIGHT_SPOT].contains(&light.kind);
@@ -173,7 +174,8 @@ impl NearLamps {
             .iter()
             .map(|(direction, _)| RayQuery { origin: lamp, direction: *direction })
             .collect();
-        let answers = rays.trace(scene, &queries)?;
+        let (answers, ms) = rays.trace_timed(scene, &queries)?;
+        *device_ms += ms;
         let met = |t: f32, side: u32| side != NO_SIDE && t > 0.0 && is_matt(side);
         let hits: Vec<(f32, u32, Vec3, f32)> = answers
             .iter()
@@ -192,9 +194,10 @@ impl NearLamps {
         let around: Vec<&Point> = self.within(lamp, reach + SHARED * spacing).collect();
         let hits: Vec<_> = hits.into_iter().filter(|hit| hit.0 < reach).collect();
         let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
-        let rooms = self.rooms((rays, scene), spacing, hits.iter().map(|hit| (hit.2, normal(hit.1))))?;
-        let seen =
-            self.seen((rays, scene), lamp, &around, rooms.iter().copied().fold(OVER * spacing, f32::min))?;
+        let places = hits.iter().map(|hit| (hit.2, normal(hit.1)));
+        let rooms = self.rooms((rays, scene), spacing, places, device_ms)?;
+        let height = rooms.iter().copied().fold(OVER * spacing, f32::min);
+        let seen = self.seen((rays, scene), lamp, &around, height, device_ms)?;
         let mut added = vec![0.0_f64; around.len()];
         let mut shares = Vec::new();
         for (&(distance, side, place, flux), room) in hits.iter().zip(rooms) {
@@ -231,12 +234,14 @@ impl NearLamps {
         (rays, scene): (&Rays, &SceneBuffers),
         spacing: f32,
         places: impl Iterator<Item = (Vec3, Vec3)>,
+        device_ms: &mut f64,
     ) -> Result<Vec<f32>> {
         let up = |(place, normal): (Vec3, Vec3)| RayQuery {
             origin: place + OFF * spacing * normal,
             direction: normal,
         };
-        let answers = rays.trace(scene, &places.map(up).collect::<Vec<_>>())?;
+        let (answers, ms) = rays.trace_timed(scene, &places.map(up).collect::<Vec<_>>())?;
+        *device_ms += ms;
         let most = OVER * spacing;
         let room = |t: f32| if t < 0.0 { most } else { (0.5 * (t + OFF * spacing)).min(most) };
         Ok(answers.iter().map(|answer| room(answer.t)).collect())
@@ -249,13 +254,15 @@ impl NearLamps {
         lamp: Vec3,
         around: &[&Point],
         height: f32,
+        device_ms: &mut f64,
     ) -> Result<Vec<u32>> {
         let segment = |point: &&Point| {
             let over = height * point.normal;
             RayQuery { origin: lamp + over, direction: point.position - lamp }
         };
         let queries: Vec<RayQuery> = around.iter().map(segment).collect();
-        let answers = rays.trace(scene, &queries)?;
+        let (answers, ms) = rays.trace_timed(scene, &queries)?;
+        *device_ms += ms;
         Ok((0..).zip(answers).filter(|(_, answer)| !(0.0..1.0).contains(&answer.t)).map(|(i, _)| i).collect())
     }
 

@@ -77,19 +77,28 @@ impl Rays {
     /// # Errors
     /// The device lacks memory or failed.
     pub fn trace(&self, scene: &SceneBuffers, queries: &[RayQuery]) -> Result<Vec<RayAnswer>> {
+        Ok(self.trace_timed(scene, queries)?.0)
+    }
+
+    /// Traces all rays. The answers, and device time, milliseconds.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub fn trace_timed(&self, scene: &SceneBuffers, queries: &[RayQuery]) -> Result<(Vec<RayAnswer>, f64)> {
         let limit = (queries.len() as u32).clamp(1, Self::LIMIT);
         let asked = Buffer::storage(&self.context, "ray queries", u64::from(limit) * 24)?;
         let answered = Buffer::storage(&self.context, "ray answers", u64::from(limit) * 8)?;
-        let mut answers = Vec::with_capacity(queries.len());
+        let (mut answers, mut device_ms) = (Vec::with_capacity(queries.len()), 0.0);
         Chunks::new(1 << 14, limit).run(queries.len() as u32, |first, count| {
             let (first, count) = (first as usize, count as usize);
             asked.write(&queries[first..first + count])?;
             let push = RaysPush { ray_count: count as u32 };
             let ms = self.dispatch(scene, &asked, &answered, push)?;
             answers.extend(answered.read_range::<RayAnswer>(0, count)?);
+            device_ms += ms;
             Ok(ms)
         })?;
-        Ok(answers)
+        Ok((answers, device_ms))
     }
 
     /// Traces rays so often, after once without watching the clock: device time of each, milliseconds. Not more than one dispatch of rays, those

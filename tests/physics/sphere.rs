@@ -80,10 +80,10 @@ fn indirect_irradiance_where_walls_are_black_and_where_they_are_nearly_white() {
     assert_silent(&context());
 }
 
-/// Past a wall of a millimetre light leaks as far as clusters of the floor reach under it: the less, the finer they are, and hardly any
-/// where they are split along the wall.
+/// The wall of a millimetre is open at its ends, so that all of its sides show, and clusters are split along it at every setting: hardly any light
+/// leaks past it, whatever the cells.
 #[test]
-fn light_that_leaks_past_a_thin_wall_falls_with_the_cells() {
+fn hardly_any_light_leaks_past_a_thin_wall() {
     let mean = |scene, cells, gap_rounds| {
         let quality = Quality {
             entry_points: 100_000,
@@ -103,11 +103,11 @@ fn light_that_leaks_past_a_thin_wall_falls_with_the_cells() {
     let [coarse, fine, split, shadows] = [(8, 0), (32, 0), (32, 1), (32, 3)]
         .map(|(cells, rounds)| mean(shapes::thin_wall(), cells, rounds) / lit);
     println!(
-        "dark side: {coarse:.2e} of the light in coarse cells, {fine:.2e} in fine ones, {split:.2e} in split ones, {shadows:.2e} with shadows"
+        "dark side: {coarse:.2e} of the light in coarse cells, {fine:.2e} in fine ones, {split:.2e} split along all walls, {shadows:.2e} with shadows"
     );
-    assert!(fine < 0.6 * coarse && fine < 0.01, "dark side: {coarse:.2e}, {fine:.2e} of the light");
-    assert!(split < 0.3 * fine, "dark side: {split:.2e} of the light in split cells");
+    assert!(coarse < 1.5e-3 && fine < 3e-3, "dark side: {coarse:.2e}, {fine:.2e} of the light");
+    assert!(split < 1.5e-3, "dark side: {split:.2e} of the light in split cells");
     // What comes through is reflected to and fro where clusters take the light of records.
-    assert!(shadows < 0.4 * fine, "dark side: {shadows:.2e} of the light with shadows");
+    assert!(shadows < 2e-3, "dark side: {shadows:.2e} of the light with shadows");
     assert_silent(&context());
 }

@@ -73,10 +73,12 @@ PixelSurface seen_in(uint place, View view, vec2 point) {
     Hit hit = Hit(ray.t_max, 0u, vec3(0.0));
     for (uint i = 0u; i < (counts & 0xffffu); ++i) intersect_triangle(word_at(ShaftRoots, first + 1u + i), ray.origin, shear, hit);
     // Nodes stand at the end.
-    for (uint i = 0u; i < (counts >> 16); ++i) {
-        uint root = has_roots ? word_at(ShaftRoots, first + MOST_ROOTS - i) : 0u;
+    uint nodes = counts >> 16;
+    uint last = first + MOST_ROOTS;
+    for (bool is_due = nodes != 0u; is_due; is_due = false) {
+        uint root = has_roots ? word_at(ShaftRoots, last) : 0u;
         Hit below;
-        if (trace_from(root, Ray(ray.origin, ray.direction, hit.t), false, below)) hit = below;
+        if (trace_from(root, ShaftRoots, last + 1u - nodes, nodes - 1u, Ray(ray.origin, ray.direction, hit.t), false, below)) hit = below;
     }
     return hit.t < ray.t_max ? seen_at(view, ray.direction, hit) : NOTHING_SEEN;
 }

@@ -1,5 +1,5 @@
 // Ray traversal of the compressed wide BVH, closest hit and any hit. [Ylitie], triangle test [Woop]
-// The including shader binds the texels `Nodes`. Include behind triangles.glsl.
+// The including shader binds the texels `Nodes`. Include behind texels.glsl and triangles.glsl.
 
 Node node_at(uint index) {
     if (FOLLOWS_ADDRESSES != 0u) return NodeList(texelFetch(Nodes, 0).xy).items[index];
@@ -90,8 +90,11 @@ uint intersect_children(Node node, vec3 origin, vec3 inverse_direction, uint oct
         for (uint shift = 0u; shift < 32u; shift += 8u) {
             vec3 t_near = vec3((near >> shift) & 0xffu) * cell + base_near;
             vec3 t_far = vec3((far >> shift) & 0xffu) * cell + base_far;
-            float enter = max(max(t_near.x, t_near.y), max(t_near.z, 0.0));
-            float leave = min(min(t_far.x, t_far.y), min(t_far.z, t_max));
+            // As integers floats compare alike where none of two is below zero, and without a case for NaN.
+            ivec3 near_bits = floatBitsToInt(t_near);
+            ivec3 far_bits = floatBitsToInt(t_far);
+            int enter = max(max(near_bits.x, near_bits.y), max(near_bits.z, 0));
+            int leave = min(min(far_bits.x, far_bits.y), min(far_bits.z, floatBitsToInt(t_max)));
             if (enter <= leave) {
                 hits |= ((child_bits >> shift) & 0xffu) << ((bit_index >> shift) & 0xffu);
             }
@@ -105,8 +108,9 @@ vec3 without_zeros(vec3 direction) {
     return mix(direction, mix(vec3(1e-20), vec3(-1e-20), lessThan(direction, vec3(0.0))), lessThan(abs(direction), vec3(1e-20)));
 }
 
-// Closest hit in (0, t_max) with what is below a node, or with `any_hit` the first one found. Returns whether there is one.
-bool trace_from(uint root, Ray ray, const bool any_hit, out Hit hit) {
+// Closest hit in (0, t_max) with what is below a node, or with `any_hit` the first one found. Returns whether there is one. Then below
+// `more` others, which stand in a list from `first` on, the last first: in one walk, so that no lane waits for the others at each root.
+bool trace_from(uint root, usamplerBuffer others, uint first, uint more, Ray ray, const bool any_hit, out Hit hit) {
     hit = Hit(ray.t_max, 0u, vec3(0.0));
     bool found = false;
     vec3 direction = without_zeros(ray.direction);
@@ -130,7 +134,11 @@ bool trace_from(uint root, Ray ray, const bool any_hit, out Hit hit) {
         }
         uint left = hits & 0xff000000u;
         if (left == 0u) {
-            if (depth == 0u) break;
+            if (depth == 0u) {
+                if (more == 0u) break;
+                index = word_at(others, first + --more);
+                continue;
+            }
             uint popped = stack[--depth];
             index = popped & 0xffffffu;
             left = popped & 0xff000000u;
@@ -146,7 +154,7 @@ bool trace_from(uint root, Ray ray, const bool any_hit, out Hit hit) {
 }
 
 // The same with all of the scene.
-bool trace(Ray ray, const bool any_hit, out Hit hit) { return trace_from(0u, ray, any_hit, hit); }
+bool trace(Ray ray, const bool any_hit, out Hit hit) { return trace_from(0u, Nodes, 0u, 0u, ray, any_hit, hit); }
 
 // How far ray origins stay off surfaces: some 32 units in the last place of the scene's largest coordinate. A position is
 // rounded in such units wherever it lies, as long as some triangle there reaches out to the scene's edge; and so the

@@ -23,10 +23,11 @@ bool is_lit_in(uint shaft, vec3 position, vec3 normal, LightSample light) {
     uint counts = word_at(ShaftRoots, first - 1u);
     bool is_hidden = false;
     for (uint i = 0u; i < (counts & 0xffffu) && !is_hidden; ++i) is_hidden = intersect_triangle(word_at(ShaftRoots, first + i), ray.origin, shear, hit);
-    if (OPENS_NODES == 0u) return !is_hidden;
+    uint nodes = counts >> 16;
+    if (OPENS_NODES == 0u || is_hidden || nodes == 0u) return !is_hidden;
     // Nodes stand at the end.
-    for (uint i = 0u; i < (counts >> 16) && !is_hidden; ++i) is_hidden = trace_from(word_at(ShaftRoots, first + MOST_ROOTS - 1u - i), ray, true, hit);
-    return !is_hidden;
+    uint last = first + MOST_ROOTS - 1u;
+    return !trace_from(word_at(ShaftRoots, last), ShaftRoots, last + 1u - nodes, nodes - 1u, ray, true, hit);
 }
 
 // As light_factor, for a point of the batch that the shaft belongs to, and a light of LIGHT_KIND.

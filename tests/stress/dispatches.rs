@@ -24,8 +24,9 @@ fn extremes(times: &[(f64, u32)]) -> [f64; 2] {
     [times.last().copied().unwrap_or_default(), times.get(times.len() / 2).copied().unwrap_or_default()]
 }
 
-/// Dispatches aim at 25 ms, by the time of the one before, and items differ: 50 ms hold for the one in the middle, whatever else the machine
-/// does. The longest is told: it means something where nothing else runs. Of each kernel the first recording may hold its compilation.
+/// Dispatches aim at 10 ms, by the time of those before, and items differ: no dispatch takes more than 50 ms. What else the machine does counts as
+/// well, so this is meant for one on which nothing else runs; the longest was half of the bound beside other work. Of each kernel the first
+/// recording may hold its compilation.
 #[test]
 #[ignore = "full size: make stress"]
 fn precomputation_takes_the_device_for_short_times() {
@@ -48,7 +49,7 @@ fn precomputation_takes_the_device_for_short_times() {
     }
     for (name, times) in &precomputation {
         let [longest, middle] = extremes(&times[1..]);
-        assert!(middle < 50.0, "{name}: mostly {middle} ms, {longest} ms");
+        assert!(longest < 50.0, "{name}: {longest} ms, mostly {middle} ms");
     }
     assert_silent(&context);
 }

@@ -50,6 +50,7 @@ test:
 stress:
 	@scripts/setup.sh --tests
 	$(CARGO) test --release --locked --test scene -- --ignored places_of_one_and_ten
+	$(CARGO) test --release --locked --test physics -- --ignored --nocapture
 	$(CARGO) test --release --locked --test stress -- --ignored --nocapture
 
 soak:

@@ -30,7 +30,8 @@ impl Renderer {
         let near = &self.near_lamps;
         let tracer = (&self.closed.rays, &self.buffers);
         for (light, factors) in self.lights.near_due() {
-            let found = near.find(tracer, surfaces, is_matt, light, &mut device_ms)?;
+            let (found, ms) = near.find(tracer, surfaces, is_matt, light)?;
+            device_ms += ms;
             *factors = if found.is_empty() { None } else { Some((near.upload(&found)?, found.len() as u32)) };
         }
         Ok(device_ms)

@@ -143,3 +143,53 @@ fn a_quadratic_field_is_blended_without_flattening_it() {
     }
     assert_silent(&context);
 }
+
+/// Gradients as steep as many, of which some say that there is less than no light: as many records are kept at zero as is told, the others are what all say.
+#[test]
+fn records_are_kept_from_falling_below_zero_where_it_is_told() {
+    let (context, world) = (context(), World::room());
+    let mut random = Random::new(9);
+    let points = world.cache_points(&mut random, 257, 0.2);
+    let steep = |point: &CachePoint| {
+        let Record { position, irradiance, translation, rotation } = random_record(&mut random, point);
+        Record { position, irradiance, translation: 2.0 * translation, rotation: 0.2 * rotation }
+    };
+    let records: Vec<Record> = points.iter().map(steep).collect();
+    let list = |record| {
+        [(record, 0.75), ((record + 1) % 257, 0.25)].map(|(record, weight)| Neighbour { record, weight })
+    };
+    let lists = Neighbourhoods {
+        first: (0..=257).map(|record| 2 * record).collect(),
+        list: (0..257).flat_map(list).collect(),
+    };
+    let cache_points = Buffer::from_slice(&context, "cache points", &points).unwrap();
+    let given = Buffer::from_slice(&context, "records", &records).unwrap();
+    let pass = Blend::new(&context, &lists).unwrap();
+    context.run(|rec| pass.record(rec, &cache_points, &given, None)).unwrap();
+    let blended: Vec<Record> = pass.records.read().unwrap();
+    let mut limited = 0;
+    for (i, (point, device)) in points.iter().zip(&blended).enumerate() {
+        let shares = [(records[i], 0.75), (records[(i + 1) % 257], 0.25)];
+        let (mut free, mut offset, mut translation) = (DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
+        for (record, share) in &shares {
+            let moved = point.position.as_dvec3() - record.position.as_dvec3();
+            let along = record.translation.as_dmat3();
+            let turned = record.rotation.as_dmat3().transpose() * point.normal.as_dvec3();
+            let value = record.irradiance.as_dvec3() + 0.5 * along.transpose() * moved + turned;
+            (free, offset) = (free + f64::from(*share) * value, offset + f64::from(*share) * moved);
+            translation += along * f64::from(*share);
+        }
+        free += 0.5 * translation.transpose() * offset;
+        let irradiance = device.irradiance.as_dvec3();
+        assert!(irradiance.min_element() >= 0.0, "record {i}: {irradiance}");
+        let is_limited = (irradiance - free).abs().max_element() > 30.0 * SUM;
+        assert_eq!(
+            is_limited,
+            cpu::blend::is_limited(point, &shares),
+            "record {i}: {irradiance}, {free} without limits"
+        );
+        limited += u32::from(is_limited);
+    }
+    assert!((20..237).contains(&limited), "{limited} of 257");
+    assert_silent(&context);
+}

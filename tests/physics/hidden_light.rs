@@ -83,6 +83,29 @@ fn gaps_narrower_than_a_cell_are_refined() {
     assert_silent(&context());
 }
 
+/// The same at the paper's settings; of their cache points every twentieth, for each ray's hit is path traced.
+#[test]
+#[ignore = "full size: make stress"]
+fn a_gap_at_the_papers_settings_keeps_its_light() {
+    let found = |seed: u32, occlusion: bool| {
+        let quality = Quality { cache_points: 2_000, occlusion, seed, ..Quality::PAPER };
+        let renderer = render(shapes::hidden_light(0.8, 0.04, 0.5), quality);
+        let exact = Exact { stage: Stage::Clusters, samples: 16, sequence: 0 };
+        let exact = renderer.exact_irradiance(exact).unwrap();
+        let kinds = [errors(&renderer, &exact, faces_the_screen), errors(&renderer, &exact, stands_beside)];
+        println!("seed {seed}, occlusion {occlusion}: mean and RMS error facing, beside: {kinds:.3?}");
+        kinds
+    };
+    let without = found(0, false);
+    assert!(without[0][0] > 0.8, "without views the hidden light shines through: {without:?}");
+    for seed in 0..3 {
+        for [mean, rms] in found(seed, true) {
+            assert!(mean.abs() < 0.12 && rms < 0.4, "seed {seed}: {mean} in the mean, {rms} RMS");
+        }
+    }
+    assert_silent(&context());
+}
+
 /// Where few entry points are as near to a light as its gap is wide, the number that is told is enough.
 #[test]
 fn a_light_in_too_narrow_a_gap_is_told() {

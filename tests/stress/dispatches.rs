@@ -24,11 +24,8 @@ fn extremes(times: &[(f64, u32)]) -> [f64; 2] {
     [times.last().copied().unwrap_or_default(), times.get(times.len() / 2).copied().unwrap_or_default()]
 }
 
-/// Dispatches aim at 25 ms, by the time of the one before, and items differ: 50 ms hold for the one in the middle, whatever else the machine
-/// does. The longest is told: it means something where nothing else runs. Of each kernel the first recording may hold its compilation.
-#[test]
-#[ignore = "full size: make stress"]
-fn precomputation_takes_the_device_for_short_times() {
+/// Precomputes and renders a frame. Of each pass of either, the longest dispatch, milliseconds.
+fn longest() -> [BTreeMap<&'static str, f64>; 2] {
     let context = context();
     context.begin_trace(Instant::now());
     let mut renderer = prepare(the_box(&["camera.size=[512,512]".to_owned()]), Quality::PAPER);
@@ -36,19 +33,35 @@ fn precomputation_takes_the_device_for_short_times() {
     context.begin_trace(Instant::now());
     renderer.frame().unwrap();
     let frame = times(&context.end_trace());
-    for (when, passes) in [("precomputation", &precomputation), ("frame", &frame)] {
-        for (name, times) in passes {
+    [("precomputation", precomputation), ("frame", frame)].map(|(when, passes)| {
+        let longest = |(name, times): (&'static str, Vec<(f64, u32)>)| {
             let dispatches: u32 = times.iter().map(|time| time.1).sum();
             let [longest, middle] = extremes(&times[1..]);
             println!(
                 "{when}: {name} {longest:.1} ms, mostly {middle:.1} ms, first {:.1} ms, {dispatches} dispatches",
                 times[0].0
             );
+            (name, longest)
+        };
+        passes.into_iter().map(longest).collect()
+    })
+}
+
+/// Dispatches aim at 10 ms, by the time of those before, and items differ: none takes more than 50 ms. What else the machine does counts as well, so
+/// this is meant for one on which nothing else runs; a dispatch that is too long is so each time, one that had to wait for others is not, and of three
+/// attempts the best counts for each pass. Of each kernel the first recording may hold its compilation, and is left out.
+#[test]
+#[ignore = "full size: make stress"]
+fn precomputation_takes_the_device_for_short_times() {
+    let [mut found, _] = longest();
+    for _ in 1..3 {
+        if found.values().any(|ms| *ms >= 50.0) {
+            let [again, _] = longest();
+            found.iter_mut().for_each(|(name, ms)| *ms = ms.min(again[name]));
         }
     }
-    for (name, times) in &precomputation {
-        let [longest, middle] = extremes(&times[1..]);
-        assert!(middle < 50.0, "{name}: mostly {middle} ms, {longest} ms");
+    for (name, ms) in &found {
+        assert!(*ms < 50.0, "{name}: {ms} ms");
     }
-    assert_silent(&context);
+    assert_silent(&context());
 }

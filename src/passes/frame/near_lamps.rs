@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, PassScope, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
-use crate::passes::precompute::rays::{RayQuery, Rays};
+use crate::passes::precompute::rays::{RayAnswer, RayQuery, Rays};
 use crate::types::{LIGHT_POINT, LIGHT_SPOT, LightSource, NO_SIDE, PathVertex, Surface};
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
@@ -153,8 +153,8 @@ impl NearLamps {
         (count > 0.0).then(|| (area_m2 / count).sqrt())
     }
 
-    /// What becomes of a light's form factors; nothing of those of a lamp away from all surface. `is_matt` tells of a side whether it takes part in transport
-    /// and is matt. Adds the device time of its rays.
+    /// What becomes of a light's form factors, nothing of those of a lamp away from all surface; and the device time of its rays, milliseconds.
+    /// `is_matt` tells of a side whether it takes part in transport and is matt.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -164,18 +164,16 @@ impl NearLamps {
         surfaces: &[Surface],
         is_matt: impl Fn(u32) -> bool,
         light: &LightSource,
-        device_ms: &mut f64,
-    ) -> Result<Vec<NearFactor>> {
+    ) -> Result<(Vec<NearFactor>, f64)> {
         let lamp = light.position;
         let is_lamp = [LIGHT_POINT, LIGHT_SPOT].contains(&light.kind);
-        let Some(spacing) = self.spacing_at(lamp).filter(|_| is_lamp) else { return Ok(Vec::new()) };
+        let Some(spacing) = self.spacing_at(lamp).filter(|_| is_lamp) else { return Ok((Vec::new(), 0.0)) };
         let directions = directions(light);
         let queries: Vec<RayQuery> = directions
             .iter()
             .map(|(direction, _)| RayQuery { origin: lamp, direction: *direction })
             .collect();
-        let (answers, ms) = rays.trace_timed(scene, &queries)?;
-        *device_ms += ms;
+        let (answers, lamp_ms) = rays.trace_timed(scene, &queries)?;
         let met = |t: f32, side: u32| side != NO_SIDE && t > 0.0 && is_matt(side);
         let hits: Vec<(f32, u32, Vec3, f32)> = answers
             .iter()
@@ -186,7 +184,7 @@ impl NearLamps {
         let height = hits.iter().fold(f32::INFINITY, |least, hit| least.min(hit.0)) / self.spacing;
         let care = ((CLOSE[1] - height) / (CLOSE[1] - CLOSE[0])).clamp(0.0, 1.0);
         if care == 0.0 {
-            return Ok(Vec::new());
+            return Ok((Vec::new(), lamp_ms));
         }
         let reach = REACH * self.spacing;
         // Share of the light at that distance that rays find.
@@ -195,9 +193,9 @@ impl NearLamps {
         let hits: Vec<_> = hits.into_iter().filter(|hit| hit.0 < reach).collect();
         let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
         let places = hits.iter().map(|hit| (hit.2, normal(hit.1)));
-        let rooms = self.rooms((rays, scene), spacing, places, device_ms)?;
+        let (rooms, rooms_ms) = self.rooms((rays, scene), spacing, places)?;
         let height = rooms.iter().copied().fold(OVER * spacing, f32::min);
-        let seen = self.seen((rays, scene), lamp, &around, height, device_ms)?;
+        let (seen, seen_ms) = self.seen((rays, scene), lamp, &around, height)?;
         let mut added = vec![0.0_f64; around.len()];
         let mut shares = Vec::new();
         for (&(distance, side, place, flux), room) in hits.iter().zip(rooms) {
@@ -225,45 +223,43 @@ impl NearLamps {
         };
         let mut factors: Vec<NearFactor> = around.iter().zip(added).map(factor).collect();
         factors.retain(|factor| factor.kept != 1.0 || factor.added != 0.0);
-        Ok(factors)
+        Ok((factors, lamp_ms + rooms_ms + seen_ms))
     }
 
-    /// How far over each place, and below it, what is lit is taken to be of one surface, metres.
+    /// How far over each place, and below it, what is lit is taken to be of one surface, metres; and device time, milliseconds.
     fn rooms(
         &self,
         (rays, scene): (&Rays, &SceneBuffers),
         spacing: f32,
         places: impl Iterator<Item = (Vec3, Vec3)>,
-        device_ms: &mut f64,
-    ) -> Result<Vec<f32>> {
+    ) -> Result<(Vec<f32>, f64)> {
         let up = |(place, normal): (Vec3, Vec3)| RayQuery {
             origin: place + OFF * spacing * normal,
             direction: normal,
         };
         let (answers, ms) = rays.trace_timed(scene, &places.map(up).collect::<Vec<_>>())?;
-        *device_ms += ms;
         let most = OVER * spacing;
         let room = |t: f32| if t < 0.0 { most } else { (0.5 * (t + OFF * spacing)).min(most) };
-        Ok(answers.iter().map(|answer| room(answer.t)).collect())
+        Ok((answers.iter().map(|answer| room(answer.t)).collect(), ms))
     }
 
-    /// Those that nothing hides from the lamp, as seen from so high above the surface that they are on: a wall that stands between parts light.
+    /// Those that nothing hides from the lamp, as seen from so high above the surface that they are on: a wall that stands between parts light; and device
+    /// time, milliseconds.
     fn seen(
         &self,
         (rays, scene): (&Rays, &SceneBuffers),
         lamp: Vec3,
         around: &[&Point],
         height: f32,
-        device_ms: &mut f64,
-    ) -> Result<Vec<u32>> {
+    ) -> Result<(Vec<u32>, f64)> {
         let segment = |point: &&Point| {
             let over = height * point.normal;
             RayQuery { origin: lamp + over, direction: point.position - lamp }
         };
         let queries: Vec<RayQuery> = around.iter().map(segment).collect();
         let (answers, ms) = rays.trace_timed(scene, &queries)?;
-        *device_ms += ms;
-        Ok((0..).zip(answers).filter(|(_, answer)| !(0.0..1.0).contains(&answer.t)).map(|(i, _)| i).collect())
+        let is_seen = |(_, answer): &(u32, RayAnswer)| !(0.0..1.0).contains(&answer.t);
+        Ok(((0..).zip(answers).filter(is_seen).map(|(index, _)| index).collect(), ms))
     }
 
     /// Uploads what [`Self::find`] found.

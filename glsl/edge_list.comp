@@ -1,6 +1,6 @@
-// Antialiasing, step 2: lists the edge pixels, in order, and counts them and the workgroups that take them: four each, 64 samples
-// each and 64 each; those that sum light of all pixels and of the edges' slots; and those of 64 batches of samples. Deterministic. One invocation = one pixel.
-// In: edge pixels before each pixel, and the end. Out: their indices; sizes of dispatches.
+// Antialiasing, step 2: lists the edge pixels, in order, and counts them and the workgroups that take them: 64 samples
+// each and 64 pixels each; those that sum light of all pixels and of the edges' slots; and those of 64 batches of samples. Deterministic. One invocation = one pixel.
+// In: edge pixels before each pixel, and the end. Out: their indices; their number (word 3) and, behind it, sizes of dispatches.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -34,7 +34,6 @@ void main() {
     if (index == 0u) {
         uint edge_count = edge_offsets[push.pixel_count];
         uint samples = edge_count * samples_per_edge(edge_count, push.room);
-        put_groups(0u, (edge_count + 3u) / 4u);
         edge_groups[3] = edge_count;
         put_groups(4u, (samples + 63u) / 64u);
         put_groups(8u, (edge_count + 63u) / 64u);

@@ -43,7 +43,7 @@ pub const LEAST_SAMPLES: u32 = 4;
 /// But there is room for so many samples, and slots, if that is all of them: most pixels of a small picture show an edge.
 const LEAST_ROOM: u64 = 5 << 17;
 /// Where workgroups of 64 samples, of 64 edge pixels, and of pixels and then slots whose light is summed, and of 64 batches of
-/// samples are counted, bytes; those of four edge pixels come first.
+/// samples are counted, bytes; those of four pixels whose light is averaged come first, in lists of a light.
 const SAMPLE_GROUPS: u64 = 16;
 const PIXEL_GROUPS: u64 = 32;
 const POINT_GROUPS: u64 = 48;

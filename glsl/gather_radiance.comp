@@ -23,7 +23,7 @@ struct GatherRadiancePush {
 
 layout(scalar, binding = 0) readonly buffer Reflectors { uint reflectors[]; };  // targets of gather rays, in ascending order
 layout(binding = 1) uniform usamplerBuffer Materials;
-layout(scalar, binding = 2) readonly buffer Irradiance { vec3 irradiance[]; };
+layout(binding = 2) uniform usamplerBuffer Irradiance;  // three floats each
 layout(scalar, binding = 3) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
 layout(scalar, binding = 4) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
 layout(scalar, binding = 5) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };     // of slots, W
@@ -46,5 +46,5 @@ void main() {
         shines[index] = shine;
     }
     vec3 diffuse = reflectance_at(Materials, target >> push.cluster_bits).diffuse;
-    radiances[index] = vec4(diffuse * irradiance[cluster] * (1.0 / PI), 0.0);
+    radiances[index] = vec4(diffuse * uintBitsToFloat(triple_at(Irradiance, cluster)) * (1.0 / PI), 0.0);
 }

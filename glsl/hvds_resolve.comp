@@ -13,7 +13,7 @@ struct HvdsResolvePush { uint cluster_count; };
 
 layout(scalar, binding = 0) readonly buffer InverseAreas { float inverse_areas[]; };      // 1/m²
 layout(scalar, binding = 1) readonly buffer IndirectSources { uint indirect_sources[]; };  // the cluster itself, or one around it
-layout(scalar, binding = 2) readonly buffer ClusterFluxes { ClusterFlux cluster_fluxes[]; };
+layout(binding = 2) uniform usamplerBuffer ClusterFluxes;
 layout(scalar, binding = 3) writeonly buffer Irradiance { vec3 irradiance[]; };
 layout(scalar, binding = 4) readonly buffer ReadClusters { uint read_clusters[]; };
 layout(scalar, push_constant) uniform Push { HvdsResolvePush push; };
@@ -23,6 +23,6 @@ void main() {
     if (index >= push.cluster_count) return;
     uint cluster = read_clusters[index];
     uint source = indirect_sources[cluster];
-    irradiance[cluster] = cluster_fluxes[cluster].direct * inverse_areas[cluster]
-                        + cluster_fluxes[source].indirect * inverse_areas[source];
+    irradiance[cluster] = cluster_flux_at(ClusterFluxes, cluster).direct * inverse_areas[cluster]
+                        + cluster_flux_at(ClusterFluxes, source).indirect * inverse_areas[source];
 }

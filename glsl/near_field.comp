@@ -7,6 +7,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/dispatch.glsl"
 #include "include/hvds.glsl"
 
@@ -25,8 +26,8 @@ struct NearFieldPush {
 
 layout(scalar, binding = 0) readonly buffer NearClusters { NearCluster near_clusters[]; };
 layout(scalar, binding = 1) readonly buffer InverseAreas { float inverse_areas[]; };  // 1/m²
-layout(scalar, binding = 2) readonly buffer ClusterFluxes { ClusterFlux cluster_fluxes[]; };
-layout(scalar, binding = 3) readonly buffer Records { Record records[]; };
+layout(binding = 2) uniform usamplerBuffer ClusterFluxes;
+layout(binding = 3) uniform usamplerBuffer Records;
 layout(scalar, binding = 4) buffer Irradiance { vec3 irradiance[]; };
 layout(scalar, push_constant) uniform Push { NearFieldPush push; };
 
@@ -38,8 +39,8 @@ void main() {
         irradiance[near.target] = irradiance[near.cluster];
         return;
     }
-    Record record = records[near.record];
+    Record record = record_at(Records, near.record);
     // Irradiance is never negative; a linear extrapolation can be.
     vec3 indirect = max(record.irradiance + near.offset * record.translation, vec3(0.0));
-    irradiance[near.target] = cluster_fluxes[near.cluster].direct * inverse_areas[near.cluster] + indirect;
+    irradiance[near.target] = cluster_flux_at(ClusterFluxes, near.cluster).direct * inverse_areas[near.cluster] + indirect;
 }

@@ -1,11 +1,12 @@
 // Needed records, step 3: lists them in order, takes them for current, and counts the workgroups of the dispatches that gather them:
-// one a record, one dispatch for each part of the table of gather rays. Deterministic. One invocation = one record.
+// one dispatch for each part of the table of gather rays. Deterministic. One invocation = one record.
 // In: needed records before each record, and all. Out: their indices, marks of current records, sizes of dispatches.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/dispatch.glsl"
 #include "include/indirect.glsl"
+#include "include/record_lanes.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -30,7 +31,8 @@ void main() {
     }
     if (index % push.rows_per_part == 0u) {
         uint part = index / push.rows_per_part;
-        uint groups = record_offsets[min(index + push.rows_per_part, push.record_count)] - place;
+        uint records = record_offsets[min(index + push.rows_per_part, push.record_count)] - place;
+        uint groups = (records + RECORDS - 1u) / RECORDS;
         for (uint axis = 0u; axis < 3u; ++axis) gather_groups[3u * part + axis] = dealt(groups)[axis];
     }
 }

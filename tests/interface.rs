@@ -172,7 +172,7 @@ fn the_reader_sees_what_a_shader_declares() {
         let constants = spirv::reflect(&Shader::named(stem).words()).constants.into_iter();
         constants.filter(|constant| spirv::LOCAL_SIZE.contains(&&*constant.name)).count()
     };
-    assert_eq!((given_by_the_host("gather"), given_by_the_host("prefix_sum")), (1, 0));
+    assert_eq!((given_by_the_host("clearance"), given_by_the_host("prefix_sum")), (1, 0));
 }
 
 #[test]

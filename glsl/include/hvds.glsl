@@ -9,7 +9,13 @@ struct ClusterLayer {
     vec3 indirect;  // at all other vertices
 };
 
-// In a list that a kernel only reads, bound as texels.
+// In lists that a kernel only reads, bound as texels.
+ClusterFlux cluster_flux_at(usamplerBuffer list, uint index) {
+    // Six words: of two clusters, three texels.
+    uint first = 3u * index >> 1;
+    vec4 a = uintBitsToFloat(texelFetch(list, int(first))), b = uintBitsToFloat(texelFetch(list, int(first + 1u)));
+    return (index & 1u) == 0u ? ClusterFlux(a.xyz, vec3(a.w, b.xy)) : ClusterFlux(vec3(a.zw, b.x), b.yzw);
+}
 ClusterLayer cluster_layer_at(usamplerBuffer list, uint index) {
     vec4 words = uintBitsToFloat(texelFetch(list, int(index)));
     return ClusterLayer(words.x, words.yzw);

@@ -3,12 +3,23 @@
 
 vec4 numbers(uvec4 words) { return uintBitsToFloat(words); }
 
-// Of lists of single words, and of pairs: the texel that holds them.
+// Of lists of single words, and of pairs: the texel that holds them; of triples, and of six words: both that may.
 uint word_at(usamplerBuffer list, uint index) { return texelFetch(list, int(index >> 2))[index & 3u]; }
 float number_at(usamplerBuffer list, uint index) { return uintBitsToFloat(word_at(list, index)); }
 uvec2 pair_at(usamplerBuffer list, uint index) {
     uvec4 both = texelFetch(list, int(index >> 1));
     return (index & 1u) != 0u ? both.zw : both.xy;
+}
+
+uvec3 triple_at(usamplerBuffer list, uint index) {
+    uint word = 3u * index;
+    uvec4 first = texelFetch(list, int(word >> 2)), second = texelFetch(list, int((word + 2u) >> 2));
+    switch (word & 3u) {
+        case 0u: return first.xyz;
+        case 1u: return first.yzw;
+        case 2u: return uvec3(first.zw, second.x);
+        default: return uvec3(first.w, second.xy);
+    }
 }
 
 PixelSurface pixel_surface_at(usamplerBuffer list, uint index) {

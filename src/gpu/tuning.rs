@@ -1,5 +1,5 @@
 //! What is tuned for a class of devices. Data: nothing else in the program asks what kind of device it runs on in order to be faster
-//! there, and no value changes a bit of what is computed.
+//! there, and no value changes more than the order of sums.
 
 use std::num::NonZero;
 
@@ -15,6 +15,8 @@ pub struct Tuning {
     pub layers: u32,
     /// Invocations of a workgroup that wait for one another often.
     pub waiting_group: u32,
+    /// Invocations that gather at a cache point.
+    pub record_lanes: u32,
 }
 
 /// What [`Tuning`] is for a class of devices, where limits allow.
@@ -26,17 +28,27 @@ struct Class {
     layers: Option<u32>,
     /// Or one subgroup.
     waiting_group: Option<u32>,
+    record_lanes: u32,
 }
 
 const CLASSES: [Class; 2] = [
     // lavapipe gives each core one run of consecutive workgroups, all of the same length, and the frame waits for the last: strips
     // that go to the runs in turn leave nobody with the half of the picture that has more to do, and what is side by side still meets what is
     // in the cache. It runs the subgroups of a workgroup in turn and changes between them at each barrier, which costs more than short
-    // sums: one subgroup.
-    Class { kind: Some(CPU), strip: 16, layers: None, waiting_group: None },
-    // A GPU hands out workgroups one by one, and hides the waiting of one subgroup behind others.
-    Class { kind: None, strip: u32::MAX, layers: Some(1), waiting_group: Some(64) },
+    // sums: one subgroup. It loads what the lanes of a subgroup want one by one, wherever it lies: a cache point a lane, and none waits.
+    Class { kind: Some(CPU), strip: 16, layers: None, waiting_group: None, record_lanes: 1 },
+    // A GPU hands out workgroups one by one, hides the waiting of one subgroup behind others, and loads at once what lies side by side.
+    Class {
+        kind: None,
+        strip: u32::MAX,
+        layers: Some(1),
+        waiting_group: Some(64),
+        record_lanes: RECORD_GROUP,
+    },
 ];
+
+/// Invocations of a workgroup that gathers; as in `glsl/include/record_lanes.glsl`.
+const RECORD_GROUP: u32 = 64;
 
 impl Tuning {
     /// For a device of that kind, on a machine of so many cores.
@@ -47,6 +59,7 @@ impl Tuning {
             strip: class.strip.min(limits.workgroup_count[0]),
             layers: class.layers.unwrap_or(cores).min(limits.workgroup_count[2]),
             waiting_group: class.waiting_group.unwrap_or(limits.subgroup_size),
+            record_lanes: class.record_lanes,
         }
     }
 
@@ -56,8 +69,9 @@ impl Tuning {
     }
 
     /// Specialisation constants that follow, which a [`Pipeline`](super::Pipeline) takes where its shader has them.
-    pub(super) fn constants(&self) -> [(&'static str, u32); 3] {
-        [("STRIP", self.strip), ("LAYERS", self.layers), (LOCAL_SIZE[0], self.waiting_group)]
+    pub(super) fn constants(&self) -> [(&'static str, u32); 4] {
+        let group = (LOCAL_SIZE[0], self.waiting_group);
+        [("STRIP", self.strip), ("LAYERS", self.layers), group, ("RECORD_LANES", self.record_lanes)]
     }
 
     /// Workgroups along each axis for one-dimensional work of `groups` of them: strips along x, which go to the layers along z in turn. A
@@ -66,6 +80,11 @@ impl Tuning {
     pub fn dealt(&self, groups: u32) -> [u32; 3] {
         let of_layer = groups.div_ceil(self.layers);
         [of_layer.min(self.strip), of_layer.div_ceil(self.strip), self.layers]
+    }
+
+    /// Workgroups that gather so many records.
+    pub fn record_groups(&self, records: u32) -> u32 {
+        records.div_ceil(RECORD_GROUP / self.record_lanes)
     }
 }
 
@@ -78,14 +97,24 @@ mod tests {
     }
 
     #[test]
+    fn all_records_are_gathered_by_no_more_workgroups_than_it_takes() {
+        for (kind, groups) in [(CPU, [0, 1, 1, 2]), ("discrete GPU", [0, 1, 64, 65])] {
+            assert_eq!(
+                [0, 1, 64, 65].map(|records| Tuning::of(kind, &limits(), 6).record_groups(records)),
+                groups
+            );
+        }
+    }
+
+    #[test]
     fn each_kind_has_its_class_and_limits_bound_it() {
         let tuning = |kind, limits| {
-            let Tuning { strip, layers, waiting_group } = Tuning::of(kind, &limits, 6);
-            [strip, layers, waiting_group]
+            let Tuning { strip, layers, waiting_group, record_lanes } = Tuning::of(kind, &limits, 6);
+            [strip, layers, waiting_group, record_lanes]
         };
-        assert_eq!(tuning(CPU, limits()), [16, 6, 8]);
-        assert_eq!(tuning("discrete GPU", limits()), [65535, 1, 64]);
-        assert_eq!(tuning(CPU, Limits { workgroup_count: [10, 65535, 3], ..limits() }), [10, 3, 8]);
+        assert_eq!(tuning(CPU, limits()), [16, 6, 8, 1]);
+        assert_eq!(tuning("discrete GPU", limits()), [65535, 1, 64, 64]);
+        assert_eq!(tuning(CPU, Limits { workgroup_count: [10, 65535, 3], ..limits() }), [10, 3, 8, 1]);
     }
 
     /// Each workgroup once, less than a row of all layers besides, and as many for each layer.

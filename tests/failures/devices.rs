@@ -2,6 +2,7 @@
 
 use lightpaths::gpu::shaders::{SHADERS, Shader};
 use lightpaths::gpu::spirv::reflect;
+use lightpaths::image::read;
 
 use crate::program::Stage;
 use crate::shared_memory::shared_bytes;
@@ -57,6 +58,26 @@ fn of_two_devices_the_better_or_the_one_asked_for_is_used() {
     assert!(outcome.stdout.contains("device 0") && outcome.stdout.contains("device 1"), "{}", outcome.stdout);
     assert!(outcome.stdout.contains("no: its maxComputeWorkGroupInvocations is 128"), "{}", outcome.stdout);
     assert_eq!(stage.listing(), ["a.png"]);
+}
+
+/// Workgroups are dealt and shared out otherwise, and sums have another order.
+#[test]
+fn what_suits_a_gpu_makes_the_same_picture() {
+    let stage = Stage::new();
+    let render = |name: &str, faults: &str| {
+        let quality =
+            "--set quality.entry_points=20000 --set quality.cache_points=700 --set quality.cells=32";
+        let outcome = stage.run(&format!("render box -q --size 64x64 -o {name} {quality}"), faults);
+        assert!(outcome.status.success(), "{:?}", outcome.said);
+        read(&stage.folder.path().join(name), None).unwrap().pixels
+    };
+    let processor = render("processor.exr", "");
+    let gpu = render("gpu.exr", &format!("{PROPERTIES}:1+:deviceType=2"));
+    let scale = processor.iter().flatten().sum::<f32>() / processor.len() as f32;
+    for (pixel, (a, b)) in processor.iter().flatten().zip(gpu.iter().flatten()).enumerate() {
+        assert!((a - b).abs() <= 1e-5 * (a + scale), "value {pixel}: {a} and {b}");
+    }
+    assert!(processor != gpu, "sums had the same order: was it taken for a GPU?");
 }
 
 #[test]

@@ -68,8 +68,10 @@ impl RecordList {
         let before = |end: u32| records.partition_point(|&record| record < end) as u32;
         let offsets: Vec<u32> = (0..=record_count).map(before).collect();
         let firsts = (0..record_count).step_by(rows_per_part.max(1) as usize);
-        let groups =
-            firsts.flat_map(|first| context.tuning().dealt(before(first + rows_per_part) - before(first)));
+        let tuning = context.tuning();
+        let groups = firsts.flat_map(|first| {
+            tuning.dealt(tuning.record_groups(before(first + rows_per_part) - before(first)))
+        });
         Ok(Self {
             offsets: Buffer::from_slice(context, "record offsets", &offsets)?,
             groups: Buffer::from_slice(context, "gather groups", &groups.collect::<Vec<_>>())?,

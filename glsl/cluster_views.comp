@@ -4,8 +4,6 @@
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
-#include "include/types.glsl"
-#include "include/texels.glsl"
 #include "include/dispatch.glsl"
 
 layout(local_size_x = 64) in;
@@ -18,8 +16,7 @@ struct ClusterViewsPush {
 
 layout(scalar, binding = 0) readonly buffer FirstParts { uint first_parts[]; };  // of each view, and the end
 layout(scalar, binding = 1) readonly buffer ViewParts { uint view_parts[]; };  // cluster << weight_bits | (steps - 1)
-layout(binding = 2) uniform usamplerBuffer ClusterIrradiance;  // three floats each
-layout(scalar, binding = 3) writeonly buffer Irradiance { vec3 irradiance[]; };  // the same memory
+layout(scalar, binding = 2) buffer Irradiance { vec3 irradiance[]; };
 layout(scalar, push_constant) uniform Push { ClusterViewsPush push; };
 
 void main() {
@@ -29,7 +26,7 @@ void main() {
     vec3 sum = vec3(0.0);
     for (uint i = first_parts[view]; i < first_parts[view + 1u]; ++i) {
         uint part = view_parts[i];
-        sum += float((part & (steps - 1u)) + 1u) * uintBitsToFloat(triple_at(ClusterIrradiance, part >> push.weight_bits));
+        sum += float((part & (steps - 1u)) + 1u) * irradiance[part >> push.weight_bits];
     }
     irradiance[push.cluster_count + view] = sum / float(steps);
 }

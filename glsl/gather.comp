@@ -1,5 +1,6 @@
 // Final gathering, step 2: irradiance at cache points and its gradients, from the stored rays. [Yue §3; Krivanek]
-// Deterministic. A cache point of a list takes as many invocations as suit the device. In: bundles of rays, radiance of reflectors (W/m²/sr). Out: records.
+// Deterministic. A cache point of a list takes as many invocations as suit the device.
+// In: bundles of rays, radiance of reflectors (W/m²/sr). Out: records.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -14,9 +14,8 @@ struct HvdsLevelPush {
 };
 
 layout(scalar, binding = 0) readonly buffer FirstChildren { uint first_children[]; };  // of each cluster, and the end
-layout(binding = 1) uniform usamplerBuffer ChildFluxes;
-layout(scalar, binding = 2) writeonly buffer ClusterFluxes { ClusterFlux cluster_fluxes[]; };  // the same memory
-layout(scalar, binding = 3) readonly buffer SummedClusters { uint summed_clusters[]; };
+layout(scalar, binding = 1) buffer ClusterFluxes { ClusterFlux cluster_fluxes[]; };
+layout(scalar, binding = 2) readonly buffer SummedClusters { uint summed_clusters[]; };
 layout(scalar, push_constant) uniform Push { HvdsLevelPush push; };
 
 void main() {
@@ -25,9 +24,8 @@ void main() {
     uint cluster = summed_clusters[push.first_place + index];
     ClusterFlux sum = ClusterFlux(vec3(0.0), vec3(0.0));
     for (uint child = first_children[cluster]; child < first_children[cluster + 1u]; ++child) {
-        ClusterFlux flux = cluster_flux_at(ChildFluxes, child);
-        sum.direct += flux.direct;
-        sum.indirect += flux.indirect;
+        sum.direct += cluster_fluxes[child].direct;
+        sum.indirect += cluster_fluxes[child].indirect;
     }
     cluster_fluxes[cluster] = sum;
 }

@@ -3,7 +3,7 @@
 
 vec4 numbers(uvec4 words) { return uintBitsToFloat(words); }
 
-// Of lists of single words, and of pairs: the texel that holds them; of triples, and of six words: both that may.
+// Of lists of single words, and of pairs: the texel that holds them; of triples: both that may.
 uint word_at(usamplerBuffer list, uint index) { return texelFetch(list, int(index >> 2))[index & 3u]; }
 float number_at(usamplerBuffer list, uint index) { return uintBitsToFloat(word_at(list, index)); }
 uvec2 pair_at(usamplerBuffer list, uint index) {

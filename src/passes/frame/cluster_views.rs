@@ -110,12 +110,7 @@ impl ClusterViews {
                 view_count: self.view_count,
                 weight_bits: self.code.weight_bits,
             },
-            &[
-                ("FirstParts", &self.first_parts),
-                ("ViewParts", &self.parts),
-                ("ClusterIrradiance", irradiance),
-                ("Irradiance", irradiance),
-            ],
+            &[("FirstParts", &self.first_parts), ("ViewParts", &self.parts), ("Irradiance", irradiance)],
         );
     }
 }

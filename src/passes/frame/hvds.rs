@@ -332,7 +332,6 @@ impl Pyramid {
                 &HvdsLevelPush { first_place: level.start, cluster_count: level.len() as u32 },
                 &[
                     ("FirstChildren", &self.first_children),
-                    ("ChildFluxes", &self.flux),
                     ("ClusterFluxes", &self.flux),
                     ("SummedClusters", &lists.summed),
                 ],

@@ -4,8 +4,8 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/dispatch.glsl"
-#include "include/splat.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -14,14 +14,14 @@ struct NeededMarkPush {
     uint weight_capacity;
 };
 
-layout(scalar, binding = 0) readonly buffer FirstWeights { uint first_weights[]; };  // of each pixel, and the end
-layout(scalar, binding = 1) readonly buffer Weights { SplatWeight weights[]; };
+layout(binding = 0) uniform usamplerBuffer WeightRuns;  // of each pixel
+layout(binding = 1) uniform usamplerBuffer Weights;     // `SplatWeight`s
 layout(scalar, binding = 2) writeonly buffer IsSeen { uint is_seen[]; };
 layout(scalar, push_constant) uniform Push { NeededMarkPush push; };
 
 void main() {
     uint index = flat_invocation();
     if (index >= push.pixel_count) return;
-    uint end = min(first_weights[index + 1u], push.weight_capacity);
-    for (uint i = first_weights[index]; i < end; ++i) is_seen[weights[i].record] = 1u;
+    uvec2 run = pair_at(WeightRuns, index);
+    for (uint i = run.x; i < min(run.y, push.weight_capacity); ++i) is_seen[pair_at(Weights, i).x] = 1u;
 }

@@ -17,7 +17,7 @@ struct SplatApplyPush {
 };
 
 layout(binding = 0) uniform usamplerBuffer Pixels;
-layout(scalar, binding = 1) readonly buffer FirstWeights { uint first_weights[]; };  // of each pixel, and the end
+layout(binding = 1) uniform usamplerBuffer WeightRuns;  // of each pixel
 layout(binding = 2) uniform usamplerBuffer Weights;
 layout(binding = 3) uniform usamplerBuffer Records;  // `Record`s
 layout(scalar, binding = 4) writeonly buffer IndirectIrradiance { vec3 indirect_irradiance[]; };
@@ -30,8 +30,8 @@ void main() {
     vec3 irradiance = vec3(0.0);
     vec3 offset = vec3(0.0);
     mat3 translation = mat3(0.0);
-    uint end = min(first_weights[index + 1u], push.weight_capacity);
-    for (uint i = first_weights[index]; i < end; ++i) {
+    uvec2 run = pair_at(WeightRuns, index);
+    for (uint i = run.x; i < min(run.y, push.weight_capacity); ++i) {
         uvec2 splat = pair_at(Weights, i);  // a `SplatWeight`
         Record record = record_at(Records, splat.x);
         float share = uintBitsToFloat(splat.y);

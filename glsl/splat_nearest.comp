@@ -17,7 +17,7 @@ struct SplatNearestPush {
 
 layout(binding = 0) uniform usamplerBuffer Pixels;
 layout(binding = 1) uniform usamplerBuffer CachePoints;
-layout(scalar, binding = 2) readonly buffer FirstWeights { uint first_weights[]; };
+layout(scalar, binding = 2) readonly buffer WeightRuns { WeightRun weight_runs[]; };
 layout(scalar, binding = 3) readonly buffer Tally { SplatTally tally; };
 layout(scalar, binding = 4) readonly buffer BarePixels { uint bare_pixels[]; };
 layout(scalar, binding = 5) writeonly buffer Weights { SplatWeight weights[]; };
@@ -47,9 +47,8 @@ void main() {
             barrier();
             if (thread < stride && is_better(best[thread + stride], best[thread])) best[thread] = best[thread + stride];
         }
-        if (thread == 0u && first_weights[index] < push.weight_capacity) {
-            weights[first_weights[index]] = SplatWeight(best[0].record, -1.0);
-        }
+        uint place = weight_runs[index].first;
+        if (thread == 0u && place < push.weight_capacity) weights[place] = SplatWeight(best[0].record, -1.0);
         barrier();
     }
 }

@@ -1,8 +1,8 @@
-// Splatting, step 3: the records that serve each pixel, and their weights. [Yue §4, Tabellion] Deterministic: a tile's records
-// are visited in ascending order. Run twice: first to count each pixel's records, then, behind a running sum over
-// the counts, to write them. One workgroup = one tile of 16×16 pixels.
-// In: pixels, sorted (tile, record) pairs. Out: counts, or lists of (record, weight) whose weights sum to 1; pixels that no
-// record covers, each counted as one weight to come.
+// Splatting, step 3: the records that serve each pixel, and their weights. [Yue §4, Tabellion] Every pixel's run of weights is
+// deterministic, for a tile's records are visited in ascending order; where the run stands is not: tiles take room as they come.
+// A pixel keeps its weights in registers until it knows their number. Tiles where these are too few are listed, and visited once more.
+// One workgroup = one tile of 16×16 pixels. In: pixels, sorted (tile, record) pairs. Out: runs of (record, weight) whose weights sum
+// to 1; pixels that no record covers, each with room for one weight to come.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -10,11 +10,12 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/indirect.glsl"
 #include "include/splat.glsl"
 #include "include/records.glsl"
 
 layout(local_size_x = 256) in;
-layout(constant_id = 0) const uint WRITES = 2;  // 0: count, 1: write
+layout(constant_id = 0) const uint CROWDED = 2;  // 0: all tiles, 1: those listed, of these the pixels of more than KEPT weights
 
 struct SplatTilesPush {
     uint width;
@@ -30,20 +31,31 @@ layout(binding = 2) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 3) readonly buffer Rectangles { PixelRectangle rectangles[]; };
 layout(scalar, binding = 4) readonly buffer FirstPairs { uint first_pairs[]; };
 layout(scalar, binding = 5) readonly buffer SortedPairs { TilePair sorted_pairs[]; };
-layout(scalar, binding = 6) buffer PixelCounts { uint pixel_counts[]; };    // counts, then first weight of each pixel
+layout(scalar, binding = 6) buffer WeightRuns { WeightRun weight_runs[]; };  // of each pixel
 layout(scalar, binding = 7) buffer Weights { SplatWeight weights[]; };
 layout(scalar, binding = 8) buffer Tally { SplatTally tally; };
 layout(scalar, binding = 9) writeonly buffer BarePixels { uint bare_pixels[]; };  // in any order: each stands for itself
+layout(scalar, binding = 10) buffer CrowdedTiles { uint crowded_tiles[]; };  // workgroups along each axis, number, tiles
 layout(scalar, push_constant) uniform Push { SplatTilesPush push; };
 
 #include "include/surfaces.glsl"
 
+const uint KEPT = 8u;  // weights of a pixel in registers
 const uint BATCH = 256u;
 shared uint batch_records[BATCH];
 shared uint batch_bounds[BATCH];  // columns of the tile that the record may touch, a bit each; rows in the upper half
 shared uint touching[BATCH];      // the same transposed, for groups of 32 records: 16 columns and 16 rows, a bit a record
 shared uint tile_range[2];
 shared uint wanting;
+shared uint tile_weights;  // their number
+shared uint tile_first;    // where they stand
+shared uint crowding;      // 1: some pixel has more than KEPT
+
+void list_crowded(uint tile) {
+    uint place = atomicAdd(crowded_tiles[3], 1u);
+    crowded_tiles[4u + place] = tile;
+    for (uint axis = 0u; axis < 3u; ++axis) atomicMax(crowded_tiles[axis], dealt(place + 1u)[axis]);
+}
 
 // First of the sorted pairs whose tile is not below `tile`.
 uint lower_bound(uint tile, uint pair_count) {
@@ -70,8 +82,13 @@ uint bounds_in_tile(PixelRectangle rectangle, uvec2 corner) {
 void main() {
     uint thread = gl_LocalInvocationIndex;
     uint tile = flat_workgroup();
+    if (CROWDED == 1u) {
+        if (tile >= crowded_tiles[3]) return;
+        tile = crowded_tiles[4u + tile];
+    }
     uvec2 place = place_in_tile(16u);
     uvec2 corner = corner_of_tile(tile, 16u, push.width);
+    if (thread == 0u) tile_weights = crowding = 0u;
     if (thread < 2u) tile_range[thread] = lower_bound(tile + thread, min(first_pairs[push.record_count], push.pair_capacity));
     barrier();
 
@@ -89,7 +106,13 @@ void main() {
         facet = facet_of(surface, pixel.side);
     }
 
-    uint first = WRITES == 1u && in_image ? pixel_counts[index] : 0u;
+    uint first = 0u;
+    if (CROWDED == 1u && in_image) {
+        WeightRun run = weight_runs[index];
+        wants_records = run.end - run.first > KEPT;
+        first = run.first;
+    }
+    SplatWeight kept[KEPT];
     uint count = 0u;
     float sum = 0.0;
     // Twice only where some pixel of the tile has no record after the first time.
@@ -128,9 +151,9 @@ void main() {
                     CachePoint record = cache_point_at(CachePoints, batch_records[i]);
                     float weight = record_weight(pixel.position, pixel.normal, facet, record, tolerance);
                     if (weight <= 0.0) continue;
-                    if (WRITES == 1u && first + count < push.weight_capacity) {
-                        weights[first + count] = SplatWeight(batch_records[i], weight);
-                    }
+                    SplatWeight found = SplatWeight(batch_records[i], weight);
+                    if (CROWDED == 0u && count < KEPT) kept[count] = found;
+                    if (CROWDED == 1u && first + count < push.weight_capacity) weights[first + count] = found;
                     ++count;
                     sum += weight;
                 }
@@ -139,16 +162,30 @@ void main() {
         is_stretched = wants_records && turn == 1u;
         tolerance = STRETCHED;
     }
-    if (!in_image) return;
-    if (WRITES == 0u) {
-        // With pairs missing nobody knows who is bare; the host makes room and repeats the frame.
-        bool is_complete = first_pairs[push.record_count] <= push.pair_capacity;
-        bool is_bare = is_stretched && count == 0u && push.record_count > 0u && is_complete;
-        if (is_bare) bare_pixels[atomicAdd(tally.bare, 1u)] = index;
-        if (is_stretched && count > 0u) atomicAdd(tally.stretched, 1u);
-        pixel_counts[index] = is_bare ? 1u : count;
-    } else {
-        if (is_stretched) sum = -sum;
+    if (is_stretched) sum = -sum;
+    if (CROWDED == 1u) {
         for (uint i = first; i < min(first + count, push.weight_capacity); ++i) weights[i].weight /= sum;
+        return;
+    }
+    // With pairs missing nobody knows who is bare; the host makes room and repeats the frame.
+    bool is_complete = first_pairs[push.record_count] <= push.pair_capacity;
+    bool is_bare = is_stretched && count == 0u && push.record_count > 0u && is_complete;
+    if (is_bare) bare_pixels[atomicAdd(tally.bare, 1u)] = index;
+    if (is_stretched && count > 0u) atomicAdd(tally.stretched, 1u);
+
+    uint room = is_bare ? 1u : count;
+    if (room > 0u) first = atomicAdd(tile_weights, room);
+    if (count > KEPT) atomicOr(crowding, 1u);
+    barrier();
+    if (thread == 0u) {
+        tile_first = atomicAdd(tally.weights, tile_weights);
+        if (crowding == 1u) list_crowded(tile);
+    }
+    barrier();
+    if (!in_image) return;
+    first += tile_first;
+    weight_runs[index] = WeightRun(first, first + room);
+    for (uint i = 0u; i < min(count, KEPT) && first + i < push.weight_capacity; ++i) {
+        weights[first + i] = SplatWeight(kept[i].record, kept[i].weight / sum);
     }
 }

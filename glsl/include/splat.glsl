@@ -37,10 +37,17 @@ struct SplatWeight {
     float weight;
 };
 
-// Pixels that no record covers.
+// The weights of a pixel: a run of them.
+struct WeightRun {
+    uint first;
+    uint end;
+};
+
+// What a view asks for.
 struct SplatTally {
-    uint bare;       // and none is near enough to stretch to it
-    uint stretched;
+    uint weights;    // of all pixels
+    uint bare;       // pixels that no record covers, nor stretches to
+    uint stretched;  // pixels that records stretch to
 };
 
 // Push block of both sort kernels.

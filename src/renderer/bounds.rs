@@ -5,7 +5,7 @@ use crate::cpu::blend::is_limited as blend_is_limited;
 use crate::cpu::lights::{lattice_point, sample_light};
 use crate::error::Result;
 use crate::passes::frame::near_lamps::NearFactor;
-use crate::passes::frame::splat::SplatWeight;
+use crate::passes::frame::splat::{SplatWeight, WeightRun};
 use crate::passes::precompute::neighbours::Neighbour;
 use crate::types::{CachePoint, LightSource, NO_SIDE, PixelSurface, Record};
 use glam::{DVec3, Vec3};
@@ -56,18 +56,17 @@ impl Renderer {
     pub(super) fn limited(&self) -> Result<[(&'static str, u64); 3]> {
         let pixels: Vec<PixelSurface> = self.primary.pixels.read()?;
         let records: Vec<Record> = self.blend.records.read()?;
-        let [first, weights] = self.splat.lists();
-        let first: Vec<u32> = first.read_range(0, pixels.len() + 1)?;
-        let end = first
-            .last()
-            .map_or(0, |&end| end as usize)
-            .min((weights.bytes() / size_of::<SplatWeight>() as u64) as usize);
+        let [runs, weights] = self.splat.lists();
+        let runs: Vec<WeightRun> = runs.read()?;
+        let (_, asked) = self.splat.list_lengths()?;
+        let [_, room] = self.splat.room();
+        let end = asked.min(room) as usize;
         let weights: Vec<SplatWeight> = weights.read_range(0, end)?;
         let mut is_seen = vec![false; records.len()];
         let (mut extrapolations, mut sums) = (0, 0);
-        for (pixel, ends) in pixels.iter().zip(first.windows(2)) {
+        for (pixel, run) in pixels.iter().zip(&runs) {
             let (mut irradiance, mut offset, mut along) = (Vec3::ZERO, Vec3::ZERO, glam::Mat3::ZERO);
-            for weight in weights.get(ends[0] as usize..(ends[1] as usize).min(end)).unwrap_or_default() {
+            for weight in weights.get(run.first as usize..(run.end as usize).min(end)).unwrap_or_default() {
                 let record = &records[weight.record as usize];
                 is_seen[weight.record as usize] = true;
                 let moved = pixel.position - record.position;

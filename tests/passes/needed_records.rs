@@ -8,7 +8,7 @@ use lightpaths::gpu::{Buffer, Tuning};
 use lightpaths::passes::frame::blend::Blend;
 use lightpaths::passes::frame::needed_records::{NeededRecords, RecordList, Wanted};
 use lightpaths::passes::frame::primary::Primary;
-use lightpaths::passes::frame::splat::{Splat, SplatWeight};
+use lightpaths::passes::frame::splat::{Splat, SplatWeight, WeightRun};
 use lightpaths::passes::precompute::neighbours::{Neighbour, Neighbourhoods};
 use lightpaths::scene::Camera;
 use lightpaths::types::{CachePoint, View};
@@ -33,11 +33,12 @@ fn splat(world: &World, pass: &mut Splat, points: &[CachePoint], view: &View) ->
             break;
         }
     }
-    let [first_weights, weights] = pass.lists();
-    let first: Vec<u32> = first_weights.read().unwrap();
+    let [runs, weights] = pass.lists();
+    let runs: Vec<WeightRun> = runs.read().unwrap();
     let weights: Vec<SplatWeight> = weights.read().unwrap();
-    let run = |run: &[u32]| weights[run[0] as usize..run[1] as usize].iter().map(|w| w.record).collect();
-    first.windows(2).map(run).collect()
+    let run =
+        |run: &WeightRun| weights[run.first as usize..run.end as usize].iter().map(|w| w.record).collect();
+    runs.iter().map(run).collect()
 }
 
 /// What a list says, and that its dispatches fit.

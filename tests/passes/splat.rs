@@ -8,7 +8,7 @@ use lightpaths::cpu::records::{Tolerance, record_weight, splat_weight};
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::primary::Primary;
-use lightpaths::passes::frame::splat::{Splat, SplatWeight};
+use lightpaths::passes::frame::splat::{Splat, SplatWeight, WeightRun};
 use lightpaths::scene::Camera;
 use lightpaths::types::{CachePoint, NO_SIDE, PixelSurface, Record, View};
 
@@ -57,15 +57,12 @@ fn splat(world: &World, view: &View, points: &[CachePoint], records: &[Record]) 
         repeats += 1;
         assert!(repeats < 3, "each list is lengthened once at the most");
     }
-    let [first_weights, weights] = pass.lists();
-    let first_weights: Vec<u32> = first_weights.read().unwrap();
+    let [runs, weights] = pass.lists();
+    let runs: Vec<WeightRun> = runs.read().unwrap();
     let weights: Vec<SplatWeight> = weights.read().unwrap();
     Splatted {
         pixels: primary.pixels.read().unwrap(),
-        shares: first_weights
-            .windows(2)
-            .map(|run| weights[run[0] as usize..run[1] as usize].to_vec())
-            .collect(),
+        shares: runs.iter().map(|run| weights[run.first as usize..run.end as usize].to_vec()).collect(),
         uncovered: pass.uncovered().unwrap(),
         irradiance: pass.irradiance.read().unwrap(),
         repeats,
@@ -81,6 +78,8 @@ fn random_records(random: &mut Random, points: &[CachePoint]) -> Vec<Record> {
     points.iter().map(record).collect()
 }
 
+/// Weights of a pixel beyond which `splat_tiles` visits its tile again: `KEPT` there.
+const KEPT: usize = 8;
 /// Weights this small may round to nothing on one side.
 const HAIR: f32 = 1e-4;
 
@@ -179,6 +178,8 @@ fn every_pixel_has_the_records_that_brute_force_finds() {
         }
         assert_eq!(splatted.uncovered, tally[1..], "{size:?}, {count} records");
         assert_eq!(splatted.repeats > 0, radius == 1.5, "{size:?} took {} repeats", splatted.repeats);
+        let most = splatted.shares.iter().map(Vec::len).max().unwrap();
+        assert!(most > KEPT || count != 307, "{size:?}: {most} at a pixel");
         assert!(count < 800 || radius < 0.1 || tally[0] > 100 && tally[1] > 10, "{tally:?}");
     }
     assert_silent(&world.context);

@@ -152,12 +152,12 @@ impl NeededRecords {
         }
         pass.barrier(TRANSFER_TO_COMPUTE);
         if wanted.view_is_new {
-            let ([first_weights, weights], [pixel_count, weight_capacity]) = (splat.lists(), splat.room());
+            let ([weight_runs, weights], [pixel_count, weight_capacity]) = (splat.lists(), splat.room());
             pass.dispatch(
                 &self.mark,
                 [pixel_count, 1, 1],
                 &NeededMarkPush { pixel_count, weight_capacity },
-                &[("FirstWeights", first_weights), ("Weights", weights), ("IsSeen", &self.is_seen)],
+                &[("WeightRuns", weight_runs), ("Weights", weights), ("IsSeen", &self.is_seen)],
             );
             pass.barrier(COMPUTE_TO_COMPUTE);
         }

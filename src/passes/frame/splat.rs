@@ -4,8 +4,8 @@
 //! The two halves are timed apart: weights change with the view, values with the light.
 
 use crate::error::Result;
-use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
+use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::frame::tile_sort::TileSort;
@@ -35,8 +35,20 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// What the splat could not do as it should.
+    /// The weights of a pixel: a run of them.
+    pub struct WeightRun {
+        /// The first.
+        pub first: u32,
+        /// Behind the last, which may lie beyond what there is room for.
+        pub end: u32,
+    }
+}
+
+gpu_struct! {
+    /// What a view asks for.
     pub struct SplatTally {
+        /// Weights of all pixels.
+        pub weights: u32,
         /// Pixels that no record covers, nor stretches to, and that take the nearest one.
         pub bare: u32,
         /// Pixels that records stretch to.
@@ -124,6 +136,7 @@ gpu_struct! {
 pub const LAYOUTS: &[Layout] = &[
     PixelRectangle::LAYOUT,
     SplatWeight::LAYOUT,
+    WeightRun::LAYOUT,
     SplatTally::LAYOUT,
     TileBox::LAYOUT,
     SplatBoxesPush::LAYOUT,
@@ -145,23 +158,24 @@ pub struct Splat {
     boxes: Pipeline,
     bounds: Pipeline,
     emit: Pipeline,
-    count: Pipeline,
-    write: Pipeline,
+    all_tiles: Pipeline,
+    crowded_tiles: Pipeline,
     nearest: Pipeline,
     apply: Pipeline,
     record_sums: PrefixSum,
-    pixel_sums: PrefixSum,
     sort: TileSort,
     record_count: u32,
     size: [u32; 2],
     tile_boxes: Buffer,
     rectangles: Buffer,
     first_pairs: Buffer,
-    first_weights: Buffer,
+    weight_runs: Buffer,
     weights: Buffer,
     weight_capacity: u32,
     tally: Buffer,
     bare_pixels: Buffer,
+    /// Workgroups along each axis that take one crowded tile each; the number of these; which these are, in any order.
+    crowded: Buffer,
     /// Indirect irradiance of each pixel, W/m²; three floats.
     pub irradiance: Buffer,
 }
@@ -182,30 +196,31 @@ impl Splat {
         let weight_capacity = 5 * pixel_count;
         let tile_count = size.map(|pixels| u64::from(pixels.div_ceil(TILE))).iter().product::<u64>();
         // Before the first view there is nothing to count.
-        let counts = |name, items: u32| Buffer::from_slice(context, name, &vec![0_u32; items as usize + 1]);
-        let tiles = |writes: u32| Pipeline::new(context, "splat_tiles", &[("WRITES", writes)]);
+        let no_pairs = vec![0_u32; record_count as usize + 1];
+        let no_weights = vec![WeightRun::zeroed(); pixel_count as usize];
+        let tiles = |crowded: u32| Pipeline::new(context, "splat_tiles", &[("CROWDED", crowded)]);
         Ok(Self {
             context: context.clone(),
             boxes: Pipeline::new(context, "splat_boxes", &[])?,
             bounds: Pipeline::new(context, "splat_bounds", &[])?,
             emit: Pipeline::new(context, "splat_emit", &[])?,
-            count: tiles(0)?,
-            write: tiles(1)?,
+            all_tiles: tiles(0)?,
+            crowded_tiles: tiles(1)?,
             nearest: Pipeline::new(context, "splat_nearest", &[])?,
             apply: Pipeline::new(context, Self::APPLY_STEM, &[])?,
             record_sums: PrefixSum::new(context, record_count)?,
-            pixel_sums: PrefixSum::new(context, pixel_count)?,
             sort: TileSort::new(context, 6 * record_count)?,
             record_count,
             size,
             tile_boxes: Buffer::storage(context, "tile boxes", tile_count * size_of::<TileBox>() as u64)?,
             rectangles: Buffer::storage(context, "pixel rectangles", 8 * u64::from(record_count))?,
-            first_pairs: counts("first pairs", record_count)?,
-            first_weights: counts("first weights", pixel_count)?,
+            first_pairs: Buffer::from_slice(context, "first pairs", &no_pairs)?,
+            weight_runs: Buffer::from_slice(context, "weight runs", &no_weights)?,
             weights: Buffer::storage(context, "splat weights", 8 * u64::from(weight_capacity))?,
             weight_capacity,
             tally: Buffer::from_slice(context, "splat tally", &[SplatTally::zeroed()])?,
             bare_pixels: Buffer::storage(context, "bare pixels", 4 * u64::from(pixel_count))?,
+            crowded: Buffer::storage(context, "crowded tiles", 4 * (4 + tile_count))?,
             irradiance: Buffer::storage(context, "indirect irradiance", 12 * u64::from(pixel_count))?,
         })
     }
@@ -239,6 +254,7 @@ impl Splat {
                 ("TileCounts", &self.first_pairs),
                 ("Tally", &self.tally),
                 ("TileBoxes", &self.tile_boxes),
+                ("CrowdedTiles", &self.crowded),
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
@@ -263,11 +279,30 @@ impl Splat {
         pass.barrier(COMPUTE_TO_COMPUTE);
         let sorted = self.sort.record(&mut pass, &self.first_pairs, self.record_count, tiles[0] * tiles[1]);
         pass.barrier(COMPUTE_TO_COMPUTE);
-        self.tiles(&mut pass, &self.count, surfaces, cache_points, pixels, sorted);
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        self.pixel_sums.record(&mut pass, &self.first_weights, self.size[0] * self.size[1]);
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        self.tiles(&mut pass, &self.write, surfaces, cache_points, pixels, sorted);
+        let [width, height] = self.size;
+        let push = SplatTilesPush {
+            width,
+            height,
+            record_count: self.record_count,
+            pair_capacity: self.sort.capacity(),
+            weight_capacity: self.weight_capacity,
+        };
+        let bindings = [
+            ("Surfaces", surfaces),
+            ("Pixels", pixels),
+            ("CachePoints", cache_points),
+            ("Rectangles", &self.rectangles),
+            ("FirstPairs", &self.first_pairs),
+            ("SortedPairs", sorted),
+            ("WeightRuns", &self.weight_runs),
+            ("Weights", &self.weights),
+            ("Tally", &self.tally),
+            ("BarePixels", &self.bare_pixels),
+            ("CrowdedTiles", &self.crowded),
+        ];
+        pass.dispatch(&self.all_tiles, [TILE * TILE * tiles[0] * tiles[1], 1, 1], &push, &bindings);
+        pass.barrier(COMPUTE_TO_INDIRECT);
+        pass.dispatch_indirect(&self.crowded_tiles, (&self.crowded, 0), &push, &bindings);
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.nearest,
@@ -276,47 +311,10 @@ impl Splat {
             &[
                 ("Pixels", pixels),
                 ("CachePoints", cache_points),
-                ("FirstWeights", &self.first_weights),
+                ("WeightRuns", &self.weight_runs),
                 ("Tally", &self.tally),
                 ("BarePixels", &self.bare_pixels),
                 ("Weights", &self.weights),
-            ],
-        );
-    }
-
-    fn tiles(
-        &self,
-        pass: &mut PassScope<'_>,
-        pipeline: &Pipeline,
-        surfaces: &Buffer,
-        cache_points: &Buffer,
-        pixels: &Buffer,
-        sorted: &Buffer,
-    ) {
-        let [width, height] = self.size;
-        let tiles = width.div_ceil(TILE) * height.div_ceil(TILE);
-        let push = SplatTilesPush {
-            width,
-            height,
-            record_count: self.record_count,
-            pair_capacity: self.sort.capacity(),
-            weight_capacity: self.weight_capacity,
-        };
-        pass.dispatch(
-            pipeline,
-            [TILE * TILE * tiles, 1, 1],
-            &push,
-            &[
-                ("Surfaces", surfaces),
-                ("Pixels", pixels),
-                ("CachePoints", cache_points),
-                ("Rectangles", &self.rectangles),
-                ("FirstPairs", &self.first_pairs),
-                ("SortedPairs", sorted),
-                ("PixelCounts", &self.first_weights),
-                ("Weights", &self.weights),
-                ("Tally", &self.tally),
-                ("BarePixels", &self.bare_pixels),
             ],
         );
     }
@@ -330,7 +328,7 @@ impl Splat {
             &SplatApplyPush { pixel_count, weight_capacity: self.weight_capacity },
             &[
                 ("Pixels", pixels),
-                ("FirstWeights", &self.first_weights),
+                ("WeightRuns", &self.weight_runs),
                 ("Weights", &self.weights),
                 ("Records", records),
                 ("IndirectIrradiance", &self.irradiance),
@@ -364,15 +362,13 @@ impl Splat {
     /// # Errors
     /// The device failed.
     pub fn list_lengths(&self) -> Result<(u32, u32)> {
-        let pixel_count = (self.size[0] * self.size[1]) as usize;
         let pairs = self.first_pairs.read_range::<u32>(self.record_count as usize, 1)?[0];
-        let weights = self.first_weights.read_range::<u32>(pixel_count, 1)?[0];
-        Ok((pairs, weights))
+        Ok((pairs, self.tally.read::<SplatTally>()?[0].weights))
     }
 
-    /// First weight of each pixel and the end, and the list of `SplatWeight`s, for tests.
+    /// [`WeightRun`] of each pixel, and the list of [`SplatWeight`]s.
     pub fn lists(&self) -> [&Buffer; 2] {
-        [&self.first_weights, &self.weights]
+        [&self.weight_runs, &self.weights]
     }
 
     /// Pixels, and weights that there is room for.

@@ -14,7 +14,7 @@ use crate::cpu::math::clear_distance;
 use crate::cpu::rays::Geometry;
 use crate::cpu::textures::Textures;
 use crate::error::Result;
-use crate::passes::frame::splat::SplatWeight;
+use crate::passes::frame::splat::{SplatWeight, WeightRun};
 use crate::types::{CachePoint, NO_SIDE, Node, PixelSurface};
 use glam::Vec3;
 
@@ -77,9 +77,10 @@ impl Renderer {
     /// The device failed.
     pub fn records_at(&self, pixel: [u32; 2]) -> Result<Vec<RecordShare>> {
         let Some(index) = self.pixel_index(pixel) else { return Ok(Vec::new()) };
-        let [first_weights, weights] = self.splat.lists();
-        let ends: Vec<u32> = first_weights.read_range(index, 2)?;
-        let weights: Vec<SplatWeight> = weights.read_range(ends[0] as usize, (ends[1] - ends[0]) as usize)?;
+        let [runs, weights] = self.splat.lists();
+        let run = runs.read_range::<WeightRun>(index, 1)?[0];
+        let weights: Vec<SplatWeight> =
+            weights.read_range(run.first as usize, (run.end - run.first) as usize)?;
         // Negative where none covers the pixel.
         let sum: f32 = weights.iter().map(|weight| weight.weight).sum();
         let share = |found: &SplatWeight| RecordShare { record: found.record, share: found.weight / sum };

@@ -20,7 +20,8 @@ layout(scalar, binding = 1) writeonly buffer Rectangles { PixelRectangle rectang
 layout(scalar, binding = 2) writeonly buffer TileCounts { uint tile_counts[]; };
 layout(scalar, binding = 3) writeonly buffer Tally { SplatTally tally; };
 layout(scalar, binding = 4) readonly buffer TileBoxes { TileBox tile_boxes[]; };
-layout(scalar, binding = 5) writeonly buffer CrowdedTiles { uint crowded_tiles[]; };  // see splat_tiles
+layout(scalar, binding = 5) writeonly buffer BarePixels { uint bare_pixels[]; };  // see splat_tiles
+layout(scalar, binding = 6) writeonly buffer CrowdedTiles { uint crowded_tiles[]; };
 layout(scalar, push_constant) uniform Push { SplatBoundsPush push; };
 
 // Range of x/z over a circle of radius r around (x, z): the slopes of its two tangents through the origin.
@@ -33,8 +34,8 @@ vec2 tangent_slopes(float x, float z, float r) {
 void main() {
     uint index = flat_invocation();
     if (index == 0u) {
-        tally = SplatTally(0u, 0u, 0u);
-        for (uint i = 0u; i < 4u; ++i) crowded_tiles[i] = 0u;
+        tally = SplatTally(0u, 0u);
+        for (uint i = 0u; i < 4u; ++i) bare_pixels[i] = crowded_tiles[i] = 0u;
     }
     if (index >= push.record_count) return;
     View view = push.view;

@@ -1,5 +1,6 @@
 // Splatting, step 4: a pixel that no record covers takes the one that fits it best, of all there are. Deterministic: of
-// equal ones the first. One workgroup = one pixel at a time. In: bare pixels, records. Out: the pixel's only weight.
+// equal ones the first. Blocks of records that are further away than the best so far, however they are turned, are left out.
+// One workgroup = one pixel. In: bare pixels, records, boxes around blocks of them. Out: the pixel's only weight.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -8,7 +9,7 @@
 #include "include/dispatch.glsl"
 #include "include/splat.glsl"
 
-layout(local_size_x = 256) in;
+layout(local_size_x_id = 3) in;
 
 struct SplatNearestPush {
     uint record_count;
@@ -17,38 +18,70 @@ struct SplatNearestPush {
 
 layout(binding = 0) uniform usamplerBuffer Pixels;
 layout(binding = 1) uniform usamplerBuffer CachePoints;
-layout(scalar, binding = 2) readonly buffer WeightRuns { WeightRun weight_runs[]; };
-layout(scalar, binding = 3) readonly buffer Tally { SplatTally tally; };
-layout(scalar, binding = 4) readonly buffer BarePixels { uint bare_pixels[]; };
+layout(scalar, binding = 2) readonly buffer BlockBoxes { TileBox block_boxes[]; };
+layout(scalar, binding = 3) readonly buffer WeightRuns { WeightRun weight_runs[]; };
+layout(scalar, binding = 4) readonly buffer BarePixels { uint bare_pixels[]; };  // see splat_tiles
 layout(scalar, binding = 5) writeonly buffer Weights { SplatWeight weights[]; };
 layout(scalar, push_constant) uniform Push { SplatNearestPush push; };
 
-shared SplatWeight best[gl_WorkGroupSize.x];
+const uint NONE = 0xffffffffu;
+shared uint least;  // bits of a float that is not negative: these compare as it does
+shared uint first;  // of those that have it
 
-bool is_better(SplatWeight a, SplatWeight b) {
-    return a.weight > b.weight || (a.weight == b.weight && a.record < b.record);
+// What the invocation brings, together with all others: afterwards `least` and `first` are known to all.
+void find_least(float value, uint index) {
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) least = first = NONE;
+    barrier();
+    atomicMin(least, floatBitsToUint(value));
+    barrier();
+    if (floatBitsToUint(value) == least) atomicMin(first, index);
+    barrier();
 }
+
+// How badly a record fits: the further and the more turned, the worse; no better than its distance.
+float misfit(PixelSurface pixel, uint record) {
+    CachePoint point = cache_point_at(CachePoints, record);
+    return distance(pixel.position, point.position) * (20.0 - 19.0 * dot(pixel.normal, point.normal));
+}
+
+// A hair less than the distance, which no rounding turns into more.
+float least_distance(vec3 position, TileBox box) {
+    return 0.9999 * length(max(max(box.low - position, position - box.high), vec3(0.0)));
+}
+
+uint end_of_block(uint block) { return min((block + 1u) * RECORD_BLOCK, push.record_count); }
 
 void main() {
     uint thread = gl_LocalInvocationIndex;
-    for (uint bare = flat_workgroup(); bare < tally.bare; bare += gl_NumWorkGroups.x * gl_NumWorkGroups.y * gl_NumWorkGroups.z) {
-        uint index = bare_pixels[bare];
-        PixelSurface pixel = pixel_surface_at(Pixels, index);
-        SplatWeight mine = SplatWeight(0xffffffffu, -1e30);
-        for (uint record = thread; record < push.record_count; record += gl_WorkGroupSize.x) {
-            // The further and the more turned, the worse.
-            CachePoint point = cache_point_at(CachePoints, record);
-            float weight = -distance(pixel.position, point.position) * (20.0 - 19.0 * dot(pixel.normal, point.normal));
-            SplatWeight candidate = SplatWeight(record, weight);
-            if (is_better(candidate, mine)) mine = candidate;
-        }
-        best[thread] = mine;
-        for (uint stride = gl_WorkGroupSize.x / 2u; stride > 0u; stride /= 2u) {
-            barrier();
-            if (thread < stride && is_better(best[thread + stride], best[thread])) best[thread] = best[thread + stride];
-        }
-        uint place = weight_runs[index].first;
-        if (thread == 0u && place < push.weight_capacity) weights[place] = SplatWeight(best[0].record, -1.0);
-        barrier();
+    if (flat_workgroup() >= bare_pixels[3]) return;
+    uint index = bare_pixels[4u + flat_workgroup()];
+    PixelSurface pixel = pixel_surface_at(Pixels, index);
+    uint block_count = (push.record_count + RECORD_BLOCK - 1u) / RECORD_BLOCK;
+    // The nearest block, and how well its records fit.
+    float best = 1e30;
+    uint chosen = NONE;
+    for (uint block = thread; block < block_count; block += gl_WorkGroupSize.x) {
+        float away = least_distance(pixel.position, block_boxes[block]);
+        chosen = away < best ? block : chosen;
+        best = min(away, best);
     }
+    find_least(best, chosen);
+    best = 1e30;
+    for (uint i = first * RECORD_BLOCK + thread; i < end_of_block(first); i += gl_WorkGroupSize.x) best = min(misfit(pixel, i), best);
+    find_least(best, chosen);
+    // Those of all blocks that may fit as well.
+    float bound = uintBitsToFloat(least);
+    best = 1e30;
+    for (uint block = thread; block < block_count; block += gl_WorkGroupSize.x) {
+        if (least_distance(pixel.position, block_boxes[block]) > bound) continue;
+        for (uint i = block * RECORD_BLOCK; i < end_of_block(block); ++i) {
+            float found = misfit(pixel, i);
+            chosen = found < best ? i : chosen;
+            best = min(found, best);
+        }
+    }
+    find_least(best, chosen);
+    uint place = weight_runs[index].first;
+    if (thread == 0u && place < push.weight_capacity) weights[place] = SplatWeight(first, -1.0);
 }

@@ -34,8 +34,9 @@ layout(scalar, binding = 5) readonly buffer SortedPairs { TilePair sorted_pairs[
 layout(scalar, binding = 6) buffer WeightRuns { WeightRun weight_runs[]; };  // of each pixel
 layout(scalar, binding = 7) buffer Weights { SplatWeight weights[]; };
 layout(scalar, binding = 8) buffer Tally { SplatTally tally; };
-layout(scalar, binding = 9) writeonly buffer BarePixels { uint bare_pixels[]; };  // in any order: each stands for itself
-layout(scalar, binding = 10) buffer CrowdedTiles { uint crowded_tiles[]; };  // workgroups along each axis, number, tiles
+// Workgroups along each axis that take one each, their number, and these, in any order: each stands for itself.
+layout(scalar, binding = 9) buffer BarePixels { uint bare_pixels[]; };
+layout(scalar, binding = 10) buffer CrowdedTiles { uint crowded_tiles[]; };
 layout(scalar, push_constant) uniform Push { SplatTilesPush push; };
 
 #include "include/surfaces.glsl"
@@ -50,6 +51,12 @@ shared uint wanting;
 shared uint tile_weights;  // their number
 shared uint tile_first;    // where they stand
 shared uint crowding;      // 1: some pixel has more than KEPT
+
+void list_bare(uint pixel) {
+    uint place = atomicAdd(bare_pixels[3], 1u);
+    bare_pixels[4u + place] = pixel;
+    for (uint axis = 0u; axis < 3u; ++axis) atomicMax(bare_pixels[axis], dealt(place + 1u)[axis]);
+}
 
 void list_crowded(uint tile) {
     uint place = atomicAdd(crowded_tiles[3], 1u);
@@ -170,7 +177,7 @@ void main() {
     // With pairs missing nobody knows who is bare; the host makes room and repeats the frame.
     bool is_complete = first_pairs[push.record_count] <= push.pair_capacity;
     bool is_bare = is_stretched && count == 0u && push.record_count > 0u && is_complete;
-    if (is_bare) bare_pixels[atomicAdd(tally.bare, 1u)] = index;
+    if (is_bare) list_bare(index);
     if (is_stretched && count > 0u) atomicAdd(tally.stretched, 1u);
 
     uint room = is_bare ? 1u : count;

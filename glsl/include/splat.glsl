@@ -6,7 +6,10 @@ struct PixelRectangle {
     uint high;  // one past the last column and row, packed alike
 };
 
-// The box around what a tile of pixels shows, metres.
+// Consecutive records that share a box; as in src/passes/frame/splat.rs.
+const uint RECORD_BLOCK = 64u;
+
+// The box around what a tile of pixels shows, or around a block of records, metres.
 struct TileBox {
     vec3 low;
     vec3 high;
@@ -46,7 +49,6 @@ struct WeightRun {
 // What a view asks for.
 struct SplatTally {
     uint weights;    // of all pixels
-    uint bare;       // pixels that no record covers, nor stretches to
     uint stretched;  // pixels that records stretch to
 };
 

@@ -185,6 +185,23 @@ fn every_pixel_has_the_records_that_brute_force_finds() {
     assert_silent(&world.context);
 }
 
+/// More than 65 535 turns of loops of one invocation end on some devices, and nobody says so.
+#[test]
+fn many_bare_pixels_among_many_records_have_the_one_that_fits_best() {
+    let world = World::room();
+    let mut random = Random::new(82);
+    let mut points = world.cache_points(&mut random, 100_000, 1e-6);
+    // Neighbours in the list are neighbours in space, more or less.
+    points.sort_by(|a, b| a.position.x.total_cmp(&b.position.x));
+    let records = random_records(&mut random, &points);
+    let splatted = splat(&world, &view([128, 96], Vec3::new(0.1, 0.05, 0.45)), &points, &records);
+    assert!(splatted.uncovered[1] > 10_000, "{:?}", splatted.uncovered);
+    for (pixel, shares) in splatted.pixels.iter().zip(&splatted.shares).step_by(97) {
+        check_pixel(&world, pixel, &points, shares);
+    }
+    assert_silent(&world.context);
+}
+
 /// Where smooth shading hides a sharp edge, the horizon is that of the facet: a record on a facet that is turned away says nothing,
 /// though its shading normal is the same.
 #[test]

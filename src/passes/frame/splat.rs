@@ -49,15 +49,13 @@ gpu_struct! {
     pub struct SplatTally {
         /// Weights of all pixels.
         pub weights: u32,
-        /// Pixels that no record covers, nor stretches to, and that take the nearest one.
-        pub bare: u32,
         /// Pixels that records stretch to.
         pub stretched: u32,
     }
 }
 
 gpu_struct! {
-    /// The box around what a tile of pixels shows.
+    /// The box around what a tile of pixels shows, or around a block of records.
     pub struct TileBox {
         /// Lowest corner, metres.
         pub low: Vec3,
@@ -113,6 +111,14 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// Push constants of the step before the fourth.
+    pub struct SplatBlocksPush {
+        /// Records.
+        pub record_count: u32,
+    }
+}
+
+gpu_struct! {
     /// Push constants of the fourth step.
     pub struct SplatNearestPush {
         /// Records.
@@ -143,14 +149,15 @@ pub const LAYOUTS: &[Layout] = &[
     SplatBoundsPush::LAYOUT,
     SplatEmitPush::LAYOUT,
     SplatTilesPush::LAYOUT,
+    SplatBlocksPush::LAYOUT,
     SplatNearestPush::LAYOUT,
     SplatApplyPush::LAYOUT,
 ];
 
 /// Edge of a tile in pixels: the workgroup of `splat_tiles`.
 const TILE: u32 = 16;
-/// Workgroups that share the bare pixels, of which there are few or none.
-const NEAREST_GROUPS: u32 = 64;
+/// Consecutive records that share a box.
+const RECORD_BLOCK: u32 = 64;
 
 /// The pipelines and all lists between records and pixels.
 pub struct Splat {
@@ -160,6 +167,7 @@ pub struct Splat {
     emit: Pipeline,
     all_tiles: Pipeline,
     crowded_tiles: Pipeline,
+    blocks: Pipeline,
     nearest: Pipeline,
     apply: Pipeline,
     record_sums: PrefixSum,
@@ -167,14 +175,17 @@ pub struct Splat {
     record_count: u32,
     size: [u32; 2],
     tile_boxes: Buffer,
+    block_boxes: Buffer,
     rectangles: Buffer,
     first_pairs: Buffer,
     weight_runs: Buffer,
     weights: Buffer,
     weight_capacity: u32,
     tally: Buffer,
-    bare_pixels: Buffer,
-    /// Workgroups along each axis that take one crowded tile each; the number of these; which these are, in any order.
+    /// Pixels that no record covers, nor stretches to: workgroups along each axis that take one each; their number; which these are, in
+    /// any order.
+    bare: Buffer,
+    /// Tiles with pixels of more weights than registers hold, likewise.
     crowded: Buffer,
     /// Indirect irradiance of each pixel, W/m²; three floats.
     pub irradiance: Buffer,
@@ -198,6 +209,8 @@ impl Splat {
         // Before the first view there is nothing to count.
         let no_pairs = vec![0_u32; record_count as usize + 1];
         let no_weights = vec![WeightRun::zeroed(); pixel_count as usize];
+        let list = |name, items: u64| Buffer::from_slice(context, name, &vec![0_u32; 4 + items as usize]);
+        let boxes = |name, count: u64| Buffer::storage(context, name, count * size_of::<TileBox>() as u64);
         let tiles = |crowded: u32| Pipeline::new(context, "splat_tiles", &[("CROWDED", crowded)]);
         Ok(Self {
             context: context.clone(),
@@ -206,21 +219,23 @@ impl Splat {
             emit: Pipeline::new(context, "splat_emit", &[])?,
             all_tiles: tiles(0)?,
             crowded_tiles: tiles(1)?,
+            blocks: Pipeline::new(context, "splat_blocks", &[])?,
             nearest: Pipeline::new(context, "splat_nearest", &[])?,
             apply: Pipeline::new(context, Self::APPLY_STEM, &[])?,
             record_sums: PrefixSum::new(context, record_count)?,
             sort: TileSort::new(context, 6 * record_count)?,
             record_count,
             size,
-            tile_boxes: Buffer::storage(context, "tile boxes", tile_count * size_of::<TileBox>() as u64)?,
+            tile_boxes: boxes("tile boxes", tile_count)?,
+            block_boxes: boxes("record blocks", u64::from(record_count.div_ceil(RECORD_BLOCK)))?,
             rectangles: Buffer::storage(context, "pixel rectangles", 8 * u64::from(record_count))?,
             first_pairs: Buffer::from_slice(context, "first pairs", &no_pairs)?,
             weight_runs: Buffer::from_slice(context, "weight runs", &no_weights)?,
             weights: Buffer::storage(context, "splat weights", 8 * u64::from(weight_capacity))?,
             weight_capacity,
             tally: Buffer::from_slice(context, "splat tally", &[SplatTally::zeroed()])?,
-            bare_pixels: Buffer::storage(context, "bare pixels", 4 * u64::from(pixel_count))?,
-            crowded: Buffer::storage(context, "crowded tiles", 4 * (4 + tile_count))?,
+            bare: list("bare pixels", u64::from(pixel_count))?,
+            crowded: list("crowded tiles", tile_count)?,
             irradiance: Buffer::storage(context, "indirect irradiance", 12 * u64::from(pixel_count))?,
         })
     }
@@ -254,6 +269,7 @@ impl Splat {
                 ("TileCounts", &self.first_pairs),
                 ("Tally", &self.tally),
                 ("TileBoxes", &self.tile_boxes),
+                ("BarePixels", &self.bare),
                 ("CrowdedTiles", &self.crowded),
             ],
         );
@@ -297,23 +313,29 @@ impl Splat {
             ("WeightRuns", &self.weight_runs),
             ("Weights", &self.weights),
             ("Tally", &self.tally),
-            ("BarePixels", &self.bare_pixels),
+            ("BarePixels", &self.bare),
             ("CrowdedTiles", &self.crowded),
         ];
         pass.dispatch(&self.all_tiles, [TILE * TILE * tiles[0] * tiles[1], 1, 1], &push, &bindings);
+        pass.dispatch(
+            &self.blocks,
+            [self.record_count.div_ceil(RECORD_BLOCK).max(1), 1, 1],
+            &SplatBlocksPush { record_count: self.record_count },
+            &[("CachePoints", cache_points), ("BlockBoxes", &self.block_boxes)],
+        );
         pass.barrier(COMPUTE_TO_INDIRECT);
         pass.dispatch_indirect(&self.crowded_tiles, (&self.crowded, 0), &push, &bindings);
-        pass.barrier(COMPUTE_TO_COMPUTE);
-        pass.dispatch(
+        pass.barrier(COMPUTE_TO_INDIRECT);
+        pass.dispatch_indirect(
             &self.nearest,
-            [NEAREST_GROUPS * self.nearest.local_size()[0], 1, 1],
+            (&self.bare, 0),
             &SplatNearestPush { record_count: self.record_count, weight_capacity: self.weight_capacity },
             &[
                 ("Pixels", pixels),
                 ("CachePoints", cache_points),
+                ("BlockBoxes", &self.block_boxes),
                 ("WeightRuns", &self.weight_runs),
-                ("Tally", &self.tally),
-                ("BarePixels", &self.bare_pixels),
+                ("BarePixels", &self.bare),
                 ("Weights", &self.weights),
             ],
         );
@@ -386,7 +408,6 @@ impl Splat {
     /// # Errors
     /// The device failed.
     pub fn uncovered(&self) -> Result<[u32; 2]> {
-        let tally = self.tally.read::<SplatTally>()?[0];
-        Ok([tally.stretched, tally.bare])
+        Ok([self.tally.read::<SplatTally>()?[0].stretched, self.bare.read_range::<u32>(3, 1)?[0]])
     }
 }

@@ -1,0 +1,28 @@
+// Splatting, before step 4: boxes around blocks of consecutive records. Deterministic. One invocation = one block.
+// In: cache points. Out: boxes, metres.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "include/types.glsl"
+#include "include/texels.glsl"
+#include "include/dispatch.glsl"
+#include "include/splat.glsl"
+
+layout(local_size_x = 64) in;
+
+struct SplatBlocksPush { uint record_count; };
+
+layout(binding = 0) uniform usamplerBuffer CachePoints;
+layout(scalar, binding = 1) writeonly buffer BlockBoxes { TileBox block_boxes[]; };
+layout(scalar, push_constant) uniform Push { SplatBlocksPush push; };
+
+void main() {
+    uint first = flat_invocation() * RECORD_BLOCK;
+    if (first >= push.record_count) return;
+    TileBox box = TileBox(vec3(1e30), vec3(-1e30));
+    for (uint i = first; i < min(first + RECORD_BLOCK, push.record_count); ++i) {
+        vec3 position = cache_point_at(CachePoints, i).position;
+        box = TileBox(min(box.low, position), max(box.high, position));
+    }
+    block_boxes[flat_invocation()] = box;
+}

@@ -19,8 +19,9 @@ layout(constant_id = 1) const uint SHINES = 0;  // 0: paths carry on their facto
 struct HvdsLayerPush {
     uint first_place;  // of the base level, in the list
     uint cluster_count;
-    uint first_deposit;  // of the bound part; layers hold what parts before it brought
-    uint end_deposit;    // its end
+    uint first_deposit;  // that is added; layers hold what those before it brought
+    uint end_deposit;    // end of those that are
+    uint first_bound;    // of the bound part of the deposits
 };
 
 layout(binding = 0) uniform usamplerBuffer Factors0;
@@ -69,7 +70,7 @@ void main() {
     }
     uint first = max(run.first, push.first_deposit), end = min(run.first_other, push.end_deposit);
     for (uint i = first; i < end; ++i) {
-        Deposit deposit = deposit_at(Deposits, i - push.first_deposit);
+        Deposit deposit = deposit_at(Deposits, i - push.first_bound);
         // Nothing has reflected the path yet: its channels are alike.
         float throughput = share_of(deposit, is_whole) * deposit.throughput.x;
         uint path = path_of(deposit);
@@ -82,7 +83,7 @@ void main() {
     first = max(run.first_other, push.first_deposit);
     end = min(run.end, push.end_deposit);
     for (uint i = first; i < end; ++i) {
-        Deposit deposit = deposit_at(Deposits, i - push.first_deposit);
+        Deposit deposit = deposit_at(Deposits, i - push.first_bound);
         vec3 throughput = share_of(deposit, is_whole) * deposit.throughput;
         uint path = path_of(deposit);
         add(sum_0, throughput, SHINES != 0u ? carried_0[path] : vec3(number_at(Factors0, path)));

@@ -34,7 +34,7 @@ vec2 tangent_slopes(float x, float z, float r) {
 void main() {
     uint index = flat_invocation();
     if (index == 0u) {
-        tally = SplatTally(0u, 0u);
+        tally = SplatTally(0u, 0u, 0u);
         for (uint i = 0u; i < 4u; ++i) bare_pixels[i] = crowded_tiles[i] = 0u;
     }
     if (index >= push.record_count) return;

@@ -40,6 +40,7 @@ layout(scalar, binding = 10) buffer CrowdedTiles { uint crowded_tiles[]; };
 layout(scalar, push_constant) uniform Push { SplatTilesPush push; };
 
 #include "include/surfaces.glsl"
+#include "include/turns.glsl"
 
 const uint KEPT = 8u;  // weights of a pixel in registers
 const uint BATCH = 256u;
@@ -172,6 +173,7 @@ void main() {
     if (is_stretched) sum = -sum;
     if (CROWDED == 1u) {
         for (uint i = first; i < min(first + count, push.weight_capacity); ++i) weights[i].weight /= sum;
+        if (!loops_still_turn(push.width)) tally.is_cut_short = 1u;
         return;
     }
     // With pairs missing nobody knows who is bare; the host makes room and repeats the frame.
@@ -195,4 +197,5 @@ void main() {
     for (uint i = 0u; i < min(count, KEPT) && first + i < push.weight_capacity; ++i) {
         weights[first + i] = SplatWeight(kept[i].record, kept[i].weight / sum);
     }
+    if (!loops_still_turn(push.width)) tally.is_cut_short = 1u;
 }

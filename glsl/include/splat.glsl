@@ -50,6 +50,7 @@ struct WeightRun {
 struct SplatTally {
     uint weights;    // of all pixels
     uint stretched;  // pixels that records stretch to
+    uint is_cut_short;  // 1: the device ended the loops of some invocation before they were done
 };
 
 // Push block of both sort kernels.

@@ -44,6 +44,18 @@ impl Parts {
         self.0.iter()
     }
 
+    /// All items in order, so many at a time at most, each time with the part that they are in; one span without items where there are none.
+    pub fn spans(&self, most: u32) -> impl Iterator<Item = (&Part, Range<u32>)> {
+        self.iter().flat_map(move |part| {
+            let Range { start, end } = part.items;
+            let count = (end - start).div_ceil(most).max(1);
+            (0..count).map(move |index| {
+                let first = start + index * most;
+                (part, first..end.min(first.saturating_add(most)))
+            })
+        })
+    }
+
     /// The buffer of a list that is in one part. Panics if it is in several.
     pub fn whole(&self) -> &Buffer {
         assert!(self.0.len() == 1, "the list is in {} parts", self.0.len());

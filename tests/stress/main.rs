@@ -14,6 +14,7 @@ mod film;
 mod geometry;
 mod lamps;
 mod rays;
+mod turns;
 mod views;
 
 use common::context;

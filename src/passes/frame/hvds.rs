@@ -21,10 +21,12 @@ gpu_struct! {
         pub first_place: u32,
         /// Its listed clusters.
         pub cluster_count: u32,
-        /// First of the bound part of the deposits.
+        /// First deposit that is added.
         pub first_deposit: u32,
-        /// Its end.
+        /// End of those that are.
         pub end_deposit: u32,
+        /// First of the bound part of the deposits.
+        pub first_bound: u32,
     }
 }
 
@@ -149,6 +151,8 @@ pub struct Pyramid {
     resolve: Pipeline,
     /// Clusters of the base level.
     base_count: u32,
+    /// Deposits that one dispatch adds at most.
+    most_deposits: u32,
     /// That an entry point stands for.
     entry_area_m2: f32,
     /// `DepositRun` of each base cluster.
@@ -206,6 +210,7 @@ impl Pyramid {
             level: Pipeline::new(context, "hvds_level", &[])?,
             resolve: Pipeline::new(context, "hvds_resolve", &[])?,
             base_count: hvds.levels[0].len() as u32,
+            most_deposits: deposits_at_once(&runs),
             entry_area_m2,
             deposit_runs: Buffer::from_slice(context, "deposit runs", &runs)?,
             first_children: Buffer::from_slice(context, "first children", &hvds.first_children)?,
@@ -284,14 +289,15 @@ impl Pyramid {
             let light = |place: usize| lights.get(place).unwrap_or(&lights[0]);
             // Where nothing shines nobody reads it.
             let carried = |place: usize| light(place).carried.unwrap_or(light(place).factors);
-            for part in deposits.iter() {
+            for (part, items) in deposits.spans(self.most_deposits) {
                 let push = HvdsLayerPush {
                     first_place: base.start,
                     cluster_count: base.len() as u32,
-                    first_deposit: part.items.start,
-                    end_deposit: part.items.end,
+                    first_deposit: items.start,
+                    end_deposit: items.end,
+                    first_bound: part.items.start,
                 };
-                if part.items.start > 0 {
+                if items.start > 0 {
                     pass.barrier(COMPUTE_TO_COMPUTE);
                 }
                 pass.dispatch(
@@ -363,6 +369,14 @@ pub fn deposit_runs(hvds: &Hvds, first_deposits: &[u32]) -> Vec<DepositRun> {
         runs[whole as usize] = DepositRun { is_whole: 1, ..runs[cluster] };
     }
     runs
+}
+
+/// Deposits that one dispatch may add: all, unless some cluster has more than an invocation should go through. Where a scene fills a small
+/// part of its box, few clusters have nearly all deposits, and lavapipe ends all loops of an invocation, without a word, once they have
+/// turned 65 535 times.
+fn deposits_at_once(runs: &[DepositRun]) -> u32 {
+    const MOST: u32 = 1 << 15;
+    if runs.iter().any(|run| run.end - run.first > MOST) { MOST } else { u32::MAX }
 }
 
 /// For each cluster, the smallest one around it that holds `least` path vertices that are no entry points; none that is mixed.

@@ -3,7 +3,7 @@
 //!
 //! The two halves are timed apart: weights change with the view, values with the light.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
@@ -51,6 +51,8 @@ gpu_struct! {
         pub weights: u32,
         /// Pixels that records stretch to.
         pub stretched: u32,
+        /// 1: the device ended the loops of some invocation before they were done.
+        pub is_cut_short: u32,
     }
 }
 
@@ -361,9 +363,17 @@ impl Splat {
     /// After a frame: makes room where a list was too short for the view. True if it was, and the frame has to be repeated.
     ///
     /// # Errors
-    /// The device lacks memory or failed.
+    /// The device lacks memory or failed, or a tile of pixels has more records than it goes through.
     pub fn grow(&mut self) -> Result<bool> {
         let (pairs, weights) = self.list_lengths()?;
+        if self.tally.read::<SplatTally>()?[0].is_cut_short != 0 {
+            let tile = format!("{TILE}×{TILE} pixels");
+            return Err(Error::OutOfMemory(format!(
+                "some {tile} have more of the {} cache points to weigh than the device goes through: lower quality.cache_points, or render a \
+                 larger image",
+                self.record_count
+            )));
+        }
         let with_reserve = |needed: u32| needed.saturating_add(needed / 4);
         let lacks_pairs = pairs > self.sort.capacity();
         if lacks_pairs {

@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use crate::common::{assert_silent, context};
-use crate::{SMALL, prepare, relative_mse};
+use crate::{SMALL, count, prepare, relative_mse, render};
 use glam::{DVec3, Vec3};
 use lightpaths::passes::frame::hvds::ClusterFlux;
 use lightpaths::renderer::{Layer, Renderer, Silent};
-use lightpaths::scene::{Quality, Scene, Triangle, shapes};
+use lightpaths::scene::{LoadOptions, Quality, Scene, Triangle, shapes};
 use lightpaths::types::{Deposit, DepositRun, OPEN};
 
 /// A box of a metre, and a speck 200 m away: all of the box falls into a few clusters.
@@ -58,6 +58,25 @@ fn clusters_add_up_however_much_falls_into_them() {
         }
     }
     assert!(longest > 1 << 16, "{longest} deposits of a cluster");
+    assert_silent(&context());
+}
+
+#[test]
+fn every_gather_ray_is_traced_however_many_a_hemisphere_has() {
+    let quality =
+        Quality { entry_points: 5_000, cache_points: 60, gather_rays: 4096, occlusion: false, ..SMALL };
+    let mut scene = Scene::load("atrium", &LoadOptions::default()).unwrap();
+    scene.cameras[0].size = [16, 16];
+    // Rays that nobody wrote have any target, and end in a panic.
+    let renderer = render(scene, quality.clone());
+    assert!(count(&renderer, "gather rays") > 100 * 1024);
+    let shared = context().limits().shared_bytes;
+    if shared < 4 * 65_536 {
+        let mut scene = box_and_speck();
+        scene.quality = Quality { gather_rays: 65_536, ..quality };
+        let refusal = Renderer::new(&context(), scene, &mut Silent).map(drop).unwrap_err().to_string();
+        assert!(refusal.contains("lower quality.gather_rays"), "{refusal}");
+    }
     assert_silent(&context());
 }
 

@@ -52,6 +52,10 @@ pub const STEM: &str = "gather_rays";
 /// Entry points that a cluster must hold, in expectation, before a gather ray reads it: fewer make fireflies.
 pub const LEAST_ENTRY_POINTS: f32 = 8.0;
 
+/// Rays of a hemisphere that one invocation traces, at most, where the device has workgroups that large: a ray turns loops some hundreds of
+/// times, and lavapipe ends all loops of an invocation, without a word, once they have turned 65 535 times.
+const RAYS_OF_INVOCATION: u32 = 32;
+
 /// Rays that the host looks at together, at most, unless a row has more.
 const PIECE_RAYS: usize = 1 << 20;
 
@@ -248,10 +252,28 @@ impl RayTable {
     }
 }
 
+/// Invocations that share a hemisphere.
+///
+/// # Errors
+/// [`Error::OutOfMemory`] if its rays' distances are more than these invocations can share.
+fn group_size(context: &Context, hemisphere: Hemisphere) -> Result<u32> {
+    let (rays, limits) = (hemisphere.rays(), context.limits());
+    let bytes = rays * size_of::<f32>() as u32;
+    if bytes > limits.shared_bytes {
+        let has = limits.shared_bytes;
+        return Err(Error::OutOfMemory(format!(
+            "{rays} gather rays need {bytes} bytes of shared memory, the device has {has}; lower quality.gather_rays"
+        )));
+    }
+    let wanted = rays.div_ceil(RAYS_OF_INVOCATION).next_power_of_two();
+    let most = limits.workgroup_invocations.min(limits.workgroup_size[0]);
+    Ok(wanted.min(most).max(context.tuning().waiting_group))
+}
+
 /// Traces the hemispheres of all cache points.
 ///
 /// # Errors
-/// The device lacks memory or failed.
+/// The device lacks memory or failed, or a workgroup cannot hold so many rays.
 #[expect(clippy::too_many_arguments, reason = "one call, at one place")]
 pub fn trace(
     context: &Arc<Context>,
@@ -265,7 +287,8 @@ pub fn trace(
     progress: &mut dyn Progress,
 ) -> Result<RayTable> {
     let [rings, sectors] = hemisphere.constants();
-    let constants = [rings, sectors, scene.textures.constant()];
+    let invocations = ("local_size_x", group_size(context, hemisphere)?);
+    let constants = [rings, sectors, invocations, scene.textures.constant()];
     let pipeline = Pipeline::new(context, STEM, &constants)?;
     let table = RayTable::new(context, scene, point_count, hemisphere)?;
     progress.stage("gather rays", u64::from(point_count));

@@ -75,7 +75,7 @@ fn fault(trace: &Value) -> Result<(), String> {
     }
     let named = |name: &'static str| complete.iter().filter(move |(event, _)| event["name"] == name);
     // Passes lie between the submission's begin and the end of waiting for it.
-    let slack = NANOSECOND + trace["otherData"]["deviation_us"].as_f64().unwrap_or(f64::INFINITY);
+    let slack = NANOSECOND + trace["metadata"]["deviation_us"].as_f64().unwrap_or(f64::INFINITY);
     for (event, pass) in complete.iter().filter(|(event, _)| event["pid"] == 2) {
         let own =
             |name| named(name).find(|(other, _)| other["args"]["submission"] == event["args"]["submission"]);

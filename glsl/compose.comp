@@ -33,7 +33,7 @@ layout(binding = 1) uniform usamplerBuffer Materials;
 layout(binding = 2) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 3) readonly buffer DirectIrradiance { vec3 direct_irradiance[]; };
 layout(scalar, binding = 4) readonly buffer IndirectIrradiance { vec3 indirect_irradiance[]; };
-layout(scalar, binding = 5) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 5) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(scalar, binding = 6) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
 layout(scalar, binding = 7) readonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
 layout(scalar, binding = 8) writeonly buffer Radiance { vec3 radiance[]; };
@@ -94,7 +94,7 @@ void main() {
         if (index < push.pixel_count) radiance[index] = push.tint * centre(index);
         return;
     }
-    uint edge_count = edge_offsets[push.pixel_count];
+    uint edge_count = edge_numbers[push.pixel_count];
     uint count = samples_per_edge(edge_count, push.room);
     if (index >= edge_count || count == 0u) return;
     uint pixel = edge_pixels[index];

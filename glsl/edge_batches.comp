@@ -20,7 +20,7 @@ struct EdgeSamplesPush {
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
-layout(scalar, binding = 3) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 3) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(scalar, binding = 4) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(binding = 5) uniform usamplerBuffer EdgeSamples;
 
@@ -36,7 +36,7 @@ layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
 
 void main() {
     View view = push.view;
-    uint edge_count = edge_offsets[view.width * view.height];
+    uint edge_count = edge_numbers[view.width * view.height];
     uint count = samples_per_edge(edge_count, push.room);
     uint first = flat_invocation() * BATCH;
     if (flat_invocation() >= point_batches.length()) return;

@@ -19,7 +19,7 @@ struct EdgeColoursPush {
 
 layout(binding = 0) uniform usamplerBuffer Triangles;
 layout(binding = 1) uniform usamplerBuffer Surfaces;
-layout(scalar, binding = 2) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 2) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(scalar, binding = 3) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(scalar, binding = 4) readonly buffer EdgeSamples { EdgeSample edge_samples[]; };
 layout(scalar, binding = 5) writeonly buffer EdgeColours { uint edge_colours[]; };
@@ -35,7 +35,7 @@ layout(scalar, push_constant) uniform Push { EdgeColoursPush push; };
 
 void main() {
     View view = push.view;
-    uint edge_count = edge_offsets[view.width * view.height];
+    uint edge_count = edge_numbers[view.width * view.height];
     uint count = samples_per_edge(edge_count, push.room);
     uint slots = slots_per_edge(edge_count, push.room);
     uint index = flat_invocation();

@@ -26,7 +26,7 @@ layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(binding = 3) uniform usamplerBuffer Lights;
-layout(scalar, binding = 4) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 4) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(scalar, binding = 5) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(binding = 6) uniform usamplerBuffer EdgeSamples;
 layout(binding = 7) uniform usamplerBuffer ShaftRoots;
@@ -47,7 +47,7 @@ layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 void main() {
     View view = push.view;
-    uint edge_count = edge_offsets[view.width * view.height];
+    uint edge_count = edge_numbers[view.width * view.height];
     uint count = samples_per_edge(edge_count, push.room);
     uint batch = batch_of(flat_workgroup());
     uint index = batch * BATCH + gl_LocalInvocationIndex;

@@ -1,6 +1,7 @@
-// Antialiasing, step 2: lists the edge pixels, in order, and counts them and the workgroups that take them: 64 samples
-// each and 64 pixels each; those that sum light of all pixels and of the edges' slots; and those of 64 batches of samples. Deterministic. One invocation = one pixel.
-// In: edge pixels before each pixel, and the end. Out: their indices; their number (word 3) and, behind it, sizes of dispatches.
+// Antialiasing, step 2: lists the edge pixels, in the order of tiles, so that samples of a batch lie close together, and counts them and the workgroups that take them: 64 samples
+// each and 64 pixels each; those that sum light of all pixels and of the edges' slots; and those of 64 batches of samples. Deterministic. One invocation = one place of
+// that order. In: edge pixels before each, and the end. Out: their indices; the number that each pixel has among them; how many there are (word 3) and,
+// behind it, sizes of dispatches.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -13,13 +14,15 @@ layout(constant_id = 0) const uint GROUP_POINTS = 256;  // whose light a workgro
 layout(constant_id = 1) const uint BATCH = 64;          // samples that share a shaft
 
 struct EdgeListPush {
+    uint width;
     uint pixel_count;
     EdgeRoom room;
 };
 
-layout(scalar, binding = 0) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 0) readonly buffer EdgeMarks { uint edge_marks[]; };
 layout(scalar, binding = 1) writeonly buffer EdgePixels { uint edge_pixels[]; };
-layout(scalar, binding = 2) writeonly buffer EdgeGroups { uint edge_groups[]; };
+layout(scalar, binding = 2) writeonly buffer EdgeNumbers { uint edge_numbers[]; };
+layout(scalar, binding = 3) writeonly buffer EdgeGroups { uint edge_groups[]; };
 layout(scalar, push_constant) uniform Push { EdgeListPush push; };
 
 void put_groups(uint first, uint groups) {
@@ -27,12 +30,19 @@ void put_groups(uint first, uint groups) {
 }
 
 void main() {
-    uint index = flat_invocation();
-    if (index >= push.pixel_count) return;
-    uint place = edge_offsets[index];
-    if (edge_offsets[index + 1u] != place) edge_pixels[place] = index;
-    if (index == 0u) {
-        uint edge_count = edge_offsets[push.pixel_count];
+    uint place = flat_invocation();
+    uvec2 size = uvec2(push.width, push.pixel_count / push.width);
+    uvec2 pixel = pixel_in_tiles(place, size.x);
+    if (all(lessThan(pixel, size))) {
+        uint index = pixel.y * size.x + pixel.x;
+        uint number = edge_marks[place];
+        bool is_edge = edge_marks[place + 1u] != number;
+        if (is_edge) edge_pixels[number] = index;
+        edge_numbers[index] = is_edge ? number : NO_EDGE;
+    }
+    if (place == 0u) {
+        uint edge_count = edge_marks[64u * tiles_around(size)];
+        edge_numbers[push.pixel_count] = edge_count;
         uint samples = edge_count * samples_per_edge(edge_count, push.room);
         edge_groups[3] = edge_count;
         put_groups(4u, (samples + 63u) / 64u);

@@ -1,11 +1,12 @@
 // Antialiasing, step 1: marks the pixels that show an edge of geometry or of a material. Deterministic.
-// One invocation = one pixel. In: what the pixels see. Out: 1 for an edge pixel, else 0.
+// One invocation = one pixel, one workgroup = one tile of them. In: what the pixels see. Out: in the order of tiles 1 for an edge pixel, else 0.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
 #include "include/texels.glsl"
 #include "include/lists.glsl"
+#include "include/dispatch.glsl"
 #include "include/records.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -19,7 +20,7 @@ struct EdgeMarkPush {
 
 layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(binding = 1) uniform usamplerBuffer Pixels;
-layout(scalar, binding = 2) writeonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 2) writeonly buffer EdgeMarks { uint edge_marks[]; };
 layout(scalar, push_constant) uniform Push { EdgeMarkPush push; };
 
 #include "include/surfaces.glsl"
@@ -38,14 +39,13 @@ bool is_edge(PixelSurface a, PixelSurface b) {
 void main() {
     ivec2 size = ivec2(push.width, push.height);
     ivec2 xy = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(xy, size))) return;
-    int index = xy.y * size.x + xy.x;
-    PixelSurface pixel = pixel_surface_at(Pixels, index);
+    bool is_inside = all(lessThan(xy, size));
+    PixelSurface pixel = pixel_surface_at(Pixels, is_inside ? xy.y * size.x + xy.x : 0);
     bool found = false;
-    for (int i = 1; i < 9 && !found; i += 2) {
+    for (int i = 1; i < 9 && is_inside && !found; i += 2) {
         // Above, left, right, below.
         ivec2 other = clamp(xy + ivec2(i % 3, i / 3) - 1, ivec2(0), size - 1);
         found = is_edge(pixel, pixel_surface_at(Pixels, other.y * size.x + other.x));
     }
-    edge_offsets[index] = uint(found);
+    edge_marks[place_in_tiles(gl_GlobalInvocationID.xy, push.width)] = uint(found);
 }

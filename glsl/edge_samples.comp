@@ -26,7 +26,7 @@ layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(binding = 3) uniform usamplerBuffer Pixels;
-layout(scalar, binding = 4) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 4) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(scalar, binding = 5) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(scalar, binding = 6) writeonly buffer EdgeSamples { EdgeSample edge_samples[]; };
 layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
@@ -39,7 +39,7 @@ layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
 
 void main() {
     View view = push.view;
-    uint edge_count = edge_offsets[view.width * view.height];
+    uint edge_count = edge_numbers[view.width * view.height];
     uint count = samples_per_edge(edge_count, push.room);
     uint index = flat_invocation();
     if (index >= edge_count * count) return;

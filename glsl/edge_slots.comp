@@ -12,12 +12,13 @@
 layout(local_size_x = 64) in;
 
 struct EdgeListPush {
+    uint width;
     uint pixel_count;
     EdgeRoom room;
 };
 
 layout(binding = 0) uniform usamplerBuffer Surfaces;
-layout(scalar, binding = 1) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 1) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(scalar, binding = 2) buffer EdgeSamples { EdgeSample edge_samples[]; };
 layout(scalar, binding = 3) writeonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
 layout(scalar, push_constant) uniform Push { EdgeListPush push; };
@@ -25,7 +26,7 @@ layout(scalar, push_constant) uniform Push { EdgeListPush push; };
 #include "include/surfaces.glsl"
 
 void main() {
-    uint edge_count = edge_offsets[push.pixel_count];
+    uint edge_count = edge_numbers[push.pixel_count];
     uint count = samples_per_edge(edge_count, push.room);
     uint room = slots_per_edge(edge_count, push.room);
     uint edge = flat_invocation();

@@ -15,11 +15,12 @@ layout(constant_id = 1) const uint DENSITY = 0; // samples then, times that
 layout(constant_id = 2) const uint MOST = 0;    // but so many at most, times what every edge pixel has
 
 struct EdgeListPush {
+    uint width;
     uint pixel_count;
     EdgeRoom room;
 };
 
-layout(scalar, binding = 0) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 0) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(binding = 1) uniform usamplerBuffer EdgeSamples;
 layout(binding = 2) uniform usamplerBuffer EdgeLight;
 layout(scalar, binding = 3) writeonly buffer LightLayer { float light_layer[]; };
@@ -27,7 +28,7 @@ layout(scalar, binding = 4) writeonly buffer EdgeNeeds { uint edge_needs[]; };
 layout(scalar, push_constant) uniform Push { EdgeListPush push; };
 
 void main() {
-    uint edge_count = edge_offsets[push.pixel_count];
+    uint edge_count = edge_numbers[push.pixel_count];
     uint count = samples_per_edge(edge_count, push.room);
     uint room = slots_per_edge(edge_count, push.room);
     uint edge = flat_invocation();

@@ -20,7 +20,7 @@ struct EdgeSamplesPush {
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
-layout(scalar, binding = 3) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 3) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(binding = 4) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 5) readonly buffer ShadowGroups { uint shadow_groups[]; };
 layout(scalar, binding = 6) readonly buffer ShadowPixels { uint shadow_pixels[]; };
@@ -105,7 +105,7 @@ void main() {
     barrier();
     if (is_due) {
         uint index = shadow_pixels[own];
-        bool is_traced = edge_offsets[index] != edge_offsets[index + 1u] || is_curved(pixel_surface_at(Pixels, index));
+        bool is_traced = edge_numbers[index] != NO_EDGE || is_curved(pixel_surface_at(Pixels, index));
         if (is_traced) due[atomicAdd(due_count, 1u)] = own;
         else shaft_roots[own * SHAFT_WORDS] = 0u;
     }

@@ -31,7 +31,7 @@ layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(binding = 3) uniform usamplerBuffer Lights;
-layout(scalar, binding = 4) readonly buffer EdgeOffsets { uint edge_offsets[]; };
+layout(scalar, binding = 4) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(binding = 5) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 6) readonly buffer ShadowGroups { uint shadow_groups[]; };
 layout(scalar, binding = 7) readonly buffer ShadowPixels { uint shadow_pixels[]; };
@@ -109,15 +109,15 @@ void main() {
     uint place = flat_workgroup() * (64u / LANES) + gl_LocalInvocationIndex / LANES;
     uint lane = gl_LocalInvocationIndex % LANES;
     uint index = shadow_pixels[min(place, max(listed, 1u) - 1u)];
-    uint edge = edge_offsets[index];
-    bool is_edge = edge_offsets[index + 1u] != edge;
+    uint edge = edge_numbers[index];
+    bool is_edge = edge != NO_EDGE;
     // Samples before the first one, all that count, and where an edge pixel keeps its light.
     uint before = 0u;
     uint count = samples_per_edge(listed, push.room);
-    uint slots = slots_per_edge(edge_offsets[pixel_count], push.room);
+    uint slots = slots_per_edge(edge_numbers[pixel_count], push.room);
     uint first_slot = edge * slots;
     if (is_edge) {
-        before = samples_per_edge(edge_offsets[pixel_count], push.room);
+        before = samples_per_edge(edge_numbers[pixel_count], push.room);
         count = edge_needs[edge];
     }
     vec2 corner = vec2(index % view.width, index / view.width);

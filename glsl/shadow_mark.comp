@@ -7,6 +7,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "include/dispatch.glsl"
 #include "include/indirect.glsl"
+#include "include/antialias.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint CONTRAST = 0;  // float bits: relative difference between neighbours that makes an edge
@@ -17,7 +18,7 @@ struct EdgeMarkPush {
 };
 
 layout(binding = 0) uniform usamplerBuffer LightLayer;
-layout(binding = 1) uniform usamplerBuffer EdgeOffsets;
+layout(binding = 1) uniform usamplerBuffer EdgeNumbers;
 layout(scalar, binding = 2) readonly buffer EdgeNeeds { uint edge_needs[]; };
 layout(scalar, binding = 3) writeonly buffer ShadowPixels { uint shadow_pixels[]; };
 layout(scalar, binding = 4) buffer ShadowGroups { uint shadow_groups[]; };
@@ -56,13 +57,11 @@ void main() {
     found = either(found, both(differ(here, light_from(first - width, pixel_count)), greaterThan(row, ivec4(0))));
     found = either(found, both(differ(here, light_from(first + width, pixel_count)), lessThan(row, ivec4(int(push.height) - 1))));
 
-    uvec4 edges = texelFetch(EdgeOffsets, first >> 2);
-    // Behind the last pixel stands how many edges there are.
-    uvec4 behind = uvec4(edges.yzw, texelFetch(EdgeOffsets, min((first >> 2) + 1, pixel_count >> 2)).x);
+    uvec4 edges = texelFetch(EdgeNumbers, first >> 2);
     for (int i = 0; i < 4; ++i) {
         if (first + i >= pixel_count) break;
         bool is_listed = found[i];
-        if (behind[i] != edges[i]) is_listed = edge_needs[edges[i]] != 0u;
+        if (edges[i] != NO_EDGE) is_listed = edge_needs[edges[i]] != 0u;
         if (!is_listed) continue;
         uint place = atomicAdd(shadow_groups[3], 1u);
         shadow_pixels[place] = uint(first + i);

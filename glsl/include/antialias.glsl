@@ -38,6 +38,9 @@ uint samples_per_edge(uint edge_count, EdgeRoom room) {
     return count < 4u || slots_per_edge(edge_count, room) < 2u ? 0u : count;
 }
 
+// In a list of a number for each pixel, that of edge pixels in the order of their list, and behind the last how many there are: no edge pixel.
+const uint NO_EDGE = 0xffffffffu;
+
 uint point_of(EdgeSample found) { return found.what & 7u; }
 uint eighths_of(EdgeSample found) { return found.what >> 3 & 15u; }
 uint place_of(EdgeSample found) { return found.what >> 7 & 15u; }

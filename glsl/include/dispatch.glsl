@@ -11,6 +11,23 @@ uint flat_workgroup() { return gl_WorkGroupID.x + gl_NumWorkGroups.x * (gl_WorkG
 // Where workgroups take square tiles of an image so many points wide, row by row: the invocation's place in its tile.
 uvec2 place_in_tile(uint side) { return uvec2(gl_LocalInvocationIndex % side, gl_LocalInvocationIndex / side); }
 
+// Where edge pixels are listed tile by tile of 8×8, row by row, and within along a Morton curve, so that neighbours in the list are neighbours
+// in the image: the place of a pixel of an image so many pixels wide, and the pixel of a place, which may lie outside of it.
+uint place_in_tiles(uvec2 pixel, uint width) {
+    uvec2 tile = pixel / 8u, within = pixel % 8u;
+    uvec2 spread = (within & 1u) | (within & 2u) << 1 | (within & 4u) << 2;
+    return 64u * (tile.y * ((width + 7u) / 8u) + tile.x) + (spread.x | spread.y << 1);
+}
+
+uint tiles_around(uvec2 size) { return ((size.x + 7u) / 8u) * ((size.y + 7u) / 8u); }
+
+uvec2 pixel_in_tiles(uint place, uint width) {
+    uint tiles = (width + 7u) / 8u;
+    uvec2 spread = uvec2(place, place >> 1);
+    uvec2 within = (spread & 1u) | (spread >> 1 & 2u) | (spread >> 2 & 4u);
+    return 8u * uvec2(place / 64u % tiles, place / 64u / tiles) + within;
+}
+
 // The first point of the tile of that number.
 uvec2 corner_of_tile(uint tile, uint side, uint width) {
     uint tiles = (width + side - 1u) / side;

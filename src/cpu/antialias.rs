@@ -49,6 +49,19 @@ pub fn edges(
     (0..pixels.len()).map(|index| beside(index, [width, height]).any(|other| is_edge(index, other))).collect()
 }
 
+/// The pixels of an image in the order in which edge pixels are listed: tile by tile of 8×8, row by row, in each along a Morton curve.
+pub fn tile_order([width, height]: [u32; 2]) -> impl Iterator<Item = u32> {
+    let tiles = width.div_ceil(8);
+    let pixel = move |place: u32| {
+        let (tile, within) = (place / 64, place % 64);
+        let within =
+            [0, 1].map(|axis| (0..3).map(|bit| (within >> (2 * bit + axis) & 1) << bit).sum::<u32>());
+        [8 * (tile % tiles) + within[0], 8 * (tile / tiles) + within[1]]
+    };
+    let places = 0..64 * tiles * height.div_ceil(8);
+    places.map(pixel).filter(move |[x, y]| *x < width && *y < height).map(move |[x, y]| y * width + x)
+}
+
 /// Which pixels, none of them an edge already, show one of a light's shadow: its layer differs by more than the share
 /// `contrast` from that of a pixel beside them.
 pub fn shadow_edges(contrast: f64, size: [u32; 2], edges: &[bool], layer: &[f32]) -> Vec<bool> {

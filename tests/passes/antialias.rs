@@ -10,7 +10,7 @@ use lightpaths::cpu::primary::seen_through;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::antialias::{
-    Antialias, CONTRAST, CREASE, EdgeRoom, EdgeSample, EdgeSlot, OUTLINE_POINTS, STEP,
+    Antialias, CONTRAST, CREASE, EdgeRoom, EdgeSample, EdgeSlot, NO_EDGE, OUTLINE_POINTS, STEP,
 };
 use lightpaths::passes::frame::direct::Direct;
 use lightpaths::passes::frame::pixel_colours::PixelColours;
@@ -30,7 +30,7 @@ pub(crate) struct Frame {
     pub(crate) needs: Vec<Vec<u32>>,
     pub(crate) irradiance: Vec<Vec3>,
     pub(crate) antialias: Antialias,
-    pub(crate) offsets: Vec<u32>,
+    pub(crate) numbers: Vec<u32>,
     pub(crate) buffers: [Buffer; 2],
     pub(crate) colours: PixelColours,
 }
@@ -107,7 +107,7 @@ impl Frame {
             shadow_counts,
             needs,
             irradiance: direct.irradiance.read().unwrap(),
-            offsets: antialias.offsets.read().unwrap(),
+            numbers: antialias.numbers.read().unwrap(),
             antialias,
             buffers: [primary.pixels, direct.irradiance],
             colours,
@@ -115,11 +115,11 @@ impl Frame {
     }
 
     pub(crate) fn edge_count(&self) -> u32 {
-        *self.offsets.last().unwrap()
+        *self.numbers.last().unwrap()
     }
 
     pub(crate) fn edge_pixels(&self) -> Vec<u32> {
-        (0..self.pixels.len()).filter(|&i| self.offsets[i + 1] > self.offsets[i]).map(|i| i as u32).collect()
+        self.antialias.edge_pixels.read_range(0, self.edge_count() as usize).unwrap()
     }
 
     /// Samples of each of so many edge pixels.
@@ -184,7 +184,11 @@ fn edge_pixels_equal_the_twin() {
             let pixels = &frame.pixels;
             let twin = cpu::antialias::edges(thresholds, &world.surfaces, size, pixels);
             let marked = frame.edge_pixels();
-            let is_marked = |index: usize| marked.binary_search(&(index as u32)).is_ok();
+            let is_marked = |index: usize| frame.numbers[index] != NO_EDGE;
+            // In the order of tiles, and each pixel knows its place in it.
+            let expected = cpu::antialias::tile_order(size).filter(|&pixel| is_marked(pixel as usize));
+            assert_eq!(marked, expected.collect::<Vec<_>>(), "{size:?}");
+            assert!((0..).zip(&marked).all(|(number, &pixel)| frame.numbers[pixel as usize] == number));
             let differ = (0..twin.len()).filter(|&index| twin[index] != is_marked(index)).count();
             // Differences that reach a threshold by a hair.
             assert!(differ * 500 <= pixels.len(), "{differ} of {} pixels differ", pixels.len());

@@ -9,7 +9,7 @@ use lightpaths::cpu::pixel_colours::colour_through;
 use lightpaths::cpu::sampling::sample_3d;
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::frame::antialias::EdgeSample;
+use lightpaths::passes::frame::antialias::{EdgeSample, NO_EDGE};
 use lightpaths::passes::frame::compose::{Compose, Irradiances};
 use lightpaths::passes::frame::gloss_pixels::GlossShine;
 use lightpaths::passes::frame::pixel_colours::POINTS;
@@ -135,8 +135,8 @@ fn pictures_equal_the_twin_in(world: &World) {
         let (slots, room) = (frame.slots(), frame.slots_per_edge());
         assert_eq!(slots.is_empty(), most == 0);
         for (index, device) in radiance.iter().enumerate() {
-            let first = frame.offsets[index] as usize;
-            let is_sampled = count > 0 && frame.offsets[index + 1] as usize > first;
+            let number = frame.numbers[index];
+            let is_sampled = count > 0 && number != NO_EDGE;
             if !is_sampled {
                 let pixel = &frame.pixels[index];
                 let tint = tint(&of_pixels, index);
@@ -144,7 +144,8 @@ fn pictures_equal_the_twin_in(world: &World) {
                 assert_near(*device, twin, FLOAT, 0.0, "centre");
                 continue;
             }
-            let own = (first * room..(first + 1) * room).filter(|&slot| slots[slot].side != NO_SIDE);
+            let first = number as usize * room;
+            let own = (first..first + room).filter(|&slot| slots[slot].side != NO_SIDE);
             let part = |number: usize| {
                 let slot = &slots[number];
                 let direct = frame.irradiance[frame.pixels.len() + number];

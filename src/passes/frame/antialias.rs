@@ -34,6 +34,8 @@ pub const SPREAD: f32 = 3.0;
 pub const DENSITY: u32 = 32;
 /// But so many times what every edge pixel has at most.
 pub const MOST: u32 = 16;
+/// Number of a pixel that shows no edge.
+pub const NO_EDGE: u32 = u32::MAX;
 /// Slots of an edge pixel at most.
 pub const MOST_SLOTS: u32 = 4;
 /// An average pixel has room for the share 1/`SHARE` of the samples that an edge pixel asks for.
@@ -63,7 +65,7 @@ pub struct Antialias {
     frusta: Pipeline,
     shadow_edges: LightKernel,
     prefix_sum: PrefixSum,
-    /// Index of each edge pixel.
+    /// Index of each edge pixel, tile by tile of 8×8 pixels, in each along a Morton curve.
     pub edge_pixels: Buffer,
     /// Workgroups along each axis that take edge pixels or samples; the number of edge pixels.
     edge_groups: Buffer,
@@ -72,12 +74,13 @@ pub struct Antialias {
     /// How many samples each edge pixel needs of the light that was taken last; 0 where it has enough.
     pub edge_needs: Buffer,
     /// Index of each pixel that the light that was taken last is to be averaged at: its shadows' edges, and needy edge pixels; in any order.
+    /// Before any light is taken, while edges are found, edge pixels before each place in the order of tiles.
     shadow_pixels: Buffer,
     size: [u32; 2],
     /// What there is room for.
     pub room: EdgeRoom,
-    /// Edge pixels before each pixel, and their number.
-    pub offsets: Buffer,
+    /// The number of each pixel among the edge pixels, or [`NO_EDGE`], and behind the last how many these are.
+    pub numbers: Buffer,
     /// `EdgeSample`s, edge pixel by edge pixel.
     pub edge_samples: Buffer,
     /// Their `EdgeSlot`s, edge pixel by edge pixel.
@@ -97,7 +100,8 @@ impl Antialias {
     pub fn new(context: &Arc<Context>, size: [u32; 2], most_samples: u32) -> Result<Self> {
         let pixel_count = size[0] * size[1];
         let room = Self::room(context, pixel_count, most_samples);
-        let no_edges = vec![0_u32; pixel_count as usize + 1];
+        let mut no_edges = vec![NO_EDGE; pixel_count as usize];
+        no_edges.push(0);
         let creases = [("CREASE", CREASE.to_bits()), ("STEP", STEP.to_bits())];
         let more = [("SPREAD", SPREAD.to_bits()), ("DENSITY", DENSITY), ("MOST", MOST)];
         let stored =
@@ -115,15 +119,15 @@ impl Antialias {
             sums: Pipeline::new(context, "edge_sums", &more)?,
             frusta: Pipeline::new(context, "pixel_frusta", &[])?,
             shadow_edges: LightKernel::new(context, Self::SHADOW_STEM, &[])?,
-            prefix_sum: PrefixSum::new(context, pixel_count)?,
+            prefix_sum: PrefixSum::new(context, places(size))?,
             edge_pixels: pixels("edge pixels")?,
             edge_groups: Self::groups(context)?,
             edge_light: stored("edge light", room.samples, size_of::<f32>())?,
             edge_needs: pixels("edge needs")?,
-            shadow_pixels: pixels("shadow pixels")?,
+            shadow_pixels: stored("shadow pixels", places(size) + 1, size_of::<u32>())?,
             size,
             room,
-            offsets: Buffer::from_slice(context, "edge offsets", &no_edges)?,
+            numbers: Buffer::from_slice(context, "edge numbers", &no_edges)?,
             edge_samples: stored("edge samples", room.samples, size_of::<EdgeSample>())?,
             edge_slots: stored("edge slots", room.slots, size_of::<EdgeSlot>())?,
         })
@@ -147,23 +151,25 @@ impl Antialias {
             return;
         }
         let [width, height] = self.size;
+        let marks = &self.shadow_pixels;
         let mut pass = rec.pass(Self::STEM);
         pass.dispatch(
             &self.mark,
             [width, height, 1],
             &EdgeMarkPush { width, height },
-            &[("Surfaces", &scene.surfaces), ("Pixels", pixels), ("EdgeOffsets", &self.offsets)],
+            &[("Surfaces", &scene.surfaces), ("Pixels", pixels), ("EdgeMarks", marks)],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
-        self.prefix_sum.record(&mut pass, &self.offsets, width * height);
+        self.prefix_sum.record(&mut pass, marks, places(self.size));
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.list,
-            [width * height, 1, 1],
+            [places(self.size), 1, 1],
             &self.list_push(),
             &[
-                ("EdgeOffsets", &self.offsets),
+                ("EdgeMarks", marks),
                 ("EdgePixels", &self.edge_pixels),
+                ("EdgeNumbers", &self.numbers),
                 ("EdgeGroups", &self.edge_groups),
             ],
         );
@@ -177,7 +183,7 @@ impl Antialias {
                 ("Triangles", &scene.triangles),
                 ("Surfaces", &scene.surfaces),
                 ("Pixels", pixels),
-                ("EdgeOffsets", &self.offsets),
+                ("EdgeNumbers", &self.numbers),
                 ("EdgePixels", &self.edge_pixels),
                 ("EdgeSamples", &self.edge_samples),
             ],
@@ -191,7 +197,7 @@ impl Antialias {
                 ("Nodes", &scene.nodes),
                 ("Triangles", &scene.triangles),
                 ("Surfaces", &scene.surfaces),
-                ("EdgeOffsets", &self.offsets),
+                ("EdgeNumbers", &self.numbers),
                 ("EdgePixels", &self.edge_pixels),
                 ("EdgeSamples", &self.edge_samples),
                 ("PointBatches", &self.shafts.batches),
@@ -204,7 +210,7 @@ impl Antialias {
             &self.list_push(),
             &[
                 ("Surfaces", &scene.surfaces),
-                ("EdgeOffsets", &self.offsets),
+                ("EdgeNumbers", &self.numbers),
                 ("EdgeSamples", &self.edge_samples),
                 ("EdgeSlots", &self.edge_slots),
             ],
@@ -240,7 +246,7 @@ impl Antialias {
             ("Triangles", &scene.triangles),
             ("Surfaces", &scene.surfaces),
             ("Lights", light.table),
-            ("EdgeOffsets", &self.offsets),
+            ("EdgeNumbers", &self.numbers),
         ];
         let samples = [
             ("EdgePixels", &self.edge_pixels),
@@ -266,7 +272,7 @@ impl Antialias {
             self.pixel_groups(),
             &self.list_push(),
             &[
-                ("EdgeOffsets", &self.offsets),
+                ("EdgeNumbers", &self.numbers),
                 ("EdgeSamples", &self.edge_samples),
                 ("EdgeLight", &self.edge_light),
                 ("LightLayer", layer),
@@ -280,7 +286,7 @@ impl Antialias {
             &EdgeMarkPush { width, height },
             &[
                 ("LightLayer", layer),
-                ("EdgeOffsets", &self.offsets),
+                ("EdgeNumbers", &self.numbers),
                 ("EdgeNeeds", &self.edge_needs),
                 ("ShadowPixels", &self.shadow_pixels),
                 ("ShadowGroups", groups),
@@ -325,7 +331,7 @@ impl Antialias {
     }
 
     fn list_push(&self) -> EdgeListPush {
-        EdgeListPush { pixel_count: self.size[0] * self.size[1], room: self.room }
+        EdgeListPush { width: self.size[0], pixel_count: self.size[0] * self.size[1], room: self.room }
     }
 
     /// Room for the number of edge pixels in a list, and of workgroups that take them.
@@ -351,4 +357,9 @@ impl Antialias {
     pub fn edge_count(&self) -> Result<u32> {
         Self::counted(&self.edge_groups)
     }
+}
+
+/// Places in the order of tiles that an image of that size has, those of pixels beyond its edges included.
+fn places([width, height]: [u32; 2]) -> u32 {
+    64 * width.div_ceil(8) * height.div_ceil(8)
 }

@@ -106,7 +106,7 @@ impl Compose {
             ("Pixels", pixels),
             ("DirectIrradiance", direct),
             ("IndirectIrradiance", indirect),
-            ("EdgeOffsets", &antialias.offsets),
+            ("EdgeNumbers", &antialias.numbers),
             ("EdgeSlots", &antialias.edge_slots),
             // Where nothing shines nobody reads it.
             ("GlossRadiance", gloss.unwrap_or(indirect)),

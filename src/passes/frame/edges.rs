@@ -49,6 +49,8 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `edge_list`, `edge_slots` and `edge_sums`.
     pub struct EdgeListPush {
+        /// Of a row of pixels.
+        pub width: u32,
         /// Pixels.
         pub pixel_count: u32,
         /// For samples.

@@ -105,7 +105,7 @@ impl PixelColours {
             &scene.textures.after([
                 ("Triangles", &scene.triangles),
                 ("Surfaces", &scene.surfaces),
-                ("EdgeOffsets", &antialias.offsets),
+                ("EdgeNumbers", &antialias.numbers),
                 ("EdgePixels", &antialias.edge_pixels),
                 ("EdgeSamples", &antialias.edge_samples),
                 ("EdgeColours", &self.of_edges),

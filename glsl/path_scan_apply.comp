@@ -4,6 +4,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/types.glsl"
+#include "include/texels.glsl"
 #include "include/dispatch.glsl"
 #include "include/path_scan.glsl"
 

@@ -1,6 +1,6 @@
 // Light-path energy scan, first of three: segmented inclusive product over blocks of the vertex array. [Yue §3]
-// Deterministic. One workgroup = one block. In: steps, reflectances. Out: throughput of every vertex as far as its block
-// knows it, in cluster order, as far as it is bound; each block's own product.
+// Deterministic. One workgroup = one block, one invocation = a run of its steps, as many as suit the device. In: steps, reflectances.
+// Out: throughput of every vertex as far as its block knows it, in cluster order, as far as it is bound; each block's own product.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -13,7 +13,7 @@
 #include "include/path_scan.glsl"
 #include "include/colour.glsl"
 
-layout(local_size_x = 256) in;
+layout(local_size_x_id = 3) in;
 layout(constant_id = 0) const uint SHINES = 0;  // 1: some steps are reflected by Phong lobes
 
 struct PathScanPush {
@@ -26,50 +26,59 @@ struct PathScanPush {
 };
 
 layout(binding = 0) uniform usamplerBuffer Materials;
-layout(scalar, binding = 1) readonly buffer Steps { PathStep steps[]; };
+layout(binding = 1) uniform usamplerBuffer Steps;  // three words each
 layout(scalar, binding = 2) readonly buffer Lobes { float lobes[]; };  // of each step: 1 - cosα off the mirror direction
 layout(scalar, binding = 3) buffer Deposits { Deposit deposits[]; };
 layout(scalar, binding = 4) writeonly buffer Blocks { Segment blocks[]; };
 layout(scalar, binding = 5) readonly buffer StepColours { uint step_colours[]; };  // packed; only in scenes with images
 layout(scalar, push_constant) uniform Push { PathScanPush push; };
 
-shared Segment segments[BLOCK_THREADS];
+shared Segment segments[gl_WorkGroupSize.x];
+
+// What a step multiplies the path's throughput with.
+vec3 factor_of(PathStep path_step, uint place) {
+    if (path_step.material >= FROM_ENTRY) return vec3(path_step.weight);
+    Reflectance material = reflectance_at(Materials, path_step.material);
+    if (HAS_TEXTURES != 0u) material.diffuse *= unpack_colour(step_colours[place]);
+    return path_step.weight * (SHINES == 1u ? reflected_share(material, lobes[place]) : material.diffuse);
+}
+
+void put(uint slot, vec3 throughput) {
+    if (slot >= push.first_slot && slot < push.end_slot) deposits[slot - push.first_slot].throughput = throughput;
+}
 
 void main() {
     uint thread = gl_LocalInvocationIndex;
     uint block = push.first_block + flat_workgroup();
     if (block >= push.end_block) return;
-    uint first = block * BLOCK_STEPS + thread * BLOCK_ITEMS;
-    Segment scanned[BLOCK_ITEMS];
+    uint items = BLOCK_STEPS / gl_WorkGroupSize.x;
+    uint first = block * BLOCK_STEPS + thread * items;
+    uint end = max(min(first + items, push.step_count), first) - push.first_step;
+    first -= push.first_step;
+
+    // From the first start of a path on, all is known that there is to know.
     Segment running = Segment(vec3(1.0), 0u);
-    for (uint i = 0u; i < BLOCK_ITEMS; ++i) {
-        if (first + i < push.step_count) {
-            PathStep path_step = steps[first + i - push.first_step];
-            bool head = path_step.material == HEAD;
-            vec3 factor = vec3(path_step.weight);
-            if (path_step.material < FROM_ENTRY) {
-                Reflectance material = reflectance_at(Materials, path_step.material);
-                if (HAS_TEXTURES != 0u) material.diffuse *= unpack_colour(step_colours[first + i - push.first_step]);
-                factor *= SHINES == 1u ? reflected_share(material, lobes[first + i - push.first_step]) : material.diffuse;
-            }
-            running = join(running, Segment(factor, uint(head)));
-        }
-        scanned[i] = running;
+    for (uint i = first; i < end; ++i) {
+        PathStep path_step = path_step_at(Steps, i);
+        running = join(running, Segment(factor_of(path_step, i), uint(path_step.material == HEAD)));
+        if (running.has_head != 0u) put(path_step.slot, running.product);
     }
     segments[thread] = running;
     barrier();
-    for (uint stride = 1u; stride < BLOCK_THREADS; stride *= 2u) {
+    for (uint stride = 1u; stride < gl_WorkGroupSize.x; stride *= 2u) {
         Segment left = thread >= stride ? segments[thread - stride] : Segment(vec3(1.0), 0u);
         Segment joined = join(left, segments[thread]);
         barrier();
         segments[thread] = joined;
         barrier();
     }
-    Segment before = thread > 0u ? segments[thread - 1u] : Segment(vec3(1.0), 0u);
-    for (uint i = 0u; i < BLOCK_ITEMS && first + i < push.step_count; ++i) {
-        uint slot = steps[first + i - push.first_step].slot;
-        if (slot < push.first_slot || slot >= push.end_slot) continue;
-        deposits[slot - push.first_slot].throughput = join(before, scanned[i]).product;
+    // What stands ahead of it goes on with what enters from the left.
+    vec3 product = thread > 0u ? segments[thread - 1u].product : vec3(1.0);
+    for (uint i = first; i < end; ++i) {
+        PathStep path_step = path_step_at(Steps, i);
+        if (path_step.material == HEAD) break;
+        product *= factor_of(path_step, i);
+        put(path_step.slot, product);
     }
-    if (thread == BLOCK_THREADS - 1u) blocks[block] = segments[thread];
+    if (thread == gl_WorkGroupSize.x - 1u) blocks[block] = segments[thread];
 }

@@ -6,7 +6,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #include "include/dispatch.glsl"
 
-layout(local_size_x = 256) in;
+layout(local_size_x_id = 3) in;
 layout(constant_id = 0) const uint ITEMS = 0;
 
 struct PrefixSumPush {

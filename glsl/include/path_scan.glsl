@@ -1,8 +1,6 @@
-// Segmented product: what the three kernels of the light-path energy scan share.
+// Segmented product: what the three kernels of the light-path energy scan share. Include behind texels.glsl.
 
-const uint BLOCK_THREADS = 256u;
-const uint BLOCK_ITEMS = 4u;                            // per thread
-const uint BLOCK_STEPS = BLOCK_THREADS * BLOCK_ITEMS;   // per workgroup
+const uint BLOCK_STEPS = 1024u;  // per workgroup, whose invocations share them
 
 // One step of a light path: how the energy of the vertex before turns into that of this one.
 struct PathStep {
@@ -13,6 +11,11 @@ struct PathStep {
 };
 const uint HEAD = 0xffffffffu;
 const uint FROM_ENTRY = 0xfffffffeu;
+
+PathStep path_step_at(usamplerBuffer list, uint index) {
+    uvec3 words = triple_at(list, index);
+    return PathStep(words.x, uintBitsToFloat(words.y), words.z);
+}
 
 // Product of steps since the last path start among them.
 struct Segment {

@@ -15,6 +15,8 @@ pub struct Tuning {
     pub layers: u32,
     /// Invocations of a workgroup that wait for one another often.
     pub waiting_group: u32,
+    /// Invocations that share a block of a scan.
+    pub scan_group: u32,
     /// Invocations that gather at a cache point.
     pub record_lanes: u32,
 }
@@ -28,6 +30,8 @@ struct Class {
     layers: Option<u32>,
     /// Or one subgroup.
     waiting_group: Option<u32>,
+    /// Or one subgroup.
+    scan_group: Option<u32>,
     record_lanes: u32,
 }
 
@@ -35,14 +39,22 @@ const CLASSES: [Class; 2] = [
     // lavapipe gives each core one run of consecutive workgroups, all of the same length, and the frame waits for the last: strips
     // that go to the runs in turn leave nobody with the half of the picture that has more to do, and what is side by side still meets what is
     // in the cache. It runs the subgroups of a workgroup in turn and changes between them at each barrier, which costs more than short
-    // sums: one subgroup. It loads what the lanes of a subgroup want one by one, wherever it lies: a cache point a lane, and none waits.
-    Class { kind: Some(CPU), strip: 16, layers: None, waiting_group: None, record_lanes: 1 },
+    // sums: one subgroup, whose lanes go through long runs of a scan. It loads what the lanes of a subgroup want one by one, wherever it lies: a cache point a lane, and none waits.
+    Class {
+        kind: Some(CPU),
+        strip: 16,
+        layers: None,
+        waiting_group: None,
+        scan_group: None,
+        record_lanes: 1,
+    },
     // A GPU hands out workgroups one by one, hides the waiting of one subgroup behind others, and loads at once what lies side by side.
     Class {
         kind: None,
         strip: u32::MAX,
         layers: Some(1),
         waiting_group: Some(64),
+        scan_group: Some(256),
         record_lanes: RECORD_GROUP,
     },
 ];
@@ -59,6 +71,7 @@ impl Tuning {
             strip: class.strip.min(limits.workgroup_count[0]),
             layers: class.layers.unwrap_or(cores).min(limits.workgroup_count[2]),
             waiting_group: class.waiting_group.unwrap_or(limits.subgroup_size),
+            scan_group: class.scan_group.unwrap_or(limits.subgroup_size),
             record_lanes: class.record_lanes,
         }
     }
@@ -109,12 +122,13 @@ mod tests {
     #[test]
     fn each_kind_has_its_class_and_limits_bound_it() {
         let tuning = |kind, limits| {
-            let Tuning { strip, layers, waiting_group, record_lanes } = Tuning::of(kind, &limits, 6);
-            [strip, layers, waiting_group, record_lanes]
+            let Tuning { strip, layers, waiting_group, scan_group, record_lanes } =
+                Tuning::of(kind, &limits, 6);
+            [strip, layers, waiting_group, scan_group, record_lanes]
         };
-        assert_eq!(tuning(CPU, limits()), [16, 6, 8, 1]);
-        assert_eq!(tuning("discrete GPU", limits()), [65535, 1, 64, 64]);
-        assert_eq!(tuning(CPU, Limits { workgroup_count: [10, 65535, 3], ..limits() }), [10, 3, 8, 1]);
+        assert_eq!(tuning(CPU, limits()), [16, 6, 8, 8, 1]);
+        assert_eq!(tuning("discrete GPU", limits()), [65535, 1, 64, 256, 64]);
+        assert_eq!(tuning(CPU, Limits { workgroup_count: [10, 65535, 3], ..limits() }), [10, 3, 8, 8, 1]);
     }
 
     /// Each workgroup once, less than a row of all layers besides, and as many for each layer.

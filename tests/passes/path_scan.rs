@@ -77,8 +77,9 @@ fn lengths(random: &mut Random, count: usize, longest: u32) -> Vec<usize> {
     lengths
 }
 
-/// Around an invocation's four vertices, a block's 1024, two blocks, and the 256 blocks that one round carries over.
-const COUNTS: [usize; 14] = [0, 1, 3, 4, 5, 1023, 1024, 1025, 2048, 2053, 9_973, 262_144, 262_145, 300_007];
+/// Around an invocation's 4 or 128 vertices, a block's 1024, two blocks, and the 256 blocks that one round carries over on a GPU.
+const COUNTS: [usize; 17] =
+    [0, 1, 3, 4, 5, 127, 128, 129, 1023, 1024, 1025, 2048, 2053, 9_973, 262_144, 262_145, 300_007];
 
 #[test]
 fn short_paths_equal_the_twin() {

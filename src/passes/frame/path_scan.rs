@@ -93,7 +93,7 @@ pub const LAYOUTS: &[Layout] = &[
 pub const HEAD: u32 = u32::MAX;
 /// Stands for the material of an entry point that may shine: its factor comes with the path's flux.
 pub const FROM_ENTRY: u32 = u32::MAX - 1;
-/// Vertices of one block: 256 invocations of four each (`glsl/include/path_scan.glsl`).
+/// Vertices of one block, which a workgroup shares (`glsl/include/path_scan.glsl`).
 const BLOCK_STEPS: u32 = 1024;
 /// Steps that the host reads at a time in search of a path.
 const STEPS_AT_A_TIME: usize = 1 << 18;
@@ -107,6 +107,8 @@ pub struct PathScan {
     /// Of each step 1 − cosα off the mirror direction, in parts like the steps'; where nothing shines, there are none.
     lobes: Option<Parts>,
     step_count: u32,
+    /// Invocations that share a block.
+    scan_group: u32,
     /// Of each step, in parts like the steps'; where there are no images, there are none.
     colours: Option<Parts>,
     block_products: Buffer,
@@ -150,7 +152,9 @@ impl PathScan {
         [most_blocks, most_deposits]: [u32; 2],
     ) -> Result<Self> {
         let most = most_blocks.max(1).saturating_mul(BLOCK_STEPS);
-        let constants = [("SHINES", u32::from(!lobes.is_empty())), has_textures(!colours.is_empty())];
+        let scan_group = context.tuning().scan_group;
+        let group = ("local_size_x", scan_group);
+        let constants = [group, ("SHINES", u32::from(!lobes.is_empty())), has_textures(!colours.is_empty())];
         let lobes =
             (!lobes.is_empty()).then(|| Parts::cut(context, "path lobes", lobes, most)).transpose()?;
         let colours =
@@ -159,11 +163,12 @@ impl PathScan {
         let block_count = u64::from(step_count.div_ceil(BLOCK_STEPS));
         Ok(Self {
             blocks: Pipeline::new(context, "path_scan_blocks", &constants)?,
-            carry: Pipeline::new(context, "path_scan_carry", &[])?,
+            carry: Pipeline::new(context, "path_scan_carry", &[group])?,
             apply: Pipeline::new(context, "path_scan_apply", &[])?,
             steps: Parts::cut(context, "path steps", steps, most)?,
             lobes,
             step_count,
+            scan_group,
             colours,
             block_products: Buffer::storage(
                 context,
@@ -219,7 +224,7 @@ impl PathScan {
             }
             pass.dispatch(
                 &self.blocks,
-                [blocks.len() as u32 * (BLOCK_STEPS / 4), 1, 1],
+                [blocks.len() as u32 * self.scan_group, 1, 1],
                 &PathScanPush {
                     step_count,
                     first_step: steps.items.start,

@@ -19,15 +19,15 @@ gpu_struct! {
 /// What this pass shares with its shaders.
 pub const LAYOUTS: &[Layout] = &[PrefixSumPush::LAYOUT];
 
-/// Values that one invocation adds up on its own before its workgroup shares sums.
-const ITEMS: u32 = 8;
+/// Values that one workgroup sums. Its invocations, as many as suit the device, add up their share on their own before they share sums.
+const BLOCK_LENGTH: u32 = 2048;
 
 /// The pipelines, and room for the sums of blocks.
 pub struct PrefixSum {
     reduce: Pipeline,
     scan: Pipeline,
-    /// Values that one workgroup sums.
-    block_length: u32,
+    /// Values that one invocation adds up.
+    items: u32,
     capacity: u32,
     /// Sums of the blocks of the values, then of the blocks of these, and so on until one block is left.
     block_sums: Vec<Buffer>,
@@ -44,19 +44,20 @@ impl PrefixSum {
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, capacity: u32) -> Result<Self> {
-        let scan = Pipeline::new(context, Self::STEM, &[("ITEMS", ITEMS)])?;
-        let block_length = scan.local_size()[0] * ITEMS;
+        let group = context.tuning().scan_group;
+        let items = BLOCK_LENGTH / group;
+        let constants = [("local_size_x", group), ("ITEMS", items)];
         let mut block_sums = Vec::new();
         let mut count = capacity;
-        while count > block_length {
-            count = count.div_ceil(block_length);
+        while count > BLOCK_LENGTH {
+            count = count.div_ceil(BLOCK_LENGTH);
             // The scan of the sums puts their total behind them.
             block_sums.push(Buffer::storage(context, "block sums", 4 * (u64::from(count) + 1))?);
         }
         Ok(Self {
-            reduce: Pipeline::new(context, "prefix_sum_reduce", &[("ITEMS", ITEMS)])?,
-            scan,
-            block_length,
+            reduce: Pipeline::new(context, "prefix_sum_reduce", &constants)?,
+            scan: Pipeline::new(context, Self::STEM, &constants)?,
+            items,
             capacity,
             block_sums,
             zero: Buffer::from_slice(context, "zero", &[0_u32])?,
@@ -73,22 +74,27 @@ impl PrefixSum {
 
         // Level 0 are the values, level l + 1 the sums of the blocks of level l, the last level is one block.
         let mut counts = vec![count];
-        while let Some(&last) = counts.last().filter(|&&last| last > self.block_length) {
-            counts.push(last.div_ceil(self.block_length));
+        while let Some(&last) = counts.last().filter(|&&last| last > BLOCK_LENGTH) {
+            counts.push(last.div_ceil(BLOCK_LENGTH));
         }
         let level = |index: usize| if index == 0 { values } else { &self.block_sums[index - 1] };
         let top = counts.len() - 1;
 
         for (index, &count) in counts.iter().enumerate().take(top) {
             let bindings = [("Values", level(index)), ("BlockSums", level(index + 1))];
-            pass.dispatch(&self.reduce, [count.div_ceil(ITEMS), 1, 1], &PrefixSumPush { count }, &bindings);
+            pass.dispatch(
+                &self.reduce,
+                [count.div_ceil(self.items), 1, 1],
+                &PrefixSumPush { count },
+                &bindings,
+            );
             pass.barrier(COMPUTE_TO_COMPUTE);
         }
         for (index, &count) in counts.iter().enumerate().rev() {
             let offsets = if index == top { &self.zero } else { level(index + 1) };
             let bindings = [("Values", level(index)), ("BlockOffsets", offsets)];
             // Of no values the total is written all the same.
-            let threads = count.div_ceil(ITEMS).max(1);
+            let threads = count.div_ceil(self.items).max(1);
             pass.dispatch(&self.scan, [threads, 1, 1], &PrefixSumPush { count }, &bindings);
             if index > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);

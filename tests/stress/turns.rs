@@ -173,7 +173,7 @@ fn sampled<T: Progressive>(tracer: Result<T>, samples: u32) -> Result<Vec<[f32; 
 fn paths_through_more_boxes_than_they_go_through_are_no_picture() {
     let picture = |needles| sampled(PathTracer::new(&context(), box_of_needles(needles), &mut Silent), 4);
     let expected = picture(0).unwrap();
-    if let Some(found) = found_or_refused(picture(60_000), OVER_ONE_ANOTHER) {
+    if let Some(found) = found_or_refused(picture(120_000), OVER_ONE_ANOTHER) {
         assert!(relative_mse(&found, &expected) < 0.01, "a wrong picture without a word");
     }
     assert_silent(&context());
@@ -210,4 +210,23 @@ fn more_lamps_than_a_vertex_asks_are_no_picture() {
         assert!((ratio - 1.0).abs() < 0.02, "{ratio} of the light without a word");
     }
     assert_silent(&context);
+}
+
+#[test]
+fn cells_that_are_wide_beside_most_of_the_surface_are_told() {
+    let quality = |cells| Quality { cells, entry_points: 2_000, cache_points: 200, ..SMALL };
+    let told = |scene: Scene, cells| {
+        let renderer = prepare(scene, quality(cells));
+        let warnings = renderer.scene().warnings.iter();
+        warnings.filter(|warning| warning.contains("cells are")).cloned().collect::<Vec<String>>()
+    };
+    let [coarse, fine] = [64, 128].map(|cells| told(box_and_speck(), cells));
+    assert!(coarse.len() == 1 && coarse[0].ends_with("raise quality.cells"), "{coarse:?}");
+    assert!(fine.len() == 1 && fine[0].contains("leave out what is far"), "{fine:?}");
+    assert_eq!(told(shapes::closed_box(Vec3::ONE, 0.5), 8), [""; 0]);
+    for name in ["box", "room", "atrium"] {
+        let scene = Scene::load(name, &LoadOptions::default()).unwrap();
+        assert_eq!(told(scene, Quality::DRAFT.cells), [""; 0], "{name}");
+    }
+    assert_silent(&context());
 }

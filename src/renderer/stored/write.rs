@@ -15,6 +15,8 @@ use std::ops::Range;
 pub(super) struct Numbers {
     /// That all entry points stand for, m².
     pub(super) all_area_m2: f64,
+    /// What half of the surface has before it, metres.
+    pub(super) room: f64,
     /// Unit of gradients, metres.
     pub(super) least_distance: f32,
     pub(super) cluster_bits: u32,
@@ -65,6 +67,7 @@ impl Tables {
             "numbers",
             vec![Numbers {
                 all_area_m2: made.all_area_m2,
+                room: made.room,
                 least_distance: made.code.least_distance,
                 cluster_bits: made.code.cluster_bits,
                 tight_count: made.tight_count,

@@ -44,7 +44,7 @@ impl Splat {
         Ok((pairs, self.tally.read::<SplatTally>()?[0].weights))
     }
 
-    /// [`WeightRun`] of each pixel, and the list of [`SplatWeight`]s.
+    /// `WeightRun` of each pixel, and the list of `SplatWeight`s.
     pub fn lists(&self) -> [&Buffer; 2] {
         [&self.weight_runs, &self.weights]
     }

@@ -15,8 +15,6 @@ use std::ops::Range;
 pub(super) struct Numbers {
     /// That all entry points stand for, m².
     pub(super) all_area_m2: f64,
-    /// What half of the surface has before it, metres.
-    pub(super) room: f64,
     /// Unit of gradients, metres.
     pub(super) least_distance: f32,
     pub(super) cluster_bits: u32,
@@ -28,6 +26,8 @@ pub(super) struct Numbers {
     pub(super) gloss_leaf_count: u32,
     pub(super) gloss_most_vertices: u32,
     pub(super) triangle_count: u32,
+    /// What half of the surface has before it, metres.
+    pub(super) room: f64,
 }
 
 /// Lists that the device holds, or that are stored otherwise than they are kept.
@@ -67,7 +67,6 @@ impl Tables {
             "numbers",
             vec![Numbers {
                 all_area_m2: made.all_area_m2,
-                room: made.room,
                 least_distance: made.code.least_distance,
                 cluster_bits: made.code.cluster_bits,
                 tight_count: made.tight_count,
@@ -78,6 +77,7 @@ impl Tables {
                 gloss_leaf_count: gloss.map_or(0, |gloss| gloss.leaf_count),
                 gloss_most_vertices: gloss.map_or(0, |gloss| gloss.most_vertices),
                 triangle_count: made.surfaces.len() as u32,
+                room: made.room,
             }],
         );
         writer.add("notes", &self.notes[..]);

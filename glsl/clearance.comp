@@ -1,6 +1,6 @@
 // Clearance of candidate cache points: distance to the nearest surface that their gather hemisphere sees, the R_i of
 // the error metric. [Tabellion] Deterministic. One workgroup = one candidate; rays within 10° of the tangent plane
-// do not count. In: candidates. Out: metres, or the scene's size where no ray hits, or BURIED; and the wall that was hit.
+// do not count. In: candidates. Out: metres, or the scene's size where no ray hits, or BURIED or UNKNOWN; and the wall that was hit.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -8,6 +8,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/turns.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 
@@ -20,6 +21,7 @@ struct Clearance {
     vec3 wall;       // plane of the nearest hit as in CachePoint, if it faces 45° or more away from the surface; else zero
 };
 const float BURIED = -1.0;
+const float UNKNOWN = -2.0;  // the device ended the loops
 
 struct ClearancePush {
     uint candidate_count;
@@ -65,6 +67,7 @@ void main() {
             closest_ray = ray;
         }
     }
+    if (!loops_still_turn(push.candidate_count)) closest = UNKNOWN;
     nearest[gl_LocalInvocationIndex] = closest;
     nearest_ray[gl_LocalInvocationIndex] = closest_ray;
     for (uint stride = gl_WorkGroupSize.x / 2u; stride > 0u; stride /= 2u) {
@@ -79,7 +82,7 @@ void main() {
     vec3 wall = vec3(0.0);
     Hit hit;
     vec3 direction = frame * stratum_direction(stratum_of(min(nearest_ray[0], RINGS * SECTORS - 1u)), name, push.seed);
-    if (nearest_ray[0] != NO_TARGET && trace(Ray(origin, direction, push.scene_size), false, hit)) {
+    if (nearest[0] != UNKNOWN && nearest_ray[0] != NO_TARGET && trace(Ray(origin, direction, push.scene_size), false, hit)) {
         vec3 plane = surface_at(hit.triangle).normal;
         float distance = dot(plane, hit_position(hit) - point.position);
         // A wall, or what covers the surface: behind both the world looks different.
@@ -88,5 +91,6 @@ void main() {
         // What is nearest to the inside of a solid is that inside, which takes no part.
         if (!side_is_active(surface_at(hit.triangle).sides, back)) nearest[0] = BURIED;
     }
-    clearances[index] = Clearance(nearest[0], wall);
+    if (nearest[0] == UNKNOWN || !loops_still_turn(push.candidate_count)) clearances[index] = Clearance(UNKNOWN, vec3(0.0));
+    else clearances[index] = Clearance(nearest[0], wall);
 }

@@ -8,6 +8,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/turns.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/colour.glsl"
@@ -37,9 +38,10 @@ layout(scalar, binding = 6) readonly buffer Wholes { uint wholes[]; };
 layout(scalar, binding = 7) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 8) writeonly buffer GatherRays { GatherRay gather_rays[]; };
 layout(scalar, binding = 9) writeonly buffer RayColours { uint ray_colours[]; };  // of the image at the hit, packed
-layout(scalar, binding = 10) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
-layout(scalar, binding = 11) readonly buffer Textures { Texture textures[]; };
-layout(scalar, binding = 12) readonly buffer Texels { uint texels[]; };
+layout(scalar, binding = 10) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
+layout(scalar, binding = 11) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 12) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 13) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { GatherRaysPush push; };
 
 #include "include/triangles.glsl"
@@ -127,4 +129,5 @@ void main() {
     for (uint ray = gl_LocalInvocationIndex; ray < RINGS * SECTORS; ray += gl_WorkGroupSize.x) {
         gather_rays[first + ray].gradient = packHalf2x16(gradient_weight(stratum_of(ray)));
     }
+    if (!loops_still_turn(push.point_count)) cut_short[0] = CUT_SHORT;
 }

@@ -1,5 +1,5 @@
 // Closest hits of an explicit list of rays, or any hits of segments. Deterministic. One invocation = one ray.
-// In: origins and directions, metres. Out: distance in units of the direction's length (negative: nothing hit) and side.
+// In: origins and directions, metres. Out: distance in units of the direction's length (negative: nothing hit) and side, or CUT_SHORT.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -7,6 +7,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/turns.glsl"
 #include "include/math.glsl"
 
 layout(local_size_x = 64) in;
@@ -33,8 +34,10 @@ void main() {
     RayQuery query = queries[index];
     Hit hit;
     bool segments = SEGMENTS == 1u;
-    if (!trace(Ray(query.origin, query.direction, segments ? 1.0 : 1e30), segments, hit)) {
-        answers[index] = RayAnswer(-1.0, NO_SIDE);
+    bool is_hit = trace(Ray(query.origin, query.direction, segments ? 1.0 : 1e30), segments, hit);
+    bool is_cut_short = !loops_still_turn(push.ray_count);
+    if (is_cut_short || !is_hit) {
+        answers[index] = RayAnswer(-1.0, is_cut_short ? CUT_SHORT : NO_SIDE);
         return;
     }
     bool back = dot(surface_at(hit.triangle).normal, query.direction) > 0.0;

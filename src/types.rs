@@ -11,6 +11,9 @@ pub const NO_SIDE: u32 = u32::MAX;
 /// Marks a point that no cluster holds, and the parent of a root cluster.
 pub const NO_CLUSTER: u32 = u32::MAX;
 
+/// Stands for a count, or in it, where the device ended the loops that were to count.
+pub const CUT_SHORT: u32 = 1 << 31;
+
 gpu_struct! {
     /// One triangle for traversal, in BVH leaf order. Three texels: nothing stands in `w`.
     pub struct Triangle {

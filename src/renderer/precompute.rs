@@ -1,7 +1,7 @@
 //! The precomputation, in the paper's order. [Yue §1, §2]
 
 use super::closed_places::{ClosedPlaces, lost_lights};
-use super::resolution::{blurred, outgoing_directions, uncovered, undersampled};
+use super::resolution::{blurred, outgoing_directions, room, uncovered, undersampled, wide_cells};
 use super::{Statistics, counts};
 use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
@@ -34,7 +34,7 @@ use std::time::Instant;
 /// smaller than one.
 const REFINED: u32 = 2;
 /// And in all: the table of cells is dense.
-const FINEST: u32 = 256;
+pub(super) const FINEST: u32 = 256;
 
 /// Cache points that have a surface within so many base cells see parts of clusters.
 const SEES_NEAR: f32 = 2.0;
@@ -63,6 +63,8 @@ pub(super) struct Precomputed {
     pub(super) cache_points: Buffer,
     /// They cover the scene's curved surfaces.
     pub(super) is_covering: bool,
+    /// What half of the surface has before it, metres.
+    pub(super) room: f64,
     pub(super) neighbourhoods: Neighbourhoods,
     pub(super) bundles: RayBundles,
     /// None where nothing hides a part of a cluster that is read.
@@ -173,6 +175,8 @@ pub(super) fn precompute(
         narrow_gaps::resolved((high - low).length(), hvds.grid.cell_size() as f32, hemisphere);
     let told: Vec<String> = undersampled(scene, &gaps, resolved, strata.area_m2, cell_size).collect();
     scene.warnings.extend(told);
+    let room = room(&hvds.pieces, &clearances);
+    scene.warnings.extend(wide_cells(room, &hvds.grid, quality.cells));
     if quality.occlusion {
         let (rays, in_clusters) = ((&tracer, &buffers), &strata.in_clusters);
         let mut mixed =
@@ -330,6 +334,7 @@ pub(super) fn precompute(
         point_count,
         cache_points,
         is_covering: placement.is_covering,
+        room,
         neighbourhoods,
         bundles,
         views: views.filter(|views| !views.is_empty()),

@@ -1,8 +1,11 @@
 //! What the settings resolve of a scene, and what to say where that is too little.
 
+use super::precompute::{FINEST, finest_cells};
 use crate::passes::precompute::narrow_gaps;
 use crate::scene::directions::{Directions, directions_for, resolved_exponent};
+use crate::scene::hvds::Piece;
 use crate::scene::{Material, Scene};
+use crate::types::Grid;
 use glam::Vec3;
 
 /// Directions in which clusters that shine are read at most, unless more are asked for: enough for exponents up to 1 420. Each that a gather
@@ -61,6 +64,38 @@ pub(super) fn undersampled(
                 light.name
             )
         })
+    })
+}
+
+/// What half of the surface has before it at least, in cells of the finest level, where these are not too wide. Measured: a box of two metres, and
+/// a speck further and further away (`docs/decisions.md`).
+const ROOM: f64 = 0.75;
+
+/// How far half of the surface has no other before it, metres; by what the pieces are from what they see.
+pub(super) fn room(pieces: &[Piece], clearances: &[f32]) -> f64 {
+    let area = |piece: &Piece| piece.open_area_m2();
+    let mut rooms: Vec<(f32, f64)> = clearances.iter().copied().zip(pieces.iter().map(area)).collect();
+    rooms.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * rooms.iter().map(|(_, area)| area).sum::<f64>();
+    let mut below = 0.0;
+    let middle = rooms.iter().find(|(_, area)| {
+        below += area;
+        below >= half
+    });
+    middle.map_or(f64::INFINITY, |(room, _)| f64::from(*room))
+}
+
+/// What to say of cells that are wide beside most of the surface, as in a scene that fills a small part of its box. `grid` of the finest level.
+pub(super) fn wide_cells(room: f64, grid: &Grid, cells: u32) -> Option<String> {
+    let size = grid.cell_size();
+    let advice = match finest_cells(cells) < FINEST {
+        true => "raise quality.cells",
+        false => "leave out what is far from the rest, more cells are no finer",
+    };
+    (room < ROOM * size).then(|| {
+        format!(
+            "half of the surface has other surface within {room:.3} m, and cells are {size:.3} m wide: indirect light is blurred there; {advice}"
+        )
     })
 }
 

@@ -15,11 +15,11 @@ const FAR: u32 = 0x0fff_ffff;
 
 /// Section, words of an element, and the word that points into a list, or says how long one is.
 const POINTERS: &[(&str, usize, usize)] = &[
-    ("numbers", 12, 3),
-    ("numbers", 12, 4),
-    ("numbers", 12, 5),
-    ("numbers", 12, 9),
-    ("numbers", 12, 10),
+    ("numbers", 14, 3),
+    ("numbers", 14, 4),
+    ("numbers", 14, 5),
+    ("numbers", 14, 9),
+    ("numbers", 14, 10),
     ("order", 1, 0),
     ("sides", 1, 0),
     ("levels", 2, 0),

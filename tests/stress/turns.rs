@@ -5,9 +5,14 @@ use std::ops::Range;
 use crate::common::{assert_silent, context};
 use crate::{SMALL, count, prepare, relative_mse, render};
 use glam::{DVec3, Vec3};
+use lightpaths::Result;
 use lightpaths::passes::frame::hvds::ClusterFlux;
+use lightpaths::passes::precompute::gather_rays::Hemisphere;
+use lightpaths::passes::precompute::openness::{OpennessPoint, open_rays};
+use lightpaths::passes::precompute::rays::{RayQuery, Rays};
+use lightpaths::reference::{PathTracer, PhotonMapper, Progressive, TracedScene};
 use lightpaths::renderer::{Layer, Renderer, Silent};
-use lightpaths::scene::{LoadOptions, Quality, Scene, Triangle, shapes};
+use lightpaths::scene::{Light, LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
 use lightpaths::types::{Deposit, DepositRun, OPEN};
 
 /// A box of a metre, and a speck 200 m away: all of the box falls into a few clusters.
@@ -81,7 +86,7 @@ fn every_gather_ray_is_traced_however_many_a_hemisphere_has() {
 }
 
 /// A picture of one tile, in which every record of the box is.
-fn one_tile(cache_points: u32) -> lightpaths::Result<Vec<[f32; 3]>> {
+fn one_tile(cache_points: u32) -> Result<Vec<[f32; 3]>> {
     let mut scene = shapes::closed_box(Vec3::ONE, 0.5);
     let camera = &mut scene.cameras[0];
     (camera.position, camera.target) = (Vec3::splat(0.49), Vec3::ZERO);
@@ -102,6 +107,136 @@ fn a_tile_of_more_records_than_it_goes_through_is_no_picture() {
             let said = error.to_string();
             assert!(said.contains("lower quality.cache_points"), "{said}");
         }
+    }
+    assert_silent(&context());
+}
+
+/// What the device found, if it could; a refusal that says that, if not.
+#[track_caller]
+fn found_or_refused<T>(found: Result<T>, says: &str) -> Option<T> {
+    found.map_err(|error| assert!(error.to_string().contains(says), "{error}")).ok()
+}
+
+const OVER_ONE_ANOTHER: &str = "lie over one another less";
+
+fn in_four(triangle: &Triangle) -> [Triangle; 4] {
+    let [a, b, c] = triangle.positions;
+    let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(a, b)| 0.5 * (a + b));
+    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]].map(|positions| Triangle { positions, ..*triangle })
+}
+
+/// A box, and so many needles through all of it, whose boxes are its own. They are too thin to be seen.
+fn box_of_needles(count: u32) -> Scene {
+    let mut scene = shapes::closed_box(Vec3::ONE, 0.5);
+    scene.cameras[0].size = [16, 16];
+    // Walls of many triangles, so that rays come to them late.
+    for _ in 0..5 {
+        scene.triangles = scene.triangles.iter().flat_map(in_four).collect();
+    }
+    let needle = |index: u32| {
+        let low = -0.49 + 1e-7 * index as f32;
+        let ends = [Vec3::new(low, -0.49, -0.49), Vec3::new(low + 0.98, 0.49, 0.49)];
+        let positions = [ends[0], ends[1], ends[1] + Vec3::new(6e-8, -6e-8, 0.0)];
+        Triangle { positions, normals: [Vec3::Z; 3], material: 0 }
+    };
+    scene.triangles.extend((0..count).map(needle));
+    scene
+}
+
+#[test]
+fn rays_through_more_boxes_than_they_go_through_find_nothing_without_a_word() {
+    let queries: Vec<RayQuery> = (0..4_000)
+        .map(|index| {
+            let turn = 2.399_963 * index as f32;
+            let direction = Vec3::new(turn.cos(), (0.37 * turn).sin(), turn.sin());
+            RayQuery { origin: Vec3::new(0.02, 0.01, -0.03), direction }
+        })
+        .collect();
+    let [few, many] =
+        [0, 120_000].map(|needles| TracedScene::new(&context(), box_of_needles(needles)).unwrap());
+    let rays = Rays::new(&context()).unwrap();
+    let ends = rays.trace(&few.buffers, &queries).unwrap();
+    if let Some(found) = found_or_refused(rays.trace(&many.buffers, &queries), OVER_ONE_ANOTHER) {
+        let is_off = found.iter().zip(&ends).filter(|(a, b)| (a.t - b.t).abs() > 1e-3 * b.t).count();
+        assert!(is_off < 40, "{is_off} of {} rays end elsewhere without a word", queries.len());
+    }
+    // Sixteen a point, and few boxes for each.
+    let some_needles = TracedScene::new(&context(), box_of_needles(10_000)).unwrap();
+    let points = [OpennessPoint { position: few.scene.triangles[0].positions[0] * 0.9, side: 0 }; 64];
+    let open =
+        |scene: &TracedScene| open_rays(&context(), &scene.buffers, &points, Hemisphere::new(16), 0.4, 3);
+    let expected = open(&few).unwrap();
+    if let Some(found) = found_or_refused(open(&some_needles), OVER_ONE_ANOTHER) {
+        assert_eq!(found, expected, "other rays without a word");
+    }
+    assert_silent(&context());
+}
+
+/// The mean of a few samples a pixel.
+fn sampled<T: Progressive>(tracer: Result<T>, samples: u32) -> Result<Vec<[f32; 3]>> {
+    let mut tracer = tracer?;
+    tracer.add_samples(samples)?;
+    Ok(tracer.picture()?.beauty)
+}
+
+#[test]
+fn paths_through_more_boxes_than_they_go_through_are_no_picture() {
+    let picture = |needles| sampled(PathTracer::new(&context(), box_of_needles(needles), &mut Silent), 4);
+    let expected = picture(0).unwrap();
+    if let Some(found) = found_or_refused(picture(120_000), OVER_ONE_ANOTHER) {
+        assert!(relative_mse(&found, &expected) < 0.01, "a wrong picture without a word");
+    }
+    assert_silent(&context());
+}
+
+/// The atrium, its lamp shared out among so many at one place behind the leaves.
+fn atrium_of_lamps(count: u16) -> Scene {
+    let mut scene = Scene::load("atrium", &LoadOptions::default()).unwrap();
+    scene.cameras[0].size = [16, 12];
+    let position = Vec3::new(-14.0, 8.5, -7.0) - scene.origin.as_vec3();
+    let intensity = Vec3::splat(1000.0 / f32::from(count));
+    let lamp = |index| Light {
+        name: format!("lamp {index}"),
+        is_on: true,
+        kind: LightKind::Point { position, intensity },
+    };
+    scene.lights = (0..count).map(lamp).collect();
+    scene
+}
+
+#[test]
+fn more_lamps_than_a_vertex_asks_are_no_picture() {
+    let context = context();
+    let path = |lamps| sampled(PathTracer::new(&context, atrium_of_lamps(lamps), &mut Silent), 2);
+    let photon = |lamps| sampled(PhotonMapper::new(&context, atrium_of_lamps(lamps), &mut Silent), 2);
+    let expected = path(1).unwrap();
+    if let Some(found) = found_or_refused(path(1024), "fewer lights") {
+        assert!(relative_mse(&found, &expected) < 1e-6, "a wrong picture without a word");
+    }
+    // Photons are dealt to lights otherwise; nearly all of what is seen comes straight from the lights.
+    if let Some(found) = found_or_refused(photon(512), "fewer lights") {
+        let energy = |picture: &[[f32; 3]]| picture.as_flattened().iter().map(|v| f64::from(*v)).sum::<f64>();
+        let ratio = energy(&found) / energy(&photon(1).unwrap());
+        assert!((ratio - 1.0).abs() < 0.02, "{ratio} of the light without a word");
+    }
+    assert_silent(&context);
+}
+
+#[test]
+fn cells_that_are_wide_beside_most_of_the_surface_are_told() {
+    let quality = |cells| Quality { cells, entry_points: 2_000, cache_points: 200, ..SMALL };
+    let told = |scene: Scene, cells| {
+        let renderer = prepare(scene, quality(cells));
+        let warnings = renderer.scene().warnings.iter();
+        warnings.filter(|warning| warning.contains("cells are")).cloned().collect::<Vec<String>>()
+    };
+    let [coarse, fine] = [64, 128].map(|cells| told(box_and_speck(), cells));
+    assert!(coarse.len() == 1 && coarse[0].ends_with("raise quality.cells"), "{coarse:?}");
+    assert!(fine.len() == 1 && fine[0].contains("leave out what is far"), "{fine:?}");
+    assert_eq!(told(shapes::closed_box(Vec3::ONE, 0.5), 8), [""; 0]);
+    for name in ["box", "room", "atrium"] {
+        let scene = Scene::load(name, &LoadOptions::default()).unwrap();
+        assert_eq!(told(scene, Quality::DRAFT.cells), [""; 0], "{name}");
     }
     assert_silent(&context());
 }

@@ -123,6 +123,8 @@ const SHARE: u64 = 8;
 const LEAST_ROOM: u64 = 1 << 16;
 /// Invocations that trace: enough to fill a device, few enough not to be idle in number where little shines.
 const STRIDE: u32 = 1 << 16;
+/// But so many that none traces the lobes of more samples, lest a device that ends long loops ends these.
+const SAMPLES_OF_INVOCATION: u32 = 8;
 
 /// What shining pixels are lit by, besides their own samples.
 #[derive(Clone, Copy)]
@@ -261,7 +263,7 @@ impl GlossPixels {
             &[("GlossOffsets", &self.offsets), ("GlossPixels", &self.pixels)],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
-        let stride = STRIDE.min(self.capacity);
+        let stride = STRIDE.max(self.capacity.div_ceil(SAMPLES_OF_INVOCATION)).min(self.capacity);
         pass.dispatch(
             &self.trace,
             [stride, 1, 1],

@@ -23,5 +23,6 @@ pub mod prefix_sum;
 pub mod primary;
 pub mod shafts;
 pub mod splat;
+mod splat_room;
 pub mod tile_sort;
 pub mod tonemap;

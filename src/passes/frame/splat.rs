@@ -3,7 +3,7 @@
 //!
 //! The two halves are timed apart: weights change with the view, values with the light.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
@@ -157,13 +157,13 @@ pub const LAYOUTS: &[Layout] = &[
 ];
 
 /// Edge of a tile in pixels: the workgroup of `splat_tiles`.
-const TILE: u32 = 16;
+pub(super) const TILE: u32 = 16;
 /// Consecutive records that share a box.
 const RECORD_BLOCK: u32 = 64;
 
 /// The pipelines and all lists between records and pixels.
 pub struct Splat {
-    context: Arc<Context>,
+    pub(super) context: Arc<Context>,
     boxes: Pipeline,
     bounds: Pipeline,
     emit: Pipeline,
@@ -173,20 +173,20 @@ pub struct Splat {
     nearest: Pipeline,
     apply: Pipeline,
     record_sums: PrefixSum,
-    sort: TileSort,
-    record_count: u32,
-    size: [u32; 2],
+    pub(super) sort: TileSort,
+    pub(super) record_count: u32,
+    pub(super) size: [u32; 2],
     tile_boxes: Buffer,
     block_boxes: Buffer,
     rectangles: Buffer,
-    first_pairs: Buffer,
-    weight_runs: Buffer,
-    weights: Buffer,
-    weight_capacity: u32,
-    tally: Buffer,
+    pub(super) first_pairs: Buffer,
+    pub(super) weight_runs: Buffer,
+    pub(super) weights: Buffer,
+    pub(super) weight_capacity: u32,
+    pub(super) tally: Buffer,
     /// Pixels that no record covers, nor stretches to: workgroups along each axis that take one each; their number; which these are, in
     /// any order.
-    bare: Buffer,
+    pub(super) bare: Buffer,
     /// Tiles with pixels of more weights than registers hold, likewise.
     crowded: Buffer,
     /// Indirect irradiance of each pixel, W/m²; three floats.
@@ -358,66 +358,5 @@ impl Splat {
                 ("IndirectIrradiance", &self.irradiance),
             ],
         );
-    }
-
-    /// After a frame: makes room where a list was too short for the view. True if it was, and the frame has to be repeated.
-    ///
-    /// # Errors
-    /// The device lacks memory or failed, or a tile of pixels has more records than it goes through.
-    pub fn grow(&mut self) -> Result<bool> {
-        let (pairs, weights) = self.list_lengths()?;
-        if self.tally.read::<SplatTally>()?[0].is_cut_short != 0 {
-            let tile = format!("{TILE}×{TILE} pixels");
-            return Err(Error::OutOfMemory(format!(
-                "some {tile} have more of the {} cache points to weigh than the device goes through: lower quality.cache_points, or render a \
-                 larger image",
-                self.record_count
-            )));
-        }
-        let with_reserve = |needed: u32| needed.saturating_add(needed / 4);
-        let lacks_pairs = pairs > self.sort.capacity();
-        if lacks_pairs {
-            self.sort = TileSort::new(&self.context, with_reserve(pairs))?;
-        }
-        // Without all pairs the number of weights is not the final one: the repeated frame is asked again.
-        let lacks_weights = weights > self.weight_capacity;
-        if lacks_weights {
-            let capacity = with_reserve(weights);
-            self.weights = Buffer::storage(&self.context, "splat weights", 8 * u64::from(capacity))?;
-            self.weight_capacity = capacity;
-        }
-        Ok(lacks_pairs || lacks_weights)
-    }
-
-    /// (tile, record) pairs and (pixel, record) weights that the last view asked for.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn list_lengths(&self) -> Result<(u32, u32)> {
-        let pairs = self.first_pairs.read_range::<u32>(self.record_count as usize, 1)?[0];
-        Ok((pairs, self.tally.read::<SplatTally>()?[0].weights))
-    }
-
-    /// [`WeightRun`] of each pixel, and the list of [`SplatWeight`]s.
-    pub fn lists(&self) -> [&Buffer; 2] {
-        [&self.weight_runs, &self.weights]
-    }
-
-    /// Pixels, and weights that there is room for.
-    pub fn room(&self) -> [u32; 2] {
-        [self.size[0] * self.size[1], self.weight_capacity]
-    }
-
-    /// Bytes of the room for pairs and for weights.
-    pub fn list_bytes(&self) -> [u64; 2] {
-        [self.sort.input().bytes(), self.weights.bytes()]
-    }
-
-    /// Pixels of the last view that no record covers: those that records stretch to, and those that take the nearest one.
-    ///
-    /// # Errors
-    /// The device failed.
-    pub fn uncovered(&self) -> Result<[u32; 2]> {
-        Ok([self.tally.read::<SplatTally>()?[0].stretched, self.bare.read_range::<u32>(3, 1)?[0]])
     }
 }

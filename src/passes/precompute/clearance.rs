@@ -6,7 +6,7 @@ use super::{Chunks, Progress};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::SceneBuffers;
+use crate::passes::{SceneBuffers, turns};
 use crate::types::CachePoint;
 use glam::Vec3;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,6 +18,13 @@ gpu_struct! {
         pub distance: f32,
         /// Plane of that surface, as in `CachePoint`, if it faces 45° or more away from the candidate's; else zero.
         pub wall: Vec3,
+    }
+}
+
+impl Clearance {
+    /// The device ended the loops that were to find it.
+    fn is_unknown(&self) -> bool {
+        self.distance == -2.0
     }
 }
 
@@ -110,6 +117,7 @@ impl Surveyor {
                 );
             })?;
             measured.extend(self.clearances.read_range::<Clearance>(0, count as usize)?);
+            turns::refuse(measured[first as usize..].iter().any(Clearance::is_unknown), STEM, 0)?;
             if let Some(progress) = &mut progress {
                 progress.advance(u64::from(first + count));
             }

@@ -7,9 +7,9 @@ use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::path_scan::PathStep;
-use crate::passes::{ClusterBuffers, SceneBuffers};
+use crate::passes::{ClusterBuffers, SceneBuffers, turns};
 use crate::scene::Material;
-use crate::types::{Deposit, Grid, MAY_SHINE, PathVertex, Reflectance, Surface};
+use crate::types::{CUT_SHORT, Deposit, Grid, MAY_SHINE, PathVertex, Reflectance, Surface};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -245,6 +245,7 @@ impl Walk {
             );
         })?;
         let counts: Vec<u32> = self.counts.read_range(0, states.len())?;
+        turns::refuse(counts.contains(&CUT_SHORT), STEM, 0)?;
         let vertices: Vec<PathVertex> = self.vertices.read_range(0, states.len() * STEPS as usize)?;
         let colours: Vec<u32> = match scene.textures.are_used {
             true => self.colours.read_range(0, vertices.len())?,

@@ -10,9 +10,9 @@ use super::path_orders::Vertex;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::SceneBuffers;
+use crate::passes::{SceneBuffers, turns};
 use crate::scene::{hvds::Hvds, wholes::NEARBY};
-use crate::types::{NO_CLUSTER, OPEN};
+use crate::types::{CUT_SHORT, NO_CLUSTER, OPEN};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -123,6 +123,7 @@ pub fn open_rays(
             );
         })?;
         open.extend(answered.read_range::<u32>(0, count as usize)?);
+        turns::refuse(open[first as usize..].contains(&CUT_SHORT), STEM, 0)?;
         Ok(timings[0].ms)
     })?;
     Ok(open)

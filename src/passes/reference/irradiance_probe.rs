@@ -6,8 +6,9 @@ use crate::error::Result;
 use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::LitScene;
 use crate::passes::precompute::{Chunks, gather_rays::Hemisphere};
+use crate::passes::{LitScene, turns};
+use crate::types::CUT_SHORT;
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
@@ -127,7 +128,9 @@ pub fn trace(context: &Arc<Context>, job: Job<'_>) -> Result<Vec<Vec3>> {
                 );
             })?;
             longest = longest.max(timings[0].ms);
-            if unfinished.read::<u32>()? == [0] {
+            let left = unfinished.read::<u32>()?[0];
+            turns::refuse(left & CUT_SHORT != 0, STEM, push.light_count)?;
+            if left == 0 {
                 break;
             }
         }

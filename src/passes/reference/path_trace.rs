@@ -4,8 +4,8 @@ use crate::error::Result;
 use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::{LitScene, SceneBuffers};
-use crate::types::View;
+use crate::passes::{LitScene, SceneBuffers, turns};
+use crate::types::{CUT_SHORT, View};
 use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -191,7 +191,9 @@ impl PathTrace {
             let ((), timings) = self.context.run(|rec| self.record(rec, job, &push))?;
             sum += timings[0].ms;
             longest = longest.max(timings[0].ms);
-            if self.unfinished.read::<u32>()? == [0] {
+            let unfinished = self.unfinished.read::<u32>()?[0];
+            turns::refuse(unfinished & CUT_SHORT != 0, Self::STEM, push.light_count)?;
+            if unfinished == 0 {
                 break;
             }
             first_sample = RESUME;

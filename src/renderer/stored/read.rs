@@ -12,7 +12,7 @@ use crate::passes::{ClusterTables, SceneBuffers};
 use crate::renderer::Statistics;
 use crate::renderer::closed_places::{ClosedPlaces, lost_lights};
 use crate::renderer::precompute::{Precomputed, finest_cells};
-use crate::renderer::resolution::{blurred, outgoing_directions, uncovered, undersampled};
+use crate::renderer::resolution::{blurred, outgoing_directions, uncovered, undersampled, wide_cells};
 use crate::scene::directions::Directions;
 use crate::scene::{Scene, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces};
 use crate::stored::{File, Key, Refusal};
@@ -127,6 +127,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
         point_count: contents.cache_points.len() as u32,
         cache_points,
         is_covering: numbers.is_covering != 0,
+        room: numbers.room,
         neighbourhoods: contents.neighbourhoods,
         bundles,
         views: contents.views,
@@ -176,6 +177,7 @@ fn warn(
     let all_area_m2 = contents.numbers.all_area_m2;
     let told: Vec<String> = undersampled(scene, &gaps, resolved, all_area_m2, cell_size).collect();
     scene.warnings.extend(told);
+    scene.warnings.extend(wide_cells(contents.numbers.room, &contents.hvds.grid, quality.cells));
     if contents.numbers.is_covering == 0 {
         scene.warnings.push(uncovered(quality.cache_points));
     }

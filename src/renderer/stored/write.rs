@@ -26,6 +26,8 @@ pub(super) struct Numbers {
     pub(super) gloss_leaf_count: u32,
     pub(super) gloss_most_vertices: u32,
     pub(super) triangle_count: u32,
+    /// What half of the surface has before it, metres.
+    pub(super) room: f64,
 }
 
 /// Lists that the device holds, or that are stored otherwise than they are kept.
@@ -75,6 +77,7 @@ impl Tables {
                 gloss_leaf_count: gloss.map_or(0, |gloss| gloss.leaf_count),
                 gloss_most_vertices: gloss.map_or(0, |gloss| gloss.most_vertices),
                 triangle_count: made.surfaces.len() as u32,
+                room: made.room,
             }],
         );
         writer.add("notes", &self.notes[..]);

@@ -53,8 +53,9 @@ pub fn cluster_layer(
     runs.iter().map(|run| sums(run, deposits, [&direct, &behind])).collect()
 }
 
-/// The smallest cluster around each, itself included, that holds `least` vertices which are no entry points; the root if none.
-pub fn indirect_sources(hvds: &Hvds, runs: &[DepositRun], least: u32) -> Vec<u32> {
+/// The smallest cluster around each, itself included, that may be expected to hold `least` vertices which are no entry points, by its share of the area
+/// of the smallest around it that holds `around` times as many, and holds a `share`th of them; the root if none.
+pub fn indirect_sources(hvds: &Hvds, runs: &[DepositRun], least: u32, [around, share]: [u32; 2]) -> Vec<u32> {
     let mut vertices = vec![0; hvds.cluster_count() as usize];
     for (base, run) in runs.iter().enumerate() {
         let mut cluster = base;
@@ -63,9 +64,18 @@ pub fn indirect_sources(hvds: &Hvds, runs: &[DepositRun], least: u32) -> Vec<u32
             cluster = hvds.parents[cluster] as usize;
         }
     }
+    let is_trusted = |cluster: u32| {
+        let mut wide = cluster as usize;
+        while vertices[wide] < around * least && hvds.parents[wide] != NO_CLUSTER {
+            wide = hvds.parents[wide] as usize;
+        }
+        let area = |cluster: usize| f64::from(hvds.areas_m2[cluster]);
+        let is_expected = f64::from(vertices[wide]) * area(cluster as usize) >= f64::from(least) * area(wide);
+        is_expected && share * vertices[cluster as usize] >= least
+    };
     let source = |cluster: u32| {
         let mut source = cluster;
-        while vertices[source as usize] < least && hvds.coarser(source) != NO_CLUSTER {
+        while !is_trusted(source) && hvds.coarser(source) != NO_CLUSTER {
             source = hvds.coarser(source);
         }
         source

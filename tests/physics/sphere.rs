@@ -59,6 +59,18 @@ fn indirect_irradiance_is_uniform_at_albedo_nine_tenths() {
     check(0.9);
 }
 
+/// Where hardly any cluster holds as many vertices as it takes to be trusted, chance must not decide which of them are.
+#[test]
+fn clusters_of_few_vertices_bring_no_bias() {
+    let quality = Quality { entry_points: 100_000, cache_points: 400, ..PAPER };
+    let scene = shapes::integrating_sphere(RADIUS_M, 4, 0.5, Vec3::ZERO, FLUX_W);
+    let renderer = render(scene, quality);
+    let [mean, rms] = errors(&renderer, renderer.stages().gathered, 0.5).map(|error| 100.0 * error);
+    println!("mean {mean:+.3} %, RMS {rms:.3} %");
+    assert!(mean.abs() <= 0.3, "mean {mean:+.3} %, RMS {rms:.3} %");
+    assert_silent(&context());
+}
+
 /// The ends of the range at a fraction of the cost: where nothing is reflected, and where it takes a hundred bounces.
 #[test]
 fn indirect_irradiance_where_walls_are_black_and_where_they_are_nearly_white() {

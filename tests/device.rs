@@ -57,7 +57,8 @@ fn work_beyond_the_workgroups_along_x_is_spread_over_the_other_axes() {
         .map(|block| block.iter().fold(0, |sum: u32, word| sum.wrapping_add(*word)))
         .collect();
 
-    let pipeline = Pipeline::new(&context, "prefix_sum_reduce", &[("ITEMS", 1)]).unwrap();
+    let pipeline =
+        Pipeline::new(&context, "prefix_sum_reduce", &[("local_size_x", 256), ("ITEMS", 1)]).unwrap();
     let values = Buffer::from_slice(&context, "values", &words).unwrap();
     let sums = Buffer::storage(&context, "sums", 4 * u64::from(blocks)).unwrap();
     let bindings = [("Values", &values), ("BlockSums", &sums)];
@@ -74,7 +75,8 @@ fn work_beyond_the_workgroups_along_x_is_spread_over_the_other_axes() {
 /// Dispatches the sum of two words `count` times, with buffers that are gone before the commands run.
 fn sum_twice(context: &Arc<Context>, passes: u32, threads: u32) -> Vec<lightpaths::gpu::PassTiming> {
     let record = |rec: &mut lightpaths::gpu::Recorder| {
-        let pipeline = Pipeline::new(context, "prefix_sum_reduce", &[("ITEMS", 1)]).unwrap();
+        let pipeline =
+            Pipeline::new(context, "prefix_sum_reduce", &[("local_size_x", 256), ("ITEMS", 1)]).unwrap();
         let values = Buffer::storage(context, "values", 8).unwrap();
         let sums = Buffer::storage(context, "sums", 4).unwrap();
         let bindings = [("Values", &values), ("BlockSums", &sums)];
@@ -110,7 +112,8 @@ fn no_threads_record_nothing() {
 )]
 fn swapped_bindings_are_named() {
     let context = context();
-    let pipeline = Pipeline::new(&context, "prefix_sum_reduce", &[("ITEMS", 1)]).unwrap();
+    let pipeline =
+        Pipeline::new(&context, "prefix_sum_reduce", &[("local_size_x", 256), ("ITEMS", 1)]).unwrap();
     let buffer = Buffer::storage(&context, "buffer", 4).unwrap();
     let bindings = [("BlockSums", &buffer), ("Values", &buffer)];
     let push = PrefixSumPush { count: 1 };

@@ -39,7 +39,8 @@ const CLASSES: [Class; 2] = [
     // lavapipe gives each core one run of consecutive workgroups, all of the same length, and the frame waits for the last: strips
     // that go to the runs in turn leave nobody with the half of the picture that has more to do, and what is side by side still meets what is
     // in the cache. It runs the subgroups of a workgroup in turn and changes between them at each barrier, which costs more than short
-    // sums: one subgroup, whose lanes go through long runs of a scan. It loads what the lanes of a subgroup want one by one, wherever it lies: a cache point a lane, and none waits.
+    // sums: one subgroup, whose lanes go through long runs of a scan. It loads what the lanes of a subgroup want one by one, wherever it lies:
+    // a cache point a lane, and none waits.
     Class {
         kind: Some(CPU),
         strip: 16,

@@ -99,7 +99,7 @@ pub const LEAST_VERTICES: u32 = 48;
 /// chance would keep them while the others take the mean: 2 % too much light in a bare box at 100 000 entry points.
 pub const VERTICES_AROUND: u32 = 16;
 
-/// But with less than this share of what is to be expected of it a cluster lies darker than what is around.
+/// But a cluster that holds less than that number over this one lies darker than what is around.
 pub const LEAST_SHARE: u32 = 4;
 
 /// And if all around it shows surface that is hidden from where the cluster is read: better noisy than wrong.

@@ -7,6 +7,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/turns.glsl"
 #include "include/math.glsl"
 
 layout(local_size_x = 64) in;
@@ -28,6 +29,7 @@ layout(binding = 4) uniform usamplerBuffer SeenPoints;
 layout(binding = 5) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 7) buffer LightLayer { float light_layer[]; };
+layout(scalar, binding = 8) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
 layout(scalar, push_constant) uniform Push { DirectPush push; };
 
 #include "include/triangles.glsl"
@@ -54,4 +56,5 @@ void main() {
                                 point.normal, point.footprint);
     }
     light_layer[index] = (push.first_sample == 0u ? 0.0 : light_layer[index]) + found;
+    if (!loops_still_turn(push.width)) cut_short[0] = CUT_SHORT;
 }

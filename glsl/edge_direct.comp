@@ -7,6 +7,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/turns.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/antialias.glsl"
@@ -32,6 +33,7 @@ layout(binding = 6) uniform usamplerBuffer EdgeSamples;
 layout(binding = 7) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 8) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 9) buffer EdgeLight { float edge_light[]; };
+layout(scalar, binding = 10) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 #include "include/triangles.glsl"
@@ -64,4 +66,5 @@ void main() {
         found *= 0.125 * float(eighths_of(seen));
     }
     edge_light[index] = (push.first_sample == 0u ? 0.0 : edge_light[index]) + found;
+    if (!loops_still_turn(view.width)) cut_short[0] = CUT_SHORT;
 }

@@ -7,6 +7,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/turns.glsl"
 #include "include/math.glsl"
 
 layout(local_size_x = 64) in;
@@ -30,6 +31,7 @@ layout(binding = 4) uniform usamplerBuffer EntryPoints;
 layout(binding = 5) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 7) buffer FormFactors { float form_factors[]; };
+layout(scalar, binding = 8) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
 layout(scalar, push_constant) uniform Push { FormFactorsPush push; };
 
 #include "include/triangles.glsl"
@@ -53,4 +55,5 @@ void main() {
                                   push.traces_all != 0u, position, normal, normal, push.area_m2);
     uint place = push.first_point + index;
     form_factors[place] = (push.first_sample == 0u ? 0.0 : form_factors[place]) + found;
+    if (!loops_still_turn(push.point_count)) cut_short[0] = CUT_SHORT;
 }

@@ -8,6 +8,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/turns.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
@@ -41,9 +42,10 @@ layout(scalar, binding = 10) readonly buffer GlossPixels { uint gloss_pixels[]; 
 layout(scalar, binding = 11) writeonly buffer GlossSamples { PixelSurface gloss_samples[]; };
 layout(scalar, binding = 12) writeonly buffer GlossRays { GlossRay gloss_rays[]; };
 layout(scalar, binding = 13) writeonly buffer GlossColours { uint gloss_colours[]; };  // of the image at each ray's hit, packed
-layout(scalar, binding = 14) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
-layout(scalar, binding = 15) readonly buffer Textures { Texture textures[]; };
-layout(scalar, binding = 16) readonly buffer Texels { uint texels[]; };
+layout(scalar, binding = 14) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
+layout(scalar, binding = 15) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 16) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 17) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { GlossRaysPush push; };
 
 #include "include/triangles.glsl"
@@ -100,4 +102,5 @@ void main() {
             gloss_rays[i] = traced(i, point, u, samples * LOBE_RAYS);
         }
     }
+    if (!loops_still_turn(push.stride)) cut_short[0] = CUT_SHORT;
 }

@@ -9,6 +9,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/turns.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/antialias.glsl"
@@ -39,6 +40,7 @@ layout(binding = 8) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 9) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
 layout(scalar, binding = 10) readonly buffer EdgeNeeds { uint edge_needs[]; };
 layout(scalar, binding = 11) buffer LightLayer { float light_layer[]; };
+layout(scalar, binding = 12) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 #include "include/triangles.glsl"
@@ -143,6 +145,7 @@ void main() {
         for (bool is_due = is_edge && factor > 0.0; is_due; is_due = false) slot = slot_for(found, index, first_slot, slots);
         sum += mix(vec4(0.0), vec4(factor), equal(uvec4(0u, 1u, 2u, 3u), uvec4(slot)));
     }
+    if (!loops_still_turn(view.width)) cut_short[0] = CUT_SHORT;
     sums[gl_LocalInvocationIndex] = sum;
     barrier();
     if (lane != 0u || place >= listed || count == 0u) return;

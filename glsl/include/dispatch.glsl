@@ -19,14 +19,14 @@ uint place_in_tiles(uvec2 pixel, uint width) {
     return 64u * (tile.y * ((width + 7u) / 8u) + tile.x) + (spread.x | spread.y << 1);
 }
 
-uint tiles_around(uvec2 size) { return ((size.x + 7u) / 8u) * ((size.y + 7u) / 8u); }
-
 uvec2 pixel_in_tiles(uint place, uint width) {
     uint tiles = (width + 7u) / 8u;
     uvec2 spread = uvec2(place, place >> 1);
     uvec2 within = (spread & 1u) | (spread >> 1 & 2u) | (spread >> 2 & 4u);
     return 8u * uvec2(place / 64u % tiles, place / 64u / tiles) + within;
 }
+
+uint tiles_around(uvec2 size) { return ((size.x + 7u) / 8u) * ((size.y + 7u) / 8u); }
 
 // The first point of the tile of that number.
 uvec2 corner_of_tile(uint tile, uint side, uint width) {

@@ -72,6 +72,13 @@ pub(super) const TRANSFER_TO_HOST: Barrier = Barrier {
     destination: (vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ),
 };
 
+/// Dispatches before; after, the host reads mapped memory.
+pub(super) const COMPUTE_TO_HOST: Barrier = Barrier {
+    name: "COMPUTE_TO_HOST",
+    source: (COMPUTE, COMPUTE_WRITES),
+    destination: TRANSFER_TO_HOST.destination,
+};
+
 /// Everything submitted before, everything in this recording after. Every recording begins with it.
 pub(super) const SUBMISSION: Barrier = Barrier {
     name: "SUBMISSION",

@@ -8,7 +8,7 @@ use std::time::Instant;
 use ash::vk;
 use bytemuck::Pod;
 
-use super::barrier::{Barrier, Places, SUBMISSION};
+use super::barrier::{Barrier, COMPUTE_TO_HOST, Places, SUBMISSION};
 use super::hazard::{Hazards, Use};
 use super::pipeline::descriptor_type;
 use super::spirv::Access;
@@ -37,6 +37,8 @@ pub struct Recorder {
     /// The last pass with a dispatch that no barrier followed.
     unfenced: Option<usize>,
     hazards: Option<Hazards>,
+    /// Some dispatch may write a word that the host reads.
+    writes_words: bool,
     /// What the commands use must live until they are done, whatever the caller drops before.
     in_use: Vec<Arc<dyn Any>>,
     /// The first failure of a call that returns nothing; reported when the recording ends.
@@ -65,6 +67,7 @@ impl Recorder {
             leaves_out: false,
             unfenced: None,
             hazards: context.has_hazard_check.then(Hazards::default),
+            writes_words: false,
             in_use: Vec::new(),
             failure: None,
         };
@@ -146,6 +149,10 @@ impl Recorder {
         if let Some(failure) = self.failure.take() {
             return Err(failure);
         }
+        if self.writes_words {
+            // Not for the hazard check, which knows nothing of the host.
+            self.pipeline_barrier(COMPUTE_TO_HOST);
+        }
         let submission = self.submission.as_ref().expect("taken only in drop");
         let done = submission
             .submit_and_wait(&self.context)
@@ -218,6 +225,7 @@ impl Recorder {
             uses
         });
         self.in_use.push(handles.clone());
+        self.writes_words |= bindings.iter().any(|(_, buffer)| buffer.is_word());
         let buffers = bindings.iter().map(|(_, buffer)| *buffer).chain(counts);
         self.in_use.extend(buffers.map(|buffer| buffer.allocated.clone() as Arc<dyn Any>));
 

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
-use crate::passes::TextureBuffers;
+use crate::passes::{TextureBuffers, turns};
 use crate::scene::{Light, LightKind, Material, Triangle, bvh::Bvh};
 use crate::types::{self, EDITABLE, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource, MAY_SHINE};
 use bytemuck::Pod;
@@ -22,6 +22,8 @@ pub struct SceneBuffers {
     pub materials: Buffer,
     /// Images that materials take their diffuse albedo from.
     pub textures: TextureBuffers,
+    /// [`CUT_SHORT`](types::CUT_SHORT) once the device has ended the loops of an invocation that follows rays and has no other way to say so.
+    pub cut_short: Buffer,
 }
 
 impl SceneBuffers {
@@ -51,7 +53,16 @@ impl SceneBuffers {
             surfaces: list(context, "surfaces", surfaces, is_bound)?,
             materials: Buffer::from_slice(context, "materials", &reflectances(materials))?,
             textures: TextureBuffers::new(context, coordinates, materials)?,
+            cut_short: Buffer::word(context, "cut short")?,
         })
+    }
+
+    /// Refuses what kernels found that say it in [`Self::cut_short`]: `name` is theirs, and each place takes a ray to each of `lights`.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`](crate::Error::OutOfMemory) says what to do.
+    pub fn refuse_cut_short(&self, name: &str, lights: u32) -> Result<()> {
+        turns::refuse(self.cut_short.read_word() == types::CUT_SHORT, name, lights)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Memory that runs out: a smaller plan where there is one, a refusal with the need and a setting where there is none.
 
-use crate::program::Stage;
+use crate::program::{Stage, in_turns};
 
 const RENDERS: [&str; 3] = [
     "render CUBE --method path --spp 1 --validation -o a.exr",
@@ -47,24 +47,42 @@ fn allocations_fail_in_other_ways() {
     }
 }
 
+/// Less than one block of memory: each buffer has an allocation of its own then.
+const LITTLE: &str = "vkAllocateMemory:1+:MOST=12000000";
+
+/// With little memory, any allocation may be the first to fail.
+fn fails_from(stage: &Stage, call: usize, whole: &[u8]) {
+    let faults = format!("vkAllocateMemory:{call}+:VK_ERROR_OUT_OF_DEVICE_MEMORY,{LITTLE}");
+    let outcome = stage.run(RENDERS[1], &faults);
+    outcome.assert_failed(4, &["vkAllocateMemory", " needs "], &faults);
+    assert!(stage.read("a.exr") == whole, "{faults}");
+}
+
+#[test]
+#[ignore = "hundreds of runs: make stress"]
+fn every_single_allocation_may_fail() {
+    let outcome = Stage::new().run(RENDERS[1], LITTLE);
+    outcome.assert_done(LITTLE);
+    let calls: Vec<usize> = (1..=outcome.faults.len()).collect();
+    in_turns(&calls, |stage, &call| {
+        stage.write("a.exr", "old");
+        fails_from(stage, call, b"old");
+    });
+    println!("{} allocations", calls.len());
+}
+
 #[test]
 fn a_device_of_little_memory_gives_the_same_picture_or_says_what_to_lower() {
     let stage = Stage::new();
-    let render = "render CUBE -o a.exr";
+    let render = RENDERS[1];
     stage.run(render, "").assert_done("enough");
     let whole = stage.read("a.exr");
-    // Less than one block of memory.
-    let outcome = stage.run(render, "vkAllocateMemory:1+:MOST=12000000");
-    outcome.assert_done("12 MB");
+    let outcome = stage.run(render, LITTLE);
+    outcome.assert_done(LITTLE);
     assert!(outcome.faults.len() > 10 && stage.read("a.exr") == whole, "{:?}", outcome.faults.len());
-    // Each buffer has an allocation of its own then, of which any may be the first to fail.
     let count = outcome.faults.len();
     for call in (1..=count).step_by(count / 10) {
-        let faults = format!(
-            "vkAllocateMemory:{call}+:VK_ERROR_OUT_OF_DEVICE_MEMORY,vkAllocateMemory:1+:MOST=12000000"
-        );
-        stage.run(render, &faults).assert_failed(4, &["vkAllocateMemory", " needs "], &faults);
-        assert!(stage.read("a.exr") == whole, "{faults}");
+        fails_from(&stage, call, &whole);
     }
     for (most, settings) in
         [(1_000_000, "--set quality.entry_points=20000"), (100_000, "--size 1000x1000"), (10, "")]

@@ -5,6 +5,7 @@ use std::fs;
 use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -126,6 +127,21 @@ impl Outcome {
     pub fn assert_done(&self, case: &str) {
         assert!(self.status.success() && self.said.is_empty(), "{case}: {:?}, {:?}", self.status, self.said);
     }
+}
+
+/// Does that with each, two at a time, each on a stage of its own.
+pub fn in_turns<T: Sync>(cases: &[T], run: impl Fn(&Stage, &T) + Sync) {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let stage = Stage::new();
+        while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
+            run(&stage, case);
+        }
+    };
+    std::thread::scope(|scope| {
+        scope.spawn(work);
+        scope.spawn(work);
+    });
 }
 
 /// All below a folder, sorted.

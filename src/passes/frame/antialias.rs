@@ -186,6 +186,7 @@ impl Antialias {
                 ("EdgeNumbers", &self.numbers),
                 ("EdgePixels", &self.edge_pixels),
                 ("EdgeSamples", &self.edge_samples),
+                ("CutShort", &scene.cut_short),
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
@@ -254,6 +255,7 @@ impl Antialias {
             ("ShaftRoots", &self.shafts.roots),
             ("ShaftList", &self.shafts.list),
             ("EdgeLight", &self.edge_light),
+            ("CutShort", &scene.cut_short),
         ];
         let bindings: Vec<_> = traced.into_iter().chain(samples).collect();
         // With the shafts' list, before their barrier.
@@ -309,8 +311,12 @@ impl Antialias {
             &bindings,
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
-        let averaged =
-            [("EdgeSlots", &self.edge_slots), ("EdgeNeeds", &self.edge_needs), ("LightLayer", layer)];
+        let averaged = [
+            ("EdgeSlots", &self.edge_slots),
+            ("EdgeNeeds", &self.edge_needs),
+            ("LightLayer", layer),
+            ("CutShort", &scene.cut_short),
+        ];
         let bindings: Vec<_> = traced.into_iter().chain(listed).chain(averaged).collect();
         for span in light.spans() {
             if span.0 > 0 {

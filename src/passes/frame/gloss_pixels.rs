@@ -292,6 +292,7 @@ impl GlossPixels {
                 ("GlossSamples", &self.samples),
                 ("GlossRays", &self.rays),
                 ("GlossColours", &self.colours),
+                ("CutShort", &scene.cut_short),
             ]),
         );
     }

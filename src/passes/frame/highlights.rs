@@ -77,6 +77,7 @@ impl GlossPixels {
                     ("GlossSamples", &self.samples),
                     ("GlossPixels", &self.pixels),
                     ("HighlightLayer", layer),
+                    ("CutShort", &scene.cut_short),
                 ],
             );
         }

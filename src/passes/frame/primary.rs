@@ -53,6 +53,7 @@ impl Primary {
                 ("Triangles", &scene.triangles),
                 ("Surfaces", &scene.surfaces),
                 ("Pixels", &self.pixels),
+                ("CutShort", &scene.cut_short),
             ],
         );
     }

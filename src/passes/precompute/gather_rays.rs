@@ -6,7 +6,7 @@ use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::{ClusterBuffers, SceneBuffers, turns};
+use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::types::{CachePoint, GatherRay, Grid};
 use glam::DVec3;
 use std::sync::Arc;
@@ -291,7 +291,6 @@ pub fn trace(
     let constants = [rings, sectors, invocations, scene.textures.constant()];
     let pipeline = Pipeline::new(context, STEM, &constants)?;
     let table = RayTable::new(context, scene, point_count, hemisphere)?;
-    let cut_short = turns::Word::new(context)?;
     progress.stage("gather rays", u64::from(point_count));
     let mut chunks = Chunks::new(64, point_count.max(1));
     for (first_point, rows, [rays, colours]) in table.parts(point_count) {
@@ -322,7 +321,7 @@ pub fn trace(
                         ("CachePoints", cache_points),
                         ("GatherRays", rays),
                         ("RayColours", colours),
-                        ("CutShort", &cut_short.0),
+                        ("CutShort", &scene.cut_short),
                     ]),
                 );
             })?;
@@ -330,6 +329,6 @@ pub fn trace(
             Ok(timings[0].ms)
         })?;
     }
-    cut_short.check(STEM, 0)?;
+    scene.refuse_cut_short(STEM, 0)?;
     Ok(table)
 }

@@ -5,7 +5,7 @@ use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::precompute::Chunks;
 use crate::passes::reference::photon_map::PhotonGrid;
-use crate::passes::{LitScene, SceneBuffers, turns};
+use crate::passes::{LitScene, SceneBuffers};
 use crate::types::View;
 use glam::{DVec3, Vec3};
 use std::ops::Range;
@@ -108,7 +108,6 @@ pub struct PhotonGather {
     context: Arc<Context>,
     pipeline: Pipeline,
     chunks: Chunks,
-    cut_short: turns::Word,
 }
 
 impl PhotonGather {
@@ -121,7 +120,6 @@ impl PhotonGather {
             context: context.clone(),
             pipeline: Pipeline::new(context, STEM, &[scene.textures.constant()])?,
             chunks: Chunks::new(1 << 10, u32::MAX),
-            cut_short: turns::Word::new(context)?,
         })
     }
 
@@ -161,13 +159,13 @@ impl PhotonGather {
                         ("Reaches", irradiance.reaches),
                         ("Irradiances", irradiance.irradiances),
                         ("PixelSums", &sequence.sums),
-                        ("CutShort", &self.cut_short.0),
+                        ("CutShort", &scene.buffers.cut_short),
                     ]),
                 );
             })?;
             *ms += timings[0].ms;
             Ok(timings[0].ms)
         })?;
-        self.cut_short.check(STEM, scene.light_count)
+        scene.buffers.refuse_cut_short(STEM, scene.light_count)
     }
 }

@@ -31,7 +31,7 @@ pub const REACH_BYTES: u64 = 16;
 /// Traces sixteen rays from each of `count` points (`MapEntry`s). Adds the device time in milliseconds to `ms`.
 ///
 /// # Errors
-/// The device lacks memory or failed.
+/// The device lacks memory or failed, or rays meet more than it goes through.
 pub fn trace(
     context: &Arc<Context>,
     scene: &SceneBuffers,
@@ -54,11 +54,13 @@ pub fn trace(
                     ("Triangles", &scene.triangles),
                     ("Points", points),
                     ("Reaches", &reaches),
+                    ("CutShort", &scene.cut_short),
                 ],
             );
         })?;
         *ms += timings[0].ms;
         Ok(timings[0].ms)
     })?;
+    scene.refuse_cut_short(STEM, 0)?;
     Ok(reaches)
 }

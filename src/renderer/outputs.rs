@@ -136,6 +136,7 @@ impl Renderer {
             ray_bundles: &self.gather.bundles,
             gathered: &self.gather.records,
             records: &self.blend.records,
+            cut_short: &self.buffers.cut_short,
         }
     }
 }
@@ -162,4 +163,6 @@ pub struct StageBuffers<'a> {
     pub gathered: &'a Buffer,
     /// `Record`s of the cache points, blended.
     pub records: &'a Buffer,
+    /// A word: [`CUT_SHORT`](crate::types::CUT_SHORT) once the device has ended the loops of a kernel that follows rays.
+    pub cut_short: &'a Buffer,
 }

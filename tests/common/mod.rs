@@ -3,6 +3,7 @@
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, reason = "each test binary uses a part")]
 
 pub mod edits;
+pub mod needles;
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -48,4 +48,5 @@ mod shafts;
 mod splat;
 mod textures;
 mod tile_sort;
+mod turns;
 mod world;

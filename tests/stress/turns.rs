@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
+use crate::common::needles::box_of_needles;
 use crate::common::{assert_silent, context};
-use crate::{SMALL, count, prepare, relative_mse, render};
+use crate::{SMALL, count, prepare, relative_mse, render, room};
 use glam::{DVec3, Vec3};
 use lightpaths::Result;
 use lightpaths::passes::frame::hvds::ClusterFlux;
@@ -13,7 +14,7 @@ use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::reference::{PathTracer, PhotonMapper, Progressive, TracedScene};
 use lightpaths::renderer::{Layer, Renderer, Silent};
 use lightpaths::scene::{Light, LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
-use lightpaths::types::{Deposit, DepositRun, OPEN};
+use lightpaths::types::{CUT_SHORT, Deposit, DepositRun, OPEN};
 
 /// A box of a metre, and a speck 200 m away: all of the box falls into a few clusters.
 fn box_and_speck() -> Scene {
@@ -119,30 +120,6 @@ fn found_or_refused<T>(found: Result<T>, says: &str) -> Option<T> {
 
 const OVER_ONE_ANOTHER: &str = "lie over one another less";
 
-fn in_four(triangle: &Triangle) -> [Triangle; 4] {
-    let [a, b, c] = triangle.positions;
-    let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(a, b)| 0.5 * (a + b));
-    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]].map(|positions| Triangle { positions, ..*triangle })
-}
-
-/// A box, and so many needles through all of it, whose boxes are its own. They are too thin to be seen.
-fn box_of_needles(count: u32) -> Scene {
-    let mut scene = shapes::closed_box(Vec3::ONE, 0.5);
-    scene.cameras[0].size = [16, 16];
-    // Walls of many triangles, so that rays come to them late.
-    for _ in 0..5 {
-        scene.triangles = scene.triangles.iter().flat_map(in_four).collect();
-    }
-    let needle = |index: u32| {
-        let low = -0.49 + 1e-7 * index as f32;
-        let ends = [Vec3::new(low, -0.49, -0.49), Vec3::new(low + 0.98, 0.49, 0.49)];
-        let positions = [ends[0], ends[1], ends[1] + Vec3::new(6e-8, -6e-8, 0.0)];
-        Triangle { positions, normals: [Vec3::Z; 3], material: 0 }
-    };
-    scene.triangles.extend((0..count).map(needle));
-    scene
-}
-
 #[test]
 fn rays_through_more_boxes_than_they_go_through_find_nothing_without_a_word() {
     let queries: Vec<RayQuery> = (0..4_000)
@@ -169,6 +146,17 @@ fn rays_through_more_boxes_than_they_go_through_find_nothing_without_a_word() {
     if let Some(found) = found_or_refused(open(&some_needles), OVER_ONE_ANOTHER) {
         assert_eq!(found, expected, "other rays without a word");
     }
+    assert_silent(&context());
+}
+
+#[test]
+fn frames_whose_kernels_were_cut_short_are_no_pictures() {
+    let mut renderer = render(room(), SMALL);
+    // What kernels write, `passes::turns` has: here, that the host looks.
+    renderer.stages().cut_short.write(&[CUT_SHORT]).unwrap();
+    renderer.move_camera(Vec3::splat(0.1), Vec3::ZERO);
+    let refusal = renderer.frame().map(drop).unwrap_err().to_string();
+    assert!(refusal.contains(OVER_ONE_ANOTHER) && refusal.contains("`frame`"), "{refusal}");
     assert_silent(&context());
 }
 

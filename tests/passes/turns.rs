@@ -1,0 +1,199 @@
+//! Kernels that follow rays say when the device has ended their loops: lavapipe does, of each invocation, after 65 535 turns.
+
+use crate::common::assert_silent;
+use crate::common::needles::box_of_needles;
+use crate::gloss::lights;
+use crate::world::{Random, World, shining};
+use glam::Vec3;
+use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
+use lightpaths::gpu::{Buffer, Recorder};
+use lightpaths::passes::OneLight;
+use lightpaths::passes::frame::antialias::Antialias;
+use lightpaths::passes::frame::direct::Direct;
+use lightpaths::passes::frame::form_factors::FormFactors;
+use lightpaths::passes::frame::gloss_pixels::GlossPixels;
+use lightpaths::passes::frame::primary::Primary;
+use lightpaths::passes::precompute::Silent;
+use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
+use lightpaths::passes::precompute::light_paths;
+use lightpaths::passes::precompute::rays::{RayQuery, Rays};
+use lightpaths::passes::reference::photon_reach;
+use lightpaths::types::{CUT_SHORT, PathVertex, PixelSurface, View};
+
+const SIZE: [u32; 2] = [24, 16];
+const PIXELS: u32 = SIZE[0] * SIZE[1];
+
+/// A shining room, through all of which go so many needles.
+fn needles(count: u32) -> World {
+    let mut scene = box_of_needles(count);
+    let material = scene.materials[0].clone();
+    scene.materials = vec![material; 2];
+    World::new(&shining(scene), 4)
+}
+
+fn points(world: &World, count: usize) -> Vec<PathVertex> {
+    let mut random = Random::new(3);
+    let point = |_| {
+        let (position, _, side) = world.surface_point(&mut random);
+        PathVertex { position, side, incoming: Vec3::ZERO, weight: 1.0, cluster: 0, lobe: 0.0 }
+    };
+    (0..count).map(point).collect()
+}
+
+/// What pixels would see of one wall.
+fn wall(world: &World) -> Vec<PixelSurface> {
+    let is_behind = |corner: &Vec3| (corner.z + 0.5).abs() < 1e-4;
+    let triangle = world.triangles.iter().position(|t| t.positions.iter().all(is_behind)).unwrap();
+    let pixel = |index: u32| {
+        let place = Vec3::new((index % SIZE[0]) as f32 / 24.0, (index / SIZE[0]) as f32 / 24.0, 0.0);
+        let position = Vec3::new(-0.45, -0.45, -0.5) + 0.8 * place;
+        PixelSurface { position, side: 2 * triangle as u32, normal: Vec3::Z, footprint: 1e-3 }
+    };
+    (0..PIXELS).map(pixel).collect()
+}
+
+/// Whether this device ends loops at all.
+fn ends_loops(world: &World) -> bool {
+    let query = RayQuery { origin: Vec3::new(0.02, 0.01, -0.03), direction: Vec3::new(-0.5, 0.4, 0.3) };
+    Rays::new(&world.context).unwrap().trace(&world.buffers, &[query]).is_err()
+}
+
+/// Demands that kernels say it, if the device ended their loops.
+fn assert_said(world: &mut World, is_cut: bool, name: &str, record: impl FnOnce(&World, &mut Recorder)) {
+    world.buffers.cut_short = Buffer::word(&world.context, "cut short").unwrap();
+    let run = world.context.run(|rec| record(world, rec));
+    run.unwrap();
+    assert_eq!(world.buffers.cut_short.read_word() == CUT_SHORT, is_cut, "{name}");
+    assert_eq!(world.buffers.refuse_cut_short(name, 0).is_err(), is_cut, "{name}");
+}
+
+#[test]
+fn kernels_of_frames_say_it() {
+    for count in [0, 120_000] {
+        let mut world = needles(count);
+        let is_cut = ends_loops(&world);
+        assert!(count > 0 || !is_cut);
+        kernels_of_frames_say_it_in(&mut world, is_cut);
+    }
+}
+
+fn kernels_of_frames_say_it_in(world: &mut World, is_cut: bool) {
+    let context = world.context.clone();
+    let view = View {
+        position: Vec3::new(0.1, 0.05, 0.4),
+        pixel_area: 1e-3,
+        right: Vec3::X,
+        width: SIZE[0],
+        up: Vec3::Y,
+        height: SIZE[1],
+        forward: Vec3::NEG_Z,
+    };
+    let primary = Primary::new(&context, PIXELS).unwrap();
+    assert_said(world, is_cut, "primary", |world, rec| primary.record(rec, &world.buffers, &view));
+
+    let antialias = Antialias::new(&context, SIZE, 4).unwrap();
+    assert_said(world, is_cut, "edge_samples", |world, rec| {
+        antialias.record(rec, &world.buffers, &view, &primary.pixels);
+    });
+    let direct = Direct::new(&context, SIZE, antialias.room.slots).unwrap();
+    let sources = &lights()[..1];
+    let table = Buffer::from_slice(&context, "lights", sources).unwrap();
+    let light = OneLight::new(&table, 0, &sources[0]);
+    let layer = Buffer::storage(&context, "layer", 4 * u64::from(direct.point_count())).unwrap();
+    assert_said(world, is_cut, "direct", |world, rec| {
+        direct.record_batches(rec, &world.buffers, &primary.pixels);
+        rec.barrier(COMPUTE_TO_COMPUTE);
+        direct.record(&mut rec.pass("direct"), &world.buffers, light, &primary.pixels, &layer);
+    });
+    let groups = Antialias::groups(&context).unwrap();
+    assert_said(world, is_cut, "edge_direct, or shadow_edges after it", |world, rec| {
+        let mut pass = rec.pass("shadow_edges");
+        antialias.record_light(&mut pass, &world.buffers, &view, light, &primary.pixels, (&layer, &groups));
+    });
+    // A wall without edges, half of it lit.
+    let pixels = Buffer::from_slice(&context, "pixels", &wall(world)).unwrap();
+    let half: Vec<f32> =
+        (0..PIXELS).map(|pixel| f32::from(u8::from(pixel % SIZE[0] < SIZE[0] / 2))).collect();
+    layer.write(&half).unwrap();
+    context.run(|rec| antialias.record(rec, &world.buffers, &view, &pixels)).unwrap();
+    assert_eq!(antialias.edge_count().unwrap(), 0);
+    assert_said(world, is_cut, "shadow_edges", |world, rec| {
+        let mut pass = rec.pass("shadow_edges");
+        antialias.record_light(&mut pass, &world.buffers, &view, light, &pixels, (&layer, &groups));
+    });
+    assert!(Antialias::counted(&groups).unwrap() > 0);
+
+    let entries = points(world, 500);
+    let pass = FormFactors::new(&context, &world.buffers, &entries, 0.01).unwrap();
+    let factors = Buffer::storage(&context, "factors", 4 * entries.len() as u64).unwrap();
+    assert_said(world, is_cut, "form_factors", |world, rec| {
+        pass.record(&mut rec.pass("form_factors"), &world.buffers, light, &factors);
+    });
+
+    let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
+    let pass = GlossPixels::new(&context, &world.buffers, PIXELS, 4, code.cluster_bits).unwrap();
+    assert_said(world, is_cut, "gloss_rays", |world, rec| {
+        pass.record_rays(rec, &world.buffers, &world.clusters, &primary.pixels, &view, 5);
+    });
+    let layer = Buffer::storage(&context, "layer", 4 * u64::from(pass.capacity)).unwrap();
+    assert_said(world, is_cut, "highlights", |world, rec| {
+        let mut open = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
+        pass.record_highlights(&mut open, &world.buffers, light, (view.position, 5), &layer);
+    });
+    assert_silent(&context);
+}
+
+#[test]
+fn kernels_of_the_precomputation_and_of_photons_are_refused() {
+    for count in [0, 120_000] {
+        let mut world = needles(count);
+        let (context, is_cut) = (&world.context.clone(), ends_loops(&world));
+        let mut entries = points(&world, 300);
+        let paths = light_paths::trace(
+            context,
+            &world.buffers,
+            &world.clusters,
+            &world.surfaces,
+            &world.materials,
+            &mut entries,
+            5,
+            &mut Silent,
+            |_| Ok(()),
+        );
+        assert_eq!(
+            paths.err().map(|error| error.to_string().contains("`light_paths`")),
+            is_cut.then_some(true)
+        );
+
+        let cache_points = world.cache_points(&mut Random::new(4), 40, 0.1);
+        let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
+        let buffer = Buffer::from_slice(context, "cache points", &cache_points).unwrap();
+        let rays = gather_rays::trace(
+            context,
+            &world.buffers,
+            &world.clusters,
+            &buffer,
+            40,
+            Hemisphere::new(16),
+            code,
+            5,
+            &mut Silent,
+        );
+        assert_eq!(
+            rays.err().map(|error| error.to_string().contains("`gather_rays`")),
+            is_cut.then_some(true)
+        );
+
+        // It keeps what it has said.
+        world.buffers.cut_short = Buffer::word(context, "cut short").unwrap();
+        let entries: Vec<[Vec3; 3]> =
+            cache_points.iter().map(|p| [p.position, p.normal, Vec3::ONE]).collect();
+        let entries = Buffer::from_slice(context, "points", &entries).unwrap();
+        let reaches = photon_reach::trace(context, &world.buffers, &entries, 40, 1.0, &mut 0.0);
+        assert_eq!(
+            reaches.err().map(|error| error.to_string().contains("`photon_reach`")),
+            is_cut.then_some(true)
+        );
+        assert_silent(context);
+    }
+}

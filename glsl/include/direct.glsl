@@ -1,7 +1,62 @@
 // Light straight from a light to a surface, free of its colour. Include after types.glsl, math.glsl, bvh.glsl and lights.glsl.
 
-// What a light's point sample `i` brings to a surface if nothing stands between, per unit of emission: see light_factor. `found` is
-// the direction; its distance is 0 where there is none.
+// Area lights are taken as wholes from a solid angle of about that on, sr.
+const float LARGE = 1e-4;
+
+// What the arc between two directions of any length adds to Lambert's sum, for a receiver with that normal.
+float arc(vec3 normal, vec3 from, vec3 to) {
+    vec3 across = cross(from, to);
+    float sine = length(across);
+    return sine > 0.0 ? atan(sine, dot(from, to)) / sine * dot(normal, across) : 0.0;
+}
+
+// As arc, of what of an edge stands above the horizon. Where the outline goes below it is in `leaves`, where it comes back in `returns`.
+float arc_above(vec3 normal, vec3 from, vec3 to, inout vec3 leaves, inout vec3 returns) {
+    float before = dot(normal, from);
+    float after = dot(normal, to);
+    if (before <= 0.0 && after <= 0.0) return 0.0;
+    vec3 on_horizon = mix(from, to, before / (before - after));
+    if (before < 0.0) returns = from = on_horizon;
+    if (after < 0.0) leaves = to = on_horizon;
+    return arc(normal, from, to);
+}
+
+// What a parallelogram of unit radiance brings to a receiver with that normal, sr, if nothing stands between. `corner` is where it begins, as
+// seen from there. [Lambert 1760]
+float parallelogram_irradiance(vec3 normal, vec3 corner, vec3 edge_u, vec3 edge_v) {
+    vec3 leaves = vec3(0.0);
+    vec3 returns = vec3(0.0);
+    vec3 opposite = corner + edge_u + edge_v;
+    float sum = arc_above(normal, corner, corner + edge_u, leaves, returns) + arc_above(normal, corner + edge_u, opposite, leaves, returns)
+              + arc_above(normal, opposite, corner + edge_v, leaves, returns) + arc_above(normal, corner + edge_v, corner, leaves, returns);
+    return 0.5 * abs(sum + arc(normal, leaves, returns));
+}
+
+// What weighs the point samples of an area light: its irradiance in closed form, of a receiver of that area (m²), over what these add up to if
+// nothing stands between; 1 for other lights. Beside the light they would be spots.
+float sample_weight(LightSource light, vec3 position, vec3 shading, float area) {
+    if (light.kind != LIGHT_AREA) return 1.0;
+    light.emission = vec3(1.0);
+    float sum = 0.0;
+    for (uint i = 0u; i < light.samples; ++i) {
+        LightSample found;
+        if (sample_light(light, position, lattice_point(light, i), found)) sum += max(0.0, dot(shading, found.direction)) * found.irradiance.x;
+    }
+    sum /= float(light.samples);
+    if (sum == 0.0) return 1.0;
+    float whole = sum;
+    vec3 corner = light.position - position;
+    vec3 centre = corner + 0.5 * (light.edge_u + light.edge_v);
+    float distance2 = dot(centre, centre);
+    // Of what is smaller f32 has no sum of arcs, and from that far point samples are as good.
+    bool is_large = light.area > LARGE * distance2;
+    for (bool is_due = is_large; is_due; is_due = false) whole = parallelogram_irradiance(shading, corner, light.edge_u, light.edge_v);
+    // Disc to disc: the receiver takes no more than the light sends, however small that is beside it. [Wallace]
+    return whole / (sum * (1.0 + whole * area / (PI * light.area)));
+}
+
+// What a light's point sample `i` brings to a surface if nothing stands between, per unit of emission, before its weight: see light_factor.
+// `found` is the direction; its distance is 0 where there is none.
 float open_factor(LightSource light, uint i, vec3 position, vec3 normal, vec3 shading, float area, out LightSample found) {
     light.emission = vec3(1.0);
     bool shines = sample_light(light, position, lattice_point(light, i), found);
@@ -9,9 +64,11 @@ float open_factor(LightSource light, uint i, vec3 position, vec3 normal, vec3 sh
     float cosine = dot(shading, found.direction);
     // A light behind the real surface does not shine through, wherever the shading normal points.
     if (!(shines && cosine > 0.0 && dot(normal, found.direction) > 0.0)) return 0.0;
+    float factor = cosine * found.irradiance.x;
+    if (light.kind == LIGHT_AREA) return factor;
     // Point to disc of the surface's area instead of 1/d²: finite at any distance. [Wallace]
     float inverse = 1.0 / found.distance;
-    return cosine * found.irradiance.x / (1.0 + area / PI * inverse * inverse);
+    return factor / (1.0 + area / PI * inverse * inverse);
 }
 
 // Whether a ray is due to a sample that brings so much.
@@ -28,5 +85,5 @@ float light_factor(LightSource light, uint first, uint end, bool traces_all, vec
         if (!is_due(found, factor, traces_all)) continue;
         if (is_lit(position, normal, found)) sum += factor;
     }
-    return sum / float(light.samples);
+    return sum == 0.0 ? 0.0 : sum / float(light.samples) * sample_weight(light, position, shading, area);
 }

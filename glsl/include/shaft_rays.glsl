@@ -41,5 +41,5 @@ float light_factor_in(uint shaft, LightSource any_light, uint first, uint end, b
         if (!is_due(found, factor, traces_all)) continue;
         if (is_lit_in(shaft, position, normal, found)) sum += factor;
     }
-    return sum / float(light.samples);
+    return sum == 0.0 ? 0.0 : sum / float(light.samples) * sample_weight(light, position, shading, area);
 }

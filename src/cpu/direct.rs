@@ -2,9 +2,59 @@
 
 use crate::cpu::lights::{is_lit, lattice_point, sample_light};
 use crate::cpu::rays::Geometry;
-use crate::types::{LightSource, NO_SIDE, PixelSurface};
+use crate::types::{LIGHT_AREA, LightSource, NO_SIDE, PixelSurface};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
+
+/// Area lights are taken as wholes from a solid angle of about that on, sr.
+const LARGE: f64 = 1e-4;
+
+/// What a polygon of unit radiance brings to a receiver with that normal, sr, if nothing stands between: its corners in order, as seen from there.
+/// [Lambert 1760]
+pub fn polygon_irradiance(normal: DVec3, corners: &[DVec3]) -> f64 {
+    let mut above = Vec::new();
+    for (place, &from) in corners.iter().enumerate() {
+        let to = corners[(place + 1) % corners.len()];
+        let [before, after] = [from, to].map(|corner| normal.dot(corner));
+        above.extend((before >= 0.0).then_some(from));
+        above.extend((before * after < 0.0).then(|| from.lerp(to, before / (before - after))));
+    }
+    let arc = |(place, from): (usize, &DVec3)| {
+        let to = above[(place + 1) % above.len()];
+        let across = from.cross(to);
+        match across.length() {
+            0.0 => 0.0,
+            sine => sine.atan2(from.dot(to)) / sine * normal.dot(across),
+        }
+    };
+    0.5 * above.iter().enumerate().map(arc).sum::<f64>().abs()
+}
+
+/// What weighs the point samples of an area light: its irradiance in closed form, of a receiver of that area, over what these add up to if
+/// nothing stands between; 1 for other lights.
+pub fn sample_weight(light: &LightSource, position: DVec3, shading: DVec3, area_m2: f64) -> f64 {
+    if light.kind != LIGHT_AREA {
+        return 1.0;
+    }
+    let white = LightSource { emission: Vec3::ONE, ..*light };
+    let open = |number| {
+        let found = sample_light(&white, position, lattice_point(light, number))?;
+        Some(shading.dot(found.direction).max(0.0) * found.irradiance.x)
+    };
+    let sum = (0..light.samples).filter_map(open).sum::<f64>() / f64::from(light.samples);
+    if sum == 0.0 {
+        return 1.0;
+    }
+    let [u, v] = [light.edge_u, light.edge_v].map(Vec3::as_dvec3);
+    let (corner, area) = (light.position.as_dvec3() - position, f64::from(light.area));
+    let is_large = area > LARGE * (corner + 0.5 * (u + v)).length_squared();
+    let whole = match is_large {
+        true => polygon_irradiance(shading, &[corner, corner + u, corner + u + v, corner + v]),
+        false => sum,
+    };
+    // [Wallace]
+    whole / (sum * (1.0 + whole * area_m2 / (PI * area)))
+}
 
 /// Of each point sample of a light that lights a surface point of that extent (m²): its number, the unit direction towards it and
 /// its share of the irradiance per unit of the light's emission.
@@ -17,13 +67,15 @@ pub fn lit_samples(
     area_m2: f32,
 ) -> Vec<(u32, DVec3, f64)> {
     let white = LightSource { emission: Vec3::ONE, ..*light };
+    let weight = sample_weight(light, position.as_dvec3(), shading.as_dvec3(), area_m2.into());
     let sample = |number: u32| {
         let found = sample_light(&white, position.as_dvec3(), lattice_point(light, number))?;
         let cosine = shading.as_dvec3().dot(found.direction);
         let faces = cosine > 0.0 && normal.as_dvec3().dot(found.direction) > 0.0;
         // [Wallace]
-        let bound = 1.0 + f64::from(area_m2) / PI / found.distance.powi(2);
-        let factor = cosine * found.irradiance.x / bound / f64::from(light.samples);
+        let excess = f64::from(area_m2) / PI / found.distance.powi(2);
+        let bounded = if light.kind == LIGHT_AREA { weight } else { 1.0 / (1.0 + excess) };
+        let factor = cosine * found.irradiance.x * bounded / f64::from(light.samples);
         (faces && is_lit(geometry, position, normal, &found)).then_some((number, found.direction, factor))
     };
     (0..light.samples).filter_map(sample).collect()
@@ -55,4 +107,46 @@ pub fn layer(geometry: Geometry<'_>, light: &LightSource, pixel: &PixelSurface) 
 /// Direct irradiance at a pixel, W/m².
 pub fn direct(geometry: Geometry<'_>, lights: &[LightSource], pixel: &PixelSurface) -> DVec3 {
     lights.iter().map(|light| layer(geometry, light, pixel) * light.emission.as_dvec3()).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By a midpoint rule of so many places along each edge.
+    fn by_parts(normal: DVec3, [corner, u, v]: [DVec3; 3], parts: u32) -> f64 {
+        let area = u.cross(v);
+        let part = |index: u32| {
+            let [x, y] =
+                [index % parts, index / parts].map(|place| (f64::from(place) + 0.5) / f64::from(parts));
+            let at = corner + x * u + y * v;
+            let distance2 = at.length_squared();
+            normal.dot(at).max(0.0) * area.dot(at).abs() / distance2.powi(2)
+        };
+        (0..parts * parts).map(part).sum::<f64>() / f64::from(parts * parts)
+    }
+
+    fn outline([corner, u, v]: [DVec3; 3]) -> [DVec3; 4] {
+        [corner, corner + u, corner + u + v, corner + v]
+    }
+
+    #[test]
+    fn parallelograms_light_as_the_sum_of_their_parts_does() {
+        let normal = DVec3::new(0.36, 0.48, 0.8);
+        for place in [
+            [[-0.5, -0.5, 1.0], [1.0, 0.0, 0.0], [0.3, 1.0, 0.2]],
+            [[-0.5, -0.5, -0.2], [1.0, 0.0, 0.0], [0.0, 0.3, 1.4]],
+            [[0.4, -2.0, -2.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]],
+            [[-1.0, -1.0, -1.1], [2.0, 0.0, 0.0], [0.0, 2.0, 0.1]],
+            [[-3.0, -3.0, 0.4], [6.0, 0.0, 0.0], [0.0, 6.0, 0.0]],
+        ] {
+            let place = place.map(DVec3::from);
+            let (whole, parts) = (polygon_irradiance(normal, &outline(place)), by_parts(normal, place, 2000));
+            assert!((whole - parts).abs() < 1e-3 * parts + 1e-6, "{whole}, {parts} in parts");
+        }
+        // The whole sky; nothing of it.
+        let sky = [DVec3::new(-1.0, -1.0, 1e-6), 2.0 * DVec3::X, 2.0 * DVec3::Y];
+        assert!((polygon_irradiance(DVec3::Z, &outline(sky)) - PI).abs() < 1e-5);
+        assert_eq!(polygon_irradiance(DVec3::NEG_Z, &outline(sky)), 0.0);
+    }
 }

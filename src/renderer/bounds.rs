@@ -2,13 +2,14 @@
 
 use super::Renderer;
 use crate::cpu::blend::is_limited as blend_is_limited;
+use crate::cpu::direct::sample_weight;
 use crate::cpu::lights::{lattice_point, sample_light};
 use crate::error::Result;
 use crate::passes::frame::near_lamps::NearFactor;
 use crate::passes::frame::splat::{SplatWeight, WeightRun};
 use crate::passes::precompute::neighbours::Neighbour;
-use crate::types::{CachePoint, LightSource, NO_SIDE, PixelSurface, Record};
-use glam::{DVec3, Vec3};
+use crate::types::{CachePoint, LIGHT_AREA, LightSource, NO_SIDE, PixelSurface, Record};
+use glam::Vec3;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -115,23 +116,24 @@ struct Light {
 }
 
 impl Light {
-    /// Adds light that a surface point of that extent (m²) was found to get of a light. Of area lights, all point samples that the point
-    /// faces are taken to be seen alike.
+    /// Adds light that a surface point of that extent (m²) was found to get of a light. Of area lights, all that the point faces is taken to be seen
+    /// alike.
     fn add(&mut self, light: &LightSource, position: Vec3, normal: Vec3, area_m2: f32, found: f64) {
-        let (mut bounded, mut removed) = (0.0, 0.0);
-        for number in 0..light.samples {
-            let Some(sample) = sample_light(light, position.as_dvec3(), lattice_point(light, number)) else {
-                continue;
-            };
+        let (position, normal, area_m2) = (position.as_dvec3(), normal.as_dvec3(), f64::from(area_m2));
+        let excess = match light.kind {
+            LIGHT_AREA => {
+                let [bounded, whole] =
+                    [area_m2, 0.0].map(|area_m2| sample_weight(light, position, normal, area_m2));
+                whole / bounded - 1.0
+            }
             // [Wallace]
-            let excess = f64::from(area_m2) / PI / sample.distance.powi(2);
-            let open = normal.as_dvec3().dot(sample.direction).max(0.0) * sample.irradiance.dot(DVec3::ONE)
-                / (1.0 + excess);
-            bounded += open;
-            removed += open * excess;
-        }
+            _ => match sample_light(light, position, lattice_point(light, 0)) {
+                Some(sample) => area_m2 / PI / sample.distance.powi(2),
+                None => 0.0,
+            },
+        };
         self.found += found;
-        self.removed += if bounded > 0.0 { found * removed / bounded } else { 0.0 };
+        self.removed += found * excess;
     }
 
     fn share(&self) -> f64 {

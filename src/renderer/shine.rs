@@ -93,7 +93,10 @@ impl Shine {
             return;
         }
         let mut pass = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
-        for (light, layer) in due {
+        for (place, (light, layer)) in due.into_iter().enumerate() {
+            if place > 0 {
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
             self.pixels.record_highlights(&mut pass, scene, light, (eye, self.seed), layer);
         }
         pass.barrier(COMPUTE_TO_COMPUTE);

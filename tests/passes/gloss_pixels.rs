@@ -102,6 +102,9 @@ fn shining_pixels_equal_the_twin_in(world: World) {
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 let mut open = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
                 for (index, (light, layer)) in (0..).zip(lights.iter().zip(&layers)) {
+                    if index > 0 {
+                        open.barrier(COMPUTE_TO_COMPUTE);
+                    }
                     let light = OneLight::new(&table, index, light);
                     pass.record_highlights(&mut open, scene, light, (view.position, SEED), layer);
                 }

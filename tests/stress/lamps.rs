@@ -4,11 +4,13 @@ use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_finite, positions, prepare, relative_mse};
 use glam::Vec3;
 use lightpaths::renderer::{Layer, Renderer};
-use lightpaths::scene::{Quality, Scene, shapes};
+use lightpaths::scene::{LightKind, Quality, Scene, shapes};
 use lightpaths::types::Deposit;
 use std::f64::consts::PI;
 
 const ALBEDO: f64 = 0.5;
+/// Of the hall's surface.
+const AREA_M2: f64 = 5.92;
 
 /// A closed room of 1×0.8×1.2 m seen from a corner under its ceiling.
 fn hall(size: [u32; 2], albedo: f64) -> Scene {
@@ -83,6 +85,66 @@ fn check(quality: Quality, size: [u32; 2]) {
         }
     }
     assert_silent(&context());
+}
+
+/// Panels that face a wall nearer and nearer to it: its point samples are no spots there, and what is far takes no notice.
+fn check_panels(quality: Quality, size: [u32; 2]) {
+    let entry_points = f64::from(quality.entry_points);
+    let mut black = prepare(hall([8, 8], 0.0), quality.clone());
+    let mut renderer = prepare(hall(size, ALBEDO), quality);
+    renderer.frame().unwrap();
+    let on = Vec3::new(-0.5, 0.1, -0.05);
+    let is_far: Vec<bool> =
+        positions(&renderer).iter().map(|p| p.is_some_and(|p| p.distance(on) > 0.4)).collect();
+    let side = 0.3;
+    let power = PI * f64::from(side * side);
+    // A part of the entry points around the rim of what is lit is in it by chance: one standard deviation, of the light.
+    let noise = (f64::from(side) * (entry_points / AREA_M2).sqrt()).powf(-1.5);
+    let mut picture = |distance: f32| {
+        let corner = on + Vec3::new(distance, -0.5 * side, -0.5 * side);
+        let kind = LightKind::Area {
+            corner,
+            edge_u: side * Vec3::Z,
+            edge_v: side * Vec3::Y,
+            radiance: Vec3::ONE,
+            samples: 16,
+        };
+        for renderer in [&mut renderer, &mut black] {
+            renderer.set_light(0, kind.clone()).unwrap();
+            renderer.frame().unwrap();
+            assert_finite(renderer);
+        }
+        let entered = deposited(&black) / power;
+        let kept = deposited(&renderer) * (1.0 - ALBEDO) / power;
+        let removed = renderer.statistics().unwrap().removed;
+        println!(
+            "{distance:e} m: {entered:.4} of its light found, {kept:.4} kept, removed by bounds: {removed:?}"
+        );
+        assert!((entered - 1.0).abs() < 3.0 * noise, "{distance:e} m off the wall: {entered} of its light");
+        assert!((kept - 1.0).abs() < 3.0 * noise + 0.01, "{distance:e} m off the wall: {kept} kept");
+        far(&renderer, Layer::Indirect, &is_far)
+    };
+    picture(0.1);
+    picture(1e-2);
+    let reference = picture(1e-3);
+    for distance in [1e-4, 1e-6] {
+        let error = relative_mse(&picture(distance), &reference);
+        println!("{distance:e} m: relMSE of what is far, indirect: {error:e}");
+        assert!(error <= 1e-3, "{distance:e} m off the wall: {error:e}");
+    }
+    assert_silent(&context());
+}
+
+#[test]
+fn panels_on_walls_leave_the_far_field_alone() {
+    check_panels(SMALL, [64, 48]);
+}
+
+/// Entry points are 3.8 mm apart.
+#[test]
+#[ignore = "full size: make stress"]
+fn panels_on_walls_at_the_papers_settings() {
+    check_panels(Quality::PAPER, [256, 192]);
 }
 
 #[test]

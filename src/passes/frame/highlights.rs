@@ -40,7 +40,7 @@ impl GlossPixels {
     pub const HIGHLIGHTS_STEM: &str = "highlights";
 
     /// Fills a light's layer of highlights: one value a sample. Records into an open pass, with barriers between its own dispatches
-    /// only.
+    /// only: one to dispatches is due between two lights.
     pub fn record_highlights(
         &self,
         pass: &mut PassScope<'_>,

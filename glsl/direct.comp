@@ -48,13 +48,15 @@ void main() {
     uint index = xy.y * push.width + xy.x;
     if (xy.x >= push.width || index >= push.point_count) return;
     PixelSurface point = pixel_surface_at(SeenPoints, index);
-    float found = 0.0;
+    LightSource light = of_kind(light_at(Lights, push.light));
+    float found = push.first_sample == 0u ? 0.0 : light_layer[index];
     // A loop that turns once or never: where no point of a group sees a surface, lavapipe skips it.
     for (bool is_due = point.side != NO_SIDE; is_due; is_due = false) {
         vec3 normal = facing_normal(point.side);
-        found = light_factor_in(batch, light_at(Lights, push.light), push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal,
-                                point.normal, point.footprint);
+        found += light_factor_in(batch, light, push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, point.normal,
+                                 point.footprint);
+        found = weighed(light, push.end_sample, found, point.position, point.normal, point.footprint);
     }
-    light_layer[index] = (push.first_sample == 0u ? 0.0 : light_layer[index]) + found;
+    light_layer[index] = found;
     if (!loops_still_turn(push.width)) cut_short[0] = CUT_SHORT;
 }

@@ -56,15 +56,16 @@ void main() {
     if (batch == NO_BATCH || index >= edge_count * count) return;
     uint pixel = edge_pixels[index / count];
     EdgeSample seen = edge_sample_of(pair_at(EdgeSamples, index));
-    float found = 0.0;
+    LightSource light = of_kind(light_at(Lights, push.light));
+    float found = push.first_sample == 0u ? 0.0 : edge_light[index];
     // A loop that turns once or never: where no sample of a group sees a surface, lavapipe skips it.
     for (bool is_due = seen.side != NO_SIDE; is_due; is_due = false) {
         PixelSurface point = edge_point(view, pixel, seen, index % count, count);
         vec3 normal = facing_normal(point.side);
-        found = light_factor_in(batch, light_at(Lights, push.light), push.first_sample, push.end_sample, push.traces_all != 0u, point.position,
-                                normal, point.normal, point.footprint);
-        found *= 0.125 * float(eighths_of(seen));
+        float lit = light_factor_in(batch, light, push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, point.normal,
+                                    point.footprint);
+        found = weighed(light, push.end_sample, found + 0.125 * float(eighths_of(seen)) * lit, point.position, point.normal, point.footprint);
     }
-    edge_light[index] = (push.first_sample == 0u ? 0.0 : edge_light[index]) + found;
+    edge_light[index] = found;
     if (!loops_still_turn(view.width)) cut_short[0] = CUT_SHORT;
 }

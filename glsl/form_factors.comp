@@ -51,9 +51,10 @@ void main() {
     uvec4 point = texelFetch(EntryPoints, int(index));  // position; side, 2·triangle + (1 if the back side)
     vec3 position = uintBitsToFloat(point.xyz);
     vec3 normal = facing_normal(point.w);
-    float found = light_factor_in(batch, light_at(Lights, push.light), push.first_sample, push.end_sample,
-                                  push.traces_all != 0u, position, normal, normal, push.area_m2);
     uint place = push.first_point + index;
-    form_factors[place] = (push.first_sample == 0u ? 0.0 : form_factors[place]) + found;
+    LightSource light = of_kind(light_at(Lights, push.light));
+    float found = push.first_sample == 0u ? 0.0 : form_factors[place];
+    found += light_factor_in(batch, light, push.first_sample, push.end_sample, push.traces_all != 0u, position, normal, normal, push.area_m2);
+    form_factors[place] = weighed(light, push.end_sample, found, position, normal, push.area_m2);
     if (!loops_still_turn(push.point_count)) cut_short[0] = CUT_SHORT;
 }

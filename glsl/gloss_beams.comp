@@ -43,7 +43,8 @@ void main() {
     LightSample found;
     if (sample_light(light, entry.position, lattice_point(light, number), found)) {
         beam.mirror = reflect(-found.direction, entry.normal);
-        beam.factor = light_factor(light, number, number + 1u, false, entry.position, entry.normal, entry.normal, push.area_m2);
+        float factor = light_factor(light, number, number + 1u, false, entry.position, entry.normal, entry.normal, push.area_m2);
+        beam.factor = weighed(light, light.samples, factor, entry.position, entry.normal, push.area_m2);
     }
     gloss_beams[index] = beam;
 }

@@ -91,6 +91,7 @@ void main() {
         sum += lobe * (exponent + 2.0) / (2.0 * PI)
              * light_factor(light, i, i + 1u, push.traces_all != 0u, point.position, normal, point.normal, point.footprint);
     }
+    sum = weighed(light, light.samples, sum, point.position, point.normal, point.footprint);
     uint pixel_seed = hash(push.seed, gloss_pixels[index / samples]);
     uint first = LOBE_RAYS * (index % samples);
     // Once, whatever the number of point samples.

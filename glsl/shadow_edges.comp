@@ -141,6 +141,7 @@ void main() {
         }
         if (found.side == NO_SIDE) continue;
         float factor = light_factor(light, push.first_sample, end, push.traces_all != 0u, found.position, normal, found.normal, found.footprint);
+        factor = weighed(light, light.samples, factor, found.position, found.normal, found.footprint);
         uint slot = 0u;
         for (bool is_due = is_edge && factor > 0.0; is_due; is_due = false) slot = slot_for(found, index, first_slot, slots);
         sum += mix(vec4(0.0), vec4(factor), equal(uvec4(0u, 1u, 2u, 3u), uvec4(slot)));

@@ -32,34 +32,47 @@ float parallelogram_irradiance(vec3 normal, vec3 corner, vec3 edge_u, vec3 edge_
     return 0.5 * abs(sum + arc(normal, leaves, returns));
 }
 
+// What the point samples of an area light of unit radiance add up to if nothing stands between: see sample_weight.
+float open_samples(LightSource light, vec3 corner, vec3 shading) {
+    float sum = 0.0;
+    uint row = lattice_row(light, 0u);
+    for (uint i = 0u; i < light.samples; ++i) {
+        vec2 u = lattice_place(light, i, row);
+        row = next_row(light, row);
+        vec3 to_light = corner + u.x * light.edge_u + u.y * light.edge_v;
+        float inverse = 1.0 / max(dot(to_light, to_light), 1e-24);
+        sum += max(0.0, dot(shading, to_light) * inverse) * max(0.0, -dot(light.axis, to_light) * inverse);
+    }
+    return light.area * sum / float(light.samples);
+}
+
 // What weighs the point samples of an area light: its irradiance in closed form, of a receiver of that area (m²), over what these add up to if
 // nothing stands between; 1 for other lights. Beside the light they would be spots.
 float sample_weight(LightSource light, vec3 position, vec3 shading, float area) {
     if (light.kind != LIGHT_AREA) return 1.0;
-    light.emission = vec3(1.0);
-    float sum = 0.0;
-    for (uint i = 0u; i < light.samples; ++i) {
-        LightSample found;
-        if (sample_light(light, position, lattice_point(light, i), found)) sum += max(0.0, dot(shading, found.direction)) * found.irradiance.x;
-    }
-    sum /= float(light.samples);
+    vec3 corner = light.position - position;
+    float sum = open_samples(light, corner, shading);
     if (sum == 0.0) return 1.0;
     float whole = sum;
-    vec3 corner = light.position - position;
     vec3 centre = corner + 0.5 * (light.edge_u + light.edge_v);
-    float distance2 = dot(centre, centre);
     // Of what is smaller f32 has no sum of arcs, and from that far point samples are as good.
-    bool is_large = light.area > LARGE * distance2;
+    bool is_large = light.area > LARGE * dot(centre, centre);
     for (bool is_due = is_large; is_due; is_due = false) whole = parallelogram_irradiance(shading, corner, light.edge_u, light.edge_v);
     // Disc to disc: the receiver takes no more than the light sends, however small that is beside it. [Wallace]
     return whole / (sum * (1.0 + whole * area / (PI * light.area)));
 }
 
-// What a light's point sample `i` brings to a surface if nothing stands between, per unit of emission, before its weight: see light_factor.
+// What point samples up to `end` were found to bring, weighed once they are all.
+float weighed(LightSource light, uint end, float found, vec3 position, vec3 shading, float area) {
+    for (bool is_due = found > 0.0 && end == light.samples; is_due; is_due = false) found *= sample_weight(light, position, shading, area);
+    return found;
+}
+
+// What a light's point sample at `u` brings to a surface if nothing stands between, per unit of emission, before its weight: see light_factor.
 // `found` is the direction; its distance is 0 where there is none.
-float open_factor(LightSource light, uint i, vec3 position, vec3 normal, vec3 shading, float area, out LightSample found) {
+float open_factor(LightSource light, vec2 u, vec3 position, vec3 normal, vec3 shading, float area, out LightSample found) {
     light.emission = vec3(1.0);
-    bool shines = sample_light(light, position, lattice_point(light, i), found);
+    bool shines = sample_light(light, position, u, found);
     if (found.distance == 0.0) return 0.0;
     float cosine = dot(shading, found.direction);
     // A light behind the real surface does not shine through, wherever the shading normal points.
@@ -76,14 +89,17 @@ bool is_due(LightSample found, float factor, bool traces_all) { return found.dis
 
 // Irradiance per unit of the light's emission, from its point samples `first` to `end`, a shadow ray each: 1/m² of point and
 // spot lights, sr of area lights, 1 of directional ones. `shading` is the surface's shading normal, `area` (m²) its extent.
-// Rays that cannot bring light, from surfaces that face away or stand outside a cone, are left out unless `traces_all`.
+// Rays that cannot bring light, from surfaces that face away or stand outside a cone, are left out unless `traces_all`. To be weighed.
 float light_factor(LightSource light, uint first, uint end, bool traces_all, vec3 position, vec3 normal, vec3 shading, float area) {
     float sum = 0.0;
+    uint row = lattice_row(light, first);
     for (uint i = first; i < end; ++i) {
+        vec2 u = lattice_place(light, i, row);
+        row = next_row(light, row);
         LightSample found;
-        float factor = open_factor(light, i, position, normal, shading, area, found);
+        float factor = open_factor(light, u, position, normal, shading, area, found);
         if (!is_due(found, factor, traces_all)) continue;
         if (is_lit(position, normal, found)) sum += factor;
     }
-    return sum == 0.0 ? 0.0 : sum / float(light.samples) * sample_weight(light, position, shading, area);
+    return sum / float(light.samples);
 }

@@ -38,11 +38,19 @@ bool sample_light(LightSource light, vec3 position, vec2 u, out LightSample foun
     return factor > 0.0;
 }
 
-// Point sample number `i` of a light, for sample_light: a lattice, every row and column of which holds one.
-vec2 lattice_point(LightSource light, uint i) {
-    uint skipped = light.modulus - light.samples;
-    return (vec2(i, (i + skipped) * light.stride % light.modulus - skipped) + 0.5) / float(light.samples);
+// Point samples of a light stand in a lattice, every row and column of which holds one: the row of number `i`, counted with those that are left
+// out ahead of the first; and, without a division, that of the next number.
+uint lattice_row(LightSource light, uint i) { return (i + light.modulus - light.samples) * light.stride % light.modulus; }
+
+uint next_row(LightSource light, uint row) {
+    uint next = row + light.stride;
+    return next < light.modulus ? next : next - light.modulus;
 }
+
+vec2 lattice_place(LightSource light, uint i, uint row) { return (vec2(i, row + light.samples - light.modulus) + 0.5) / float(light.samples); }
+
+// Point sample number `i` of a light, for sample_light.
+vec2 lattice_point(LightSource light, uint i) { return lattice_place(light, i, lattice_row(light, i)); }
 
 // From a surface point, on the side that `normal` faces, to a light.
 Ray shadow_ray(vec3 position, vec3 normal, LightSample light) {

@@ -31,15 +31,16 @@ bool is_lit_in(uint shaft, vec3 position, vec3 normal, LightSample light) {
 }
 
 // As light_factor, for a point of the batch that the shaft belongs to, and a light of LIGHT_KIND.
-float light_factor_in(uint shaft, LightSource any_light, uint first, uint end, bool traces_all, vec3 position, vec3 normal, vec3 shading,
-                      float area) {
-    LightSource light = of_kind(any_light);
+float light_factor_in(uint shaft, LightSource light, uint first, uint end, bool traces_all, vec3 position, vec3 normal, vec3 shading, float area) {
     float sum = 0.0;
+    uint row = lattice_row(light, first);
     for (uint i = first; i < end_of_kind(first, end); ++i) {
+        vec2 u = lattice_place(light, i, row);
+        row = next_row(light, row);
         LightSample found;
-        float factor = open_factor(light, i, position, normal, shading, area, found);
+        float factor = open_factor(light, u, position, normal, shading, area, found);
         if (!is_due(found, factor, traces_all)) continue;
         if (is_lit_in(shaft, position, normal, found)) sum += factor;
     }
-    return sum == 0.0 ? 0.0 : sum / float(light.samples) * sample_weight(light, position, shading, area);
+    return sum / float(light.samples);
 }

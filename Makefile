@@ -11,7 +11,7 @@ help:
 	@echo 'make demo   open the window'
 	@echo 'make screenshots pictures of the window, into docs/images'
 	@echo 'make test   all tests'
-	@echo 'make stress full sizes of the tests of docs/numerics.md, and scenes of ten million triangles (8 GB of memory, a quarter of an hour on two cores)'
+	@echo 'make stress full sizes of the tests of docs/numerics.md, and scenes of ten million triangles, every call and allocation that fails (8 GB of memory, forty minutes on two cores)'
 	@echo 'make soak   eight renders at once at the paper'"'"'s settings, then an hour of edits'
 	@echo 'make fuzz   readers of files from strangers, SECONDS=60 each (needs a nightly compiler)'
 	@echo 'make audit  advisories against the crates that are used (needs a network)'
@@ -52,6 +52,7 @@ stress:
 	$(CARGO) test --release --locked --test scene -- --ignored places_of_one_and_ten
 	$(CARGO) test --release --locked --test physics -- --ignored --nocapture
 	$(CARGO) test --release --locked --test stress -- --ignored --nocapture
+	$(CARGO) test --release --locked --test failures -- --ignored --nocapture
 
 soak:
 	@scripts/setup.sh --tests

@@ -81,6 +81,7 @@ fn every_call_of_every_function_may_fail() {
         let stage = Stage::new();
         let calls = stage.calls(render);
         let each = calls.iter().filter(|(name, _)| !is_special(name) && !name.starts_with("vkEnumerate"));
+        println!("{render}: {} functions", each.clone().count());
         let cases: Vec<(&str, u64)> =
             each.flat_map(|(name, count)| (1..=*count).map(|call| (name.as_str(), call))).collect();
         let beyond = AtomicUsize::new(0);

@@ -1,6 +1,8 @@
 // Light straight from a light to a surface, free of its colour. Include after types.glsl, math.glsl, bvh.glsl and lights.glsl.
 
-// Area lights are taken as wholes from a solid angle of about that on, sr.
+// Area lights are taken as wholes by what is nearer than twice so many of the widest spacings of their samples, and in part from once.
+const float NEAR = 4.0;
+// But for those of a smaller solid angle, sr: f32 has no such sum of arcs.
 const float LARGE = 1e-4;
 
 // What the arc between two directions of any length adds to Lambert's sum, for a receiver with that normal.
@@ -32,34 +34,49 @@ float parallelogram_irradiance(vec3 normal, vec3 corner, vec3 edge_u, vec3 edge_
     return 0.5 * abs(sum + arc(normal, leaves, returns));
 }
 
+// What point sample `i` of an area light adds to open_samples; nothing behind the last. `row` is the next one's after that.
+float open_sample(LightSource light, vec3 corner, vec3 shading, uint i, inout uint row) {
+    vec2 u = lattice_place(light, i, row);
+    row = next_row(light, row);
+    vec3 to_light = corner + u.x * light.edge_u + u.y * light.edge_v;
+    float inverse = 1.0 / max(dot(to_light, to_light), 1e-24);
+    float brought = max(0.0, dot(shading, to_light) * inverse) * max(0.0, -dot(light.axis, to_light) * inverse);
+    return i < light.samples ? brought : 0.0;
+}
+
 // What the point samples of an area light of unit radiance add up to if nothing stands between: see sample_weight.
 float open_samples(LightSource light, vec3 corner, vec3 shading) {
     float sum = 0.0;
     uint row = lattice_row(light, 0u);
-    for (uint i = 0u; i < light.samples; ++i) {
-        vec2 u = lattice_place(light, i, row);
-        row = next_row(light, row);
-        vec3 to_light = corner + u.x * light.edge_u + u.y * light.edge_v;
-        float inverse = 1.0 / max(dot(to_light, to_light), 1e-24);
-        sum += max(0.0, dot(shading, to_light) * inverse) * max(0.0, -dot(light.axis, to_light) * inverse);
+    // Four a turn, of which lavapipe has only so many: see turns.glsl.
+    for (uint i = 0u; i < light.samples; i += 4u) {
+        sum += open_sample(light, corner, shading, i, row);
+        sum += open_sample(light, corner, shading, i + 1u, row);
+        sum += open_sample(light, corner, shading, i + 2u, row);
+        sum += open_sample(light, corner, shading, i + 3u, row);
     }
     return light.area * sum / float(light.samples);
 }
 
-// What weighs the point samples of an area light: its irradiance in closed form, of a receiver of that area (m²), over what these add up to if
-// nothing stands between; 1 for other lights. Beside the light they would be spots.
+// What weighs the point samples of an area light for a receiver of that area (m²): beside the light its irradiance in closed form over what they add
+// up to if nothing stands between, for there they would be spots; further off the bounded form of 1/d². 1 for other lights.
 float sample_weight(LightSource light, vec3 position, vec3 shading, float area) {
     if (light.kind != LIGHT_AREA) return 1.0;
     vec3 corner = light.position - position;
-    float sum = open_samples(light, corner, shading);
-    if (sum == 0.0) return 1.0;
-    float whole = sum;
-    vec3 centre = corner + 0.5 * (light.edge_u + light.edge_v);
-    // Of what is smaller f32 has no sum of arcs, and from that far point samples are as good.
-    bool is_large = light.area > LARGE * dot(centre, centre);
-    for (bool is_due = is_large; is_due; is_due = false) whole = parallelogram_irradiance(shading, corner, light.edge_u, light.edge_v);
-    // Disc to disc: the receiver takes no more than the light sends, however small that is beside it. [Wallace]
-    return whole / (sum * (1.0 + whole * area / (PI * light.area)));
+    float distance = max(length(corner + 0.5 * (light.edge_u + light.edge_v)), 1e-12);
+    vec2 edges = vec2(length(light.edge_u), length(light.edge_v));
+    // What is nearest of the light is hardly nearer than that.
+    float spacings = (distance - 0.5 * (edges.x + edges.y)) * sqrt(float(light.samples)) / max(edges.x, edges.y);
+    float share = light.area > LARGE * distance * distance ? clamp(2.0 - spacings / NEAR, 0.0, 1.0) : 0.0;
+    // Point to disc of the surface's area. [Wallace]
+    float weight = 1.0 / (1.0 + area / (PI * distance * distance));
+    for (bool is_due = share > 0.0; is_due; is_due = false) {
+        float sum = open_samples(light, corner, shading);
+        float whole = parallelogram_irradiance(shading, corner, light.edge_u, light.edge_v);
+        // Disc to disc: the receiver takes no more than the light sends, however small that is beside it.
+        if (sum > 0.0) weight = mix(weight, whole / (sum * (1.0 + whole * area / (PI * light.area))), share);
+    }
+    return weight;
 }
 
 // What point samples up to `end` were found to bring, weighed once they are all.

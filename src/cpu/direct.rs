@@ -6,7 +6,9 @@ use crate::types::{LIGHT_AREA, LightSource, NO_SIDE, PixelSurface};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
-/// Area lights are taken as wholes from a solid angle of about that on, sr.
+/// Area lights are taken as wholes by what is nearer than twice so many of the widest spacings of their samples, and in part from once.
+const NEAR: f64 = 4.0;
+/// But for those of a smaller solid angle, sr: f32 has no such sum of arcs.
 const LARGE: f64 = 1e-4;
 
 /// What a polygon of unit radiance brings to a receiver with that normal, sr, if nothing stands between: its corners in order, as seen from there.
@@ -30,30 +32,32 @@ pub fn polygon_irradiance(normal: DVec3, corners: &[DVec3]) -> f64 {
     0.5 * above.iter().enumerate().map(arc).sum::<f64>().abs()
 }
 
-/// What weighs the point samples of an area light: its irradiance in closed form, of a receiver of that area, over what these add up to if
-/// nothing stands between; 1 for other lights.
+/// What weighs the point samples of an area light for a receiver of that area: beside the light its irradiance in closed form over what they add up
+/// to if nothing stands between; further off the bounded form of 1/d². 1 for other lights.
 pub fn sample_weight(light: &LightSource, position: DVec3, shading: DVec3, area_m2: f64) -> f64 {
     if light.kind != LIGHT_AREA {
         return 1.0;
     }
+    let [u, v] = [light.edge_u, light.edge_v].map(Vec3::as_dvec3);
+    let (corner, area) = (light.position.as_dvec3() - position, f64::from(light.area));
+    let distance = (corner + 0.5 * (u + v)).length().max(1e-12);
+    let spacing = u.length().max(v.length()) / f64::from(light.samples).sqrt();
+    let spacings = (distance - 0.5 * (u.length() + v.length())) / spacing;
+    let is_large = area > LARGE * distance.powi(2);
+    let share = if is_large { (2.0 - spacings / NEAR).clamp(0.0, 1.0) } else { 0.0 };
+    // [Wallace]
+    let afar = 1.0 / (1.0 + area_m2 / PI / distance.powi(2));
     let white = LightSource { emission: Vec3::ONE, ..*light };
     let open = |number| {
         let found = sample_light(&white, position, lattice_point(light, number))?;
         Some(shading.dot(found.direction).max(0.0) * found.irradiance.x)
     };
     let sum = (0..light.samples).filter_map(open).sum::<f64>() / f64::from(light.samples);
-    if sum == 0.0 {
-        return 1.0;
+    if share == 0.0 || sum == 0.0 {
+        return afar;
     }
-    let [u, v] = [light.edge_u, light.edge_v].map(Vec3::as_dvec3);
-    let (corner, area) = (light.position.as_dvec3() - position, f64::from(light.area));
-    let is_large = area > LARGE * (corner + 0.5 * (u + v)).length_squared();
-    let whole = match is_large {
-        true => polygon_irradiance(shading, &[corner, corner + u, corner + u + v, corner + v]),
-        false => sum,
-    };
-    // [Wallace]
-    whole / (sum * (1.0 + whole * area_m2 / (PI * area)))
+    let whole = polygon_irradiance(shading, &[corner, corner + u, corner + u + v, corner + v]);
+    afar + share * (whole / (sum * (1.0 + whole * area_m2 / (PI * area))) - afar)
 }
 
 /// Of each point sample of a light that lights a surface point of that extent (m²): its number, the unit direction towards it and

@@ -1,7 +1,7 @@
 //! Lights on walls, in corners and inside solids: finite, and what is far from them takes no notice.
 
 use crate::common::{assert_silent, context};
-use crate::{SMALL, assert_finite, positions, prepare, relative_mse};
+use crate::{SMALL, assert_finite, positions, prepare, relative_mse, render, room};
 use glam::Vec3;
 use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::{LightKind, Quality, Scene, shapes};
@@ -138,6 +138,31 @@ fn check_panels(quality: Quality, size: [u32; 2]) {
 #[test]
 fn panels_on_walls_leave_the_far_field_alone() {
     check_panels(SMALL, [64, 48]);
+}
+
+/// Shadows' edges ask for the weight of all samples at every further sample of a pixel.
+#[test]
+#[ignore = "full size: make stress"]
+fn a_panel_of_as_many_samples_as_there_may_be_is_a_picture() {
+    let mut scene = room();
+    scene.cameras[0].size = [12, 9];
+    let kind = |samples| LightKind::Area {
+        corner: Vec3::new(-0.5 + 1e-2, -0.1, -0.2),
+        edge_u: 0.3 * Vec3::Z,
+        edge_v: 0.3 * Vec3::Y,
+        radiance: Vec3::ONE,
+        samples,
+    };
+    let quality = Quality { entry_points: 500, cache_points: 100, edge_samples: 16, ..SMALL };
+    let pictures = [64, 4096].map(|samples| {
+        scene.lights[0].kind = kind(samples);
+        let renderer = render(scene.clone(), quality.clone());
+        renderer.layer(Layer::Beauty).unwrap()
+    });
+    let error = relative_mse(&pictures[0], &pictures[1]);
+    println!("64 and 4096 samples: relMSE {error:e}");
+    assert!(error < 1e-2, "{error:e}");
+    assert_silent(&context());
 }
 
 /// Entry points are 3.8 mm apart.

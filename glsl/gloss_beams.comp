@@ -8,6 +8,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
+#include "include/turns.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
@@ -26,6 +27,7 @@ layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Lights;
 layout(scalar, binding = 3) readonly buffer GlossEntries { GlossEntry gloss_entries[]; };
 layout(scalar, binding = 4) writeonly buffer GlossBeams { GlossBeam gloss_beams[]; };  // one a point sample, entry by entry
+layout(scalar, binding = 5) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
 layout(scalar, push_constant) uniform Push { GlossBeamsPush push; };
 
 #include "include/triangles.glsl"
@@ -47,4 +49,5 @@ void main() {
         beam.factor = weighed(light, light.samples, factor, entry.position, entry.normal, push.area_m2);
     }
     gloss_beams[index] = beam;
+    if (!loops_still_turn(push.entry_count)) cut_short[0] = CUT_SHORT;
 }

@@ -105,7 +105,10 @@ impl Shine {
     /// Beams of the lights whose form factors are out of date.
     pub(super) fn record_beams(&self, rec: &mut Recorder, scene: &SceneBuffers, lights: &Lights) {
         let mut pass = rec.pass(Gloss::BEAMS_STEM);
-        for (light, factors, found) in lights.without_beams() {
+        for (place, (light, factors, found)) in lights.without_beams().into_iter().enumerate() {
+            if place > 0 {
+                pass.barrier(COMPUTE_TO_COMPUTE);
+            }
             self.clusters.record_beams(&mut pass, scene, light, factors, &found);
         }
         pass.barrier(COMPUTE_TO_COMPUTE);

@@ -239,6 +239,9 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
         .run(|rec| {
             let mut pass = rec.pass(Gloss::BEAMS_STEM);
             for (index, (found, factors)) in (0..).zip(gloss_lights.iter().zip(&factor_buffers)) {
+                if index > 0 {
+                    pass.barrier(COMPUTE_TO_COMPUTE);
+                }
                 let light = OneLight::new(&table, index, &lights[index as usize]);
                 gloss.record_beams(&mut pass, &world.buffers, light, factors, found);
             }

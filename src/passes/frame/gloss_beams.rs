@@ -39,7 +39,7 @@ impl Gloss {
     pub const ENTRIES_STEM: &str = "gloss_entries";
 
     /// Traces a light's beams, and lets paths carry on the light's form `factors` at their entry points: right where these may not shine.
-    /// Records into an open pass.
+    /// Records into an open pass: a barrier to dispatches is due between two lights.
     pub fn record_beams(
         &self,
         pass: &mut PassScope<'_>,
@@ -59,6 +59,7 @@ impl Gloss {
                 ("Lights", light.table),
                 ("GlossEntries", &self.entries),
                 ("GlossBeams", found.beams),
+                ("CutShort", &scene.cut_short),
             ],
         );
     }

@@ -110,7 +110,7 @@ fn check_panels(quality: Quality, size: [u32; 2]) {
             samples: 16,
         };
         for renderer in [&mut renderer, &mut black] {
-            renderer.set_light(0, kind.clone()).unwrap();
+            renderer.set_light(0, kind).unwrap();
             renderer.frame().unwrap();
             assert_finite(renderer);
         }

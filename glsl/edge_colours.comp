@@ -40,14 +40,15 @@ void main() {
     uint slots = slots_per_edge(edge_count, push.room);
     uint index = flat_invocation();
     if (index >= edge_count * slots || count == 0u) return;
-    uint edge = index / slots;
+    uvec2 number = in_rows(index, slots);  // of the slot in its pixel, of the pixel
+    uint edge = number.y;
     uint pixel = edge_pixels[edge];
-    vec2 corner = vec2(pixel % view.width, pixel / view.width);
+    vec2 corner = vec2(in_rows(pixel, view.width));
     vec3 sum = vec3(0.0);
     float weight = 0.0;
     for (uint i = 0u; i < count; ++i) {
         EdgeSample found = edge_samples[edge * count + i];
-        if (found.side == NO_SIDE || slot_of(found) != index % slots) continue;
+        if (found.side == NO_SIDE || slot_of(found) != number.x) continue;
         // The very point that `edge_samples` asked.
         vec2 point = corner + sample_3d(i + point_of(found) * count, pixel).xy;
         sum += float(eighths_of(found)) * colour_through(view, point, found.side >> 1).xyz;

@@ -54,13 +54,13 @@ void main() {
     uint batch = batch_of(flat_workgroup());
     uint index = batch * BATCH + gl_LocalInvocationIndex;
     if (batch == NO_BATCH || index >= edge_count * count) return;
-    uint pixel = edge_pixels[index / count];
+    uvec2 number = in_rows(index, count);  // of the sample in its pixel, of the pixel
     EdgeSample seen = edge_sample_of(pair_at(EdgeSamples, index));
     LightSource light = of_kind(light_at(Lights, push.light));
     float found = push.first_sample == 0u ? 0.0 : edge_light[index];
     // A loop that turns once or never: where no sample of a group sees a surface, lavapipe skips it.
     for (bool is_due = seen.side != NO_SIDE; is_due; is_due = false) {
-        PixelSurface point = edge_point(view, pixel, seen, index % count, count);
+        PixelSurface point = edge_point(view, edge_pixels[number.y], seen, number.x, count);
         vec3 normal = facing_normal(point.side);
         float lit = light_factor_in(batch, light, push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, point.normal,
                                     point.footprint);

@@ -45,9 +45,10 @@ void main() {
     uint count = samples_per_edge(edge_count, push.room);
     uint index = flat_invocation();
     if (index >= edge_count * count) return;
-    uint pixel = edge_pixels[index / count];
+    uvec2 number = in_rows(index, count);  // of the sample in its pixel, of the pixel
+    uint pixel = edge_pixels[number.y];
     uvec2 size = uvec2(view.width, view.height);
-    vec2 corner = vec2(pixel % size.x, pixel / size.x);
+    vec2 corner = vec2(in_rows(pixel, size.x));
     bool is_outline = false;
     for (uint i = 0u; i < 9u; ++i) is_outline = is_outline || pixel_surface_at(Pixels, pixel_at(size, pixel, i)).side == NO_SIDE;
     PixelSurface found = PixelSurface(vec3(0.0), NO_SIDE, vec3(0.0), 0.0);
@@ -55,7 +56,7 @@ void main() {
     uint shown = 0u;
     uint met = 0u;
     for (uint k = 0u; k < points; ++k) {
-        PixelSurface seen = seen_through(view, corner + sample_3d(index % count + k * count, pixel).xy);
+        PixelSurface seen = seen_through(view, corner + sample_3d(number.x + k * count, pixel).xy);
         if (seen.side == NO_SIDE) continue;
         if (met == 0u) {
             found = seen;

@@ -89,7 +89,7 @@ void main() {
         uint pixel = gloss_pixels[index / samples];
         uint number = index % samples;
         uint seed = hash(push.seed, pixel);
-        vec2 corner = vec2(pixel % push.view.width, pixel / push.view.width);
+        vec2 corner = vec2(in_rows(pixel, push.view.width));
         PixelSurface point = seen_through(push.view, corner + sample_3d(number, hash(seed, 1u)).xy);
         // Where the pixel shows an edge: what is beyond is not what shines here.
         PixelSurface centre = pixel_surface_at(Pixels, pixel);

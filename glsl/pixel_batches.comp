@@ -31,7 +31,7 @@ void main() {
     uint index = flat_invocation();
     if (index >= point_batches.length()) return;
     uint tiles = (push.width + 7u) / 8u;
-    uvec2 corner = 8u * uvec2(index % tiles, index / tiles);
+    uvec2 corner = 8u * in_rows(index, tiles);
     PointBatch batch = no_points();
     for (uint i = 0u; i < BATCH; ++i) {
         uvec2 xy = corner + uvec2(i % 8u, i / 8u);

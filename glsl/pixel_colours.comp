@@ -33,7 +33,7 @@ void main() {
     View view = push.view;
     if (index >= view.width * view.height) return;
     uint side = pixel_surface_at(Pixels, index).side;
-    vec2 corner = vec2(index % view.width, index / view.width);
+    vec2 corner = vec2(in_rows(index, view.width));
     vec4 sum = vec4(0.0);
     // Beyond the surface's horizon, on the other side of its plane, there is nothing of it.
     float sign_seen = (side & 1u) != 0u ? 1.0 : -1.0;

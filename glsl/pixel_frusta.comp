@@ -113,7 +113,7 @@ void main() {
     if (lane >= due_count) return;
     uint place = due[lane];
     uint pixel = shadow_pixels[place];
-    frustum = frustum_of(push.view, vec2(pixel % push.view.width, pixel / push.view.width));
+    frustum = frustum_of(push.view, vec2(in_rows(pixel, push.view.width)));
     uint first = place * SHAFT_WORDS;
     shaft_roots[first] = open_tree(first);
 }

@@ -122,7 +122,7 @@ void main() {
         before = samples_per_edge(edge_numbers[pixel_count], push.room);
         count = edge_needs[edge];
     }
-    vec2 corner = vec2(index % view.width, index / view.width);
+    vec2 corner = vec2(in_rows(index, view.width));
     vec4 sum = vec4(0.0);
     PixelSurface own = pixel_surface_at(Pixels, index);
     vec3 own_normal = facing_normal(own.side);

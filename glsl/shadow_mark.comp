@@ -46,10 +46,14 @@ void main() {
     int pixel_count = width * int(push.height);
     int first = 4 * int(flat_invocation());
     if (first >= pixel_count) return;
-    // Where a row ends among the four, the rest stand in the next.
-    ivec4 column = first % width + ivec4(0, 1, 2, 3);
-    ivec4 row = first / width + column / width;
-    column %= width;
+    ivec2 place = ivec2(in_rows(uint(first), push.width));
+    ivec4 column = ivec4(place.x);
+    ivec4 row = ivec4(place.y);
+    for (int i = 1; i < 4; ++i) {
+        bool begins = column[i - 1] + 1 == width;
+        column[i] = begins ? 0 : column[i - 1] + 1;
+        row[i] = row[i - 1] + int(begins);
+    }
 
     vec4 here = light_from(first, pixel_count);
     bvec4 found = both(differ(here, light_from(first - 1, pixel_count)), greaterThan(column, ivec4(0)));

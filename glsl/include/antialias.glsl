@@ -52,7 +52,7 @@ float weight_of(EdgeSlot slot, uint count) { return float(slot.what >> 4) / floa
 
 // The pixel at one of the nine places around another; beyond its edges the image repeats itself.
 uint pixel_at(uvec2 size, uint pixel, uint place) {
-    ivec2 xy = ivec2(pixel % size.x, pixel / size.x) + ivec2(place % 3u, place / 3u) - 1;
+    ivec2 xy = ivec2(in_rows(pixel, size.x)) + ivec2(place % 3u, place / 3u) - 1;
     uvec2 inside = uvec2(clamp(xy, ivec2(0), ivec2(size) - 1));
     return inside.y * size.x + inside.x;
 }

@@ -8,6 +8,20 @@ uint flat_workgroup() { return gl_WorkGroupID.x + gl_NumWorkGroups.x * (gl_WorkG
 // `layout(local_size_x = …)`, gl_WorkGroupSize is silently 1.
 #define flat_invocation() (flat_workgroup() * gl_WorkGroupSize.x + gl_LocalInvocationIndex)
 
+// Column and row of a place below 2³¹, in rows of `width` places. Processors divide integers lane by lane, floats all at once. A quotient of
+// floats, divisions off by 2.5 units as Vulkan allows, is off by a row and 2⁻²¹ of all at most, which the columns that are left over tell.
+uvec2 in_rows(uint place, uint width) {
+    float inverse = 1.0 / float(width);
+    uint row = uint(float(place) * inverse);
+    int column = int(place - row * width);
+    int more = int(floor(float(column) * inverse));
+    row += uint(more);
+    column -= more * int(width);
+    // That quotient may be off by one.
+    int last = column < 0 ? -1 : column >= int(width) ? 1 : 0;
+    return uvec2(column - last * int(width), row + uint(last));
+}
+
 // Where workgroups take square tiles of an image so many points wide, row by row: the invocation's place in its tile.
 uvec2 place_in_tile(uint side) { return uvec2(gl_LocalInvocationIndex % side, gl_LocalInvocationIndex / side); }
 
@@ -23,7 +37,7 @@ uvec2 pixel_in_tiles(uint place, uint width) {
     uint tiles = (width + 7u) / 8u;
     uvec2 spread = uvec2(place, place >> 1);
     uvec2 within = (spread & 1u) | (spread >> 1 & 2u) | (spread >> 2 & 4u);
-    return 8u * uvec2(place / 64u % tiles, place / 64u / tiles) + within;
+    return 8u * in_rows(place / 64u, tiles) + within;
 }
 
 uint tiles_around(uvec2 size) { return ((size.x + 7u) / 8u) * ((size.y + 7u) / 8u); }
@@ -31,5 +45,5 @@ uint tiles_around(uvec2 size) { return ((size.x + 7u) / 8u) * ((size.y + 7u) / 8
 // The first point of the tile of that number.
 uvec2 corner_of_tile(uint tile, uint side, uint width) {
     uint tiles = (width + side - 1u) / side;
-    return side * uvec2(tile % tiles, tile / tiles);
+    return side * in_rows(tile, tiles);
 }

@@ -2,6 +2,7 @@
 
 mod cluster_buffers;
 pub mod frame;
+pub mod kernel_copy;
 mod one_light;
 pub mod precompute;
 pub mod reference;
@@ -51,6 +52,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::pixel_colours::LAYOUTS,
         frame::compose::LAYOUTS,
         frame::tonemap::LAYOUTS,
+        kernel_copy::LAYOUTS,
         reference::path_trace::LAYOUTS,
         reference::irradiance_probe::LAYOUTS,
         reference::photon_trace::LAYOUTS,

@@ -321,6 +321,9 @@ fn time_prints_the_tables_and_writes_the_promised_keys() {
 
     let document = json(&folder, "t.json");
     assert!(document["copy_gbps"].as_f64().unwrap() > 0.0);
+    for unit in ["texels", "words"] {
+        assert!(document["kernel_copy_gbps"][unit].as_f64().unwrap() > 0.0, "{unit}");
+    }
     assert!(document["device"]["name"].is_string() && document["device"]["driver"].is_string());
     let scene = &document["scenes"][0];
     assert_eq!(scene["name"], "box");

@@ -25,6 +25,7 @@ mod gloss_pixels;
 mod gloss_readers;
 mod inspect;
 mod irradiance_probe;
+mod kernel_copy;
 mod light_paths;
 mod lights;
 mod near_field;

@@ -4,32 +4,51 @@ use std::sync::Arc;
 
 use super::measure::Summary;
 use crate::error::Result;
-use crate::gpu::{Buffer, Context};
+use crate::gpu::{Buffer, Context, Recorder};
+use crate::passes::kernel_copy::KernelCopy;
 
-/// Larger than any cache, within every device's largest binding.
+/// Larger than any cache.
 const BYTES: u64 = 64 << 20;
 
 const REPEATS: usize = 9;
 
-/// Bytes read plus bytes written per second while copying one buffer to another, in 10⁹; the median of some runs. None
-/// where the device's clock is too coarse to tell.
-///
-/// The context's memory peak grows by both buffers, so it should not be one whose use is reported.
+/// Bytes read plus bytes written per second, in 10⁹; the median of some runs. None where the device's clock is too coarse to tell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CopyRates {
+    /// Of a copy from one buffer to another, by the device's own means.
+    pub(super) device: Option<f64>,
+    /// Of a kernel that does nothing else, four words an invocation.
+    pub(super) kernel_texels: Option<f64>,
+    /// The same, a word an invocation.
+    pub(super) kernel_words: Option<f64>,
+}
+
+/// Measures a device. The context's memory peak grows by two buffers, so it should not be one whose use is reported.
 ///
 /// # Errors
 /// There is no memory for the buffers, or a Vulkan call failed.
-pub(super) fn copy_gbps(context: &Arc<Context>) -> Result<Option<f64>> {
-    let from = Buffer::storage(context, "copy source", BYTES)?;
-    let to = Buffer::storage(context, "copy target", BYTES)?;
+pub(super) fn measure(context: &Arc<Context>) -> Result<CopyRates> {
+    let bytes = BYTES.min(context.limits().storage_range_bytes & !15);
+    let from = Buffer::storage(context, "copy source", bytes)?;
+    let to = Buffer::storage(context, "copy target", bytes)?;
     // Untouched memory may not exist yet, or all be one page of zeros.
     context.run(|recorder| [&from, &to].map(|buffer| recorder.fill_zero(buffer)))?;
-    let mut times = Vec::new();
-    for _ in 0..REPEATS {
-        let (_, passes) = context.run(|recorder| {
+    let rate = |record: &dyn Fn(&mut Recorder)| -> Result<Option<f64>> {
+        let mut times = Vec::new();
+        for _ in 0..REPEATS {
+            let (_, passes) = context.run(record)?;
+            times.extend(passes.iter().map(|pass| pass.ms));
+        }
+        let ms = Summary::of(times).median;
+        Ok((ms > 0.0).then(|| 2.0 * bytes as f64 / (ms * 1e6)))
+    };
+    let words = (bytes / 4) as u32;
+    let [by_texels, by_words] = [KernelCopy::of_texels(context)?, KernelCopy::of_words(context)?];
+    Ok(CopyRates {
+        device: rate(&|recorder| {
             recorder.pass("copy").copy(&from, &to);
-        })?;
-        times.extend(passes.iter().map(|pass| pass.ms));
-    }
-    let ms = Summary::of(times).median;
-    Ok((ms > 0.0).then(|| 2.0 * BYTES as f64 / (ms * 1e6)))
+        })?,
+        kernel_texels: rate(&|recorder| by_texels.record(recorder, &from, &to, words))?,
+        kernel_words: rate(&|recorder| by_words.record(recorder, &from, &to, words))?,
+    })
 }

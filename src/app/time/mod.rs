@@ -90,15 +90,15 @@ impl Time {
             self.device_args.warn("this is a debug build; its times mean little");
         }
         let context = self.device_args.open()?;
-        let copy_gbps = bandwidth::copy_gbps(&context)?;
-        super::print(&report::header(&device_label(&context), context.driver(), copy_gbps))?;
+        let copies = bandwidth::measure(&context)?;
+        super::print(&report::header(&device_label(&context), context.driver(), &copies))?;
 
         let (mut all, mut wrong) = (Vec::new(), Vec::new());
         for scene in scenes {
             let name = scene.name.clone();
             match time_scene(scene, self.frames as usize, &self.lights, self.no_skip, &self.device_args)? {
                 Ok(timed) => {
-                    super::print(&report::table(&timed, copy_gbps))?;
+                    super::print(&report::table(&timed, copies.device))?;
                     all.push(timed);
                 }
                 Err(energy) => {
@@ -112,7 +112,7 @@ impl Time {
             super::print(&tables::tables(&all))?;
         }
         if let Some(json) = json {
-            let text = format!("{:#}\n", report::json(&context, copy_gbps, &all));
+            let text = format!("{:#}\n", report::json(&context, &copies, &all));
             json.write(|out| out.write_all(text.as_bytes()))?;
         }
         if wrong.is_empty() { Ok(()) } else { Err(Error::Comparison(wrong.join("; "))) }

@@ -6,6 +6,7 @@ use std::fmt::Write;
 use serde_json::{Map, Value, json};
 
 use super::Timed;
+use super::bandwidth::CopyRates;
 use super::floors::Limits;
 use super::measure::{PassSummary, STAGES, Summary};
 use super::paper::{self, COLUMNS, LIGHT_COUNTS};
@@ -13,9 +14,14 @@ use super::ray_rates::Rates;
 use crate::gpu::Context;
 
 /// The lines above all tables.
-pub(super) fn header(device: &str, driver: &str, copy_gbps: Option<f64>) -> String {
-    let copy = copy_gbps.map(|gbps| format!(", copies {gbps:.1} GB/s")).unwrap_or_default();
-    format!("{device}, {driver}{copy}\n")
+pub(super) fn header(device: &str, driver: &str, copies: &CopyRates) -> String {
+    let rates = [
+        ("copies ", copies.device),
+        ("a kernel ", copies.kernel_texels),
+        ("word by word ", copies.kernel_words),
+    ];
+    let rates = rates.iter().filter_map(|(what, gbps)| gbps.map(|gbps| format!(", {what}{gbps:.1} GB/s")));
+    format!("{device}, {driver}{}\n", rates.collect::<String>())
 }
 
 /// One scene's tables.
@@ -166,13 +172,14 @@ fn counts(text: &mut String, timed: &Timed) {
 }
 
 /// The same as a document for scripts.
-pub(super) fn json(context: &Context, copy_gbps: Option<f64>, scenes: &[Timed]) -> Value {
-    let scenes = scenes.iter().map(|timed| scene_json(timed, copy_gbps));
+pub(super) fn json(context: &Context, copies: &CopyRates, scenes: &[Timed]) -> Value {
+    let scenes = scenes.iter().map(|timed| scene_json(timed, copies.device));
     json!({
         "device": {"name": context.name(), "driver": context.driver(), "cpu": context.is_cpu()},
         "version": env!("CARGO_PKG_VERSION"),
         "debug_build": cfg!(debug_assertions),
-        "copy_gbps": copy_gbps,
+        "copy_gbps": copies.device,
+        "kernel_copy_gbps": {"texels": copies.kernel_texels, "words": copies.kernel_words},
         "scenes": scenes.collect::<Vec<_>>(),
     })
 }

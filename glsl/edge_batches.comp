@@ -44,8 +44,8 @@ void main() {
     for (uint i = first; i < min(first + BATCH, edge_count * count); ++i) {
         EdgeSample seen = edge_sample_of(pair_at(EdgeSamples, i));
         if (seen.side == NO_SIDE) continue;
-        uvec2 sample_of = in_rows(i, count);
-        PixelSurface point = edge_point(view, edge_pixels[sample_of.y], seen, sample_of.x, count);
+        uvec2 number = in_rows(i, count);  // of the sample in its pixel, of the pixel
+        PixelSurface point = edge_point(view, edge_pixels[number.y], seen, number.x, count);
         batch = with_point(batch, point.position, facing_normal(point.side));
     }
     point_batches[flat_invocation()] = batch;

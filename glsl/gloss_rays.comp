@@ -86,8 +86,9 @@ void main() {
     uint count = gloss_offsets[push.view.width * push.view.height];
     uint samples = gloss_samples_per_pixel(count, push.most_samples, push.capacity);
     for (uint index = flat_invocation(); index < count * samples; index += push.stride) {
-        uint pixel = gloss_pixels[index / samples];
-        uint number = index % samples;
+        uvec2 numbers = in_rows(index, samples);  // of the sample in its pixel, of the pixel
+        uint pixel = gloss_pixels[numbers.y];
+        uint number = numbers.x;
         uint seed = hash(push.seed, pixel);
         vec2 corner = vec2(in_rows(pixel, push.view.width));
         PixelSurface point = seen_through(push.view, corner + sample_3d(number, hash(seed, 1u)).xy);

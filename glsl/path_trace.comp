@@ -92,10 +92,7 @@ void add_to_spread(inout vec3 squares, vec3 value, vec3 sum, float before) {
 
 void main() {
     View view = push.view;
-    uint tile = push.first_tile + flat_workgroup();
-    uint across = (view.width + TILE - 1u) / TILE;
-    uvec2 inside = uvec2(gl_LocalInvocationIndex % TILE, gl_LocalInvocationIndex / TILE);
-    uvec2 pixel = TILE * uvec2(tile % across, tile / across) + inside;
+    uvec2 pixel = corner_of_tile(push.first_tile + flat_workgroup(), TILE, view.width) + place_in_tile(TILE);
     if (flat_workgroup() >= push.tile_count || pixel.x >= view.width || pixel.y >= view.height) return;
     uint index = pixel.y * view.width + pixel.x;
     uint pixel_seed = hash(push.seed, index);

@@ -163,7 +163,7 @@ void add(inout vec3 sum, inout vec3 lost, vec3 value) {
 void main() {
     uint index = push.first_pixel + flat_invocation();
     if (index >= push.end_pixel) return;
-    uvec2 pixel = uvec2(index % push.view.width, index / push.view.width);
+    uvec2 pixel = in_rows(index, push.view.width);
     uint seed = hash(push.seed, index);
     GatherSums sums = pixel_sums[index];
     for (uint i = 0u; i < push.sample_count; ++i) {

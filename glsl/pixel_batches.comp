@@ -30,8 +30,7 @@ layout(scalar, push_constant) uniform Push { PixelBatchesPush push; };
 void main() {
     uint index = flat_invocation();
     if (index >= point_batches.length()) return;
-    uint tiles = (push.width + 7u) / 8u;
-    uvec2 corner = 8u * in_rows(index, tiles);
+    uvec2 corner = corner_of_tile(index, 8u, push.width);
     PointBatch batch = no_points();
     for (uint i = 0u; i < BATCH; ++i) {
         uvec2 xy = corner + uvec2(i % 8u, i / 8u);

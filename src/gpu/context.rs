@@ -12,6 +12,7 @@ use super::device::{self, CPU, DeviceSummary, Limits, Shows};
 use super::instance::Instance;
 use super::journal::Journal;
 use super::optional::{Offers, Optional, PipelineStatistics};
+use super::pipelines::Pipelines;
 use super::recorder::Recorder;
 use super::submission::Submission;
 use super::timing::PassTiming;
@@ -60,7 +61,8 @@ pub struct Context {
     pub(super) device: ash::Device,
     pub(super) sync2: ash::khr::synchronization2::Device,
     pub(super) push_descriptor: ash::khr::push_descriptor::Device,
-    pub(super) debug_utils: Option<ash::ext::debug_utils::Device>,
+    pub(super) names: Names,
+    pub(super) pipelines: Pipelines,
     pub(super) memory: Mutex<MemoryUse>,
     pub(super) has_hazard_check: bool,
     pub(super) journal: Journal,
@@ -132,9 +134,10 @@ impl Context {
         let context = Self {
             sync2: ash::khr::synchronization2::Device::new(&instance.raw, &device),
             push_descriptor: ash::khr::push_descriptor::Device::new(&instance.raw, &device),
-            debug_utils: instance
-                .has_debug_utils
-                .then(|| ash::ext::debug_utils::Device::new(&instance.raw, &device)),
+            names: Names(
+                instance.has_debug_utils.then(|| ash::ext::debug_utils::Device::new(&instance.raw, &device)),
+            ),
+            pipelines: Pipelines::new(create_pipeline_cache(&device)?),
             memory: Mutex::default(),
             has_hazard_check: options.hazard_check,
             journal: Journal::default(),
@@ -215,15 +218,29 @@ impl Context {
     }
 
     /// Records commands, submits them, waits, and returns what `record` returned with the time of each pass in order.
+    /// A recording that meets pipelines which are not compiled yet is not submitted: they are compiled in
+    /// parallel, and `record` is called again.
     ///
     /// # Errors
     /// A Vulkan call failed; after the loss of the device the error names the last pass recorded.
-    pub fn run<T>(self: &Arc<Self>, record: impl FnOnce(&mut Recorder) -> T) -> Result<(T, Vec<PassTiming>)> {
+    pub fn run<T>(self: &Arc<Self>, record: impl Fn(&mut Recorder) -> T) -> Result<(T, Vec<PassTiming>)> {
         let mut recorder = Recorder::begin(self)?;
-        let value = record(&mut recorder);
+        let mut value = record(&mut recorder);
+        let missing = recorder.take_missing()?;
+        if !missing.is_empty() {
+            drop(recorder);
+            self.pipelines.make(self, &missing)?;
+            recorder = Recorder::begin(self)?;
+            value = record(&mut recorder);
+        }
         let (timings, redundant) = recorder.submit_and_wait()?;
         self.redundant_barriers.lock().expect("no holder panics").extend(redundant);
         Ok((value, timings))
+    }
+
+    /// How many pipelines the driver has compiled for this context.
+    pub fn pipelines_made(&self) -> u32 {
+        self.pipelines.made()
     }
 
     /// What the driver tells of the pipelines made since the last call, in the order in which they were made; none where it tells nothing of
@@ -276,7 +293,16 @@ impl Context {
 
     /// Names an object for validation messages and debuggers.
     pub(super) fn set_name<H: vk::Handle>(&self, handle: H, name: &str) {
-        let Some(debug_utils) = &self.debug_utils else { return };
+        self.names.set(handle, name);
+    }
+}
+
+/// Names of Vulkan objects for validation messages and debuggers. `None`: there is nothing that would show them.
+pub(super) struct Names(pub(super) Option<ash::ext::debug_utils::Device>);
+
+impl Names {
+    pub(super) fn set<H: vk::Handle>(&self, handle: H, name: &str) {
+        let Some(debug_utils) = &self.0 else { return };
         let name = CString::new(name).expect("names hold no NUL");
         let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
         // A debug name that cannot be set is no reason to stop.
@@ -293,6 +319,7 @@ impl Drop for Context {
         for submission in self.submissions.get_mut().expect("no holder panics").drain(..) {
             submission.destroy(&self.device);
         }
+        self.pipelines.destroy(&self.device);
         drop(self.allocator.get_mut().expect("no holder panics").take());
         // SAFETY: all that was made from the device is gone, and it does nothing any more.
         unsafe { self.device.destroy_device(None) };
@@ -331,4 +358,11 @@ fn create_device(
     }
     // SAFETY: the device offers what is asked for, and all lists outlive the call.
     unsafe { instance.create_device(handle, &info, None) }.vk("vkCreateDevice")
+}
+
+/// An empty cache: programs that share code with others are compiled faster.
+fn create_pipeline_cache(device: &ash::Device) -> Result<vk::PipelineCache> {
+    let info = vk::PipelineCacheCreateInfo::default();
+    // SAFETY: the device is alive.
+    unsafe { device.create_pipeline_cache(&info, None) }.vk("vkCreatePipelineCache")
 }

@@ -17,6 +17,7 @@ mod journal;
 mod optional;
 mod parts;
 mod pipeline;
+mod pipelines;
 mod recorder;
 pub mod shaders;
 pub mod spirv;

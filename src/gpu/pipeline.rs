@@ -1,90 +1,137 @@
-//! A compute shader made ready, with everything about it that its SPIR-V says.
+//! A compute shader with a value for each of its specialisation constants. Handles to one program are
+//! shared by the whole context; the driver compiles it at its first use.
 
 use std::sync::{Arc, OnceLock};
 
 use ash::vk;
 
+use super::context::Names;
 use super::device::Limits;
+use super::optional::Optional;
 use super::shaders::Shader;
 use super::spirv::{self, Binding, FOLLOWS_ADDRESSES, Module};
-use super::{Buffer, Context, VkResultExt};
+use super::{Buffer, Context, Tuning, VkResultExt};
 use crate::error::{Error, Result};
 
-/// A compute pipeline.
-pub struct Pipeline {
+/// A compute pipeline. Clones, and pipelines of the same shader and constants, share one program.
+#[derive(Clone)]
+pub struct Pipeline(Arc<Program>);
+
+/// A specialised shader and, from its first use on, the Vulkan objects for it.
+pub(super) struct Program {
     pub(super) stem: &'static str,
     pub(super) module: Module,
-    context: Arc<Context>,
     /// Without the one that follows from the bindings.
     constants: Vec<(String, u32)>,
-    direct: Arc<Handles>,
-    /// For lists behind addresses; made when such are bound first.
-    following: OnceLock<Arc<Handles>>,
+    /// Where all lists are bound themselves.
+    direct: OnceLock<Handles>,
+    /// Where a list stands behind an address.
+    following: OnceLock<Handles>,
 }
 
-/// The Vulkan objects of a pipeline. Recordings hold on to them until they are done.
+/// The Vulkan objects of a program. [`Pipelines`](super::pipelines::Pipelines) destroys them with the device.
+#[derive(Clone, Copy)]
 pub(super) struct Handles {
-    context: Arc<Context>,
     pub(super) pipeline: vk::Pipeline,
     pub(super) layout: vk::PipelineLayout,
     set_layout: vk::DescriptorSetLayout,
 }
 
-impl Pipeline {
-    /// Makes the embedded shader `stem` ready, with a value for each of its specialisation constants, by name; a float
-    /// passes its bits. Those of [`Tuning`](super::Tuning) may be left out. Panics where others are missing or any is unknown.
-    ///
-    /// # Errors
-    /// The shader is beyond the device's limits, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, stem: &'static str, constants: &[(&str, u32)]) -> Result<Self> {
-        let words = Shader::named(stem).words();
-        let mut module = spirv::reflect(&words);
-        let knows = |name: &str| module.constants.iter().any(|constant| constant.name == name);
-        let is_given = |name: &str| constants.iter().any(|(given, _)| *given == name);
-        let tuned = context.tuning().constants().into_iter();
-        let tuned = tuned.filter(|(name, _)| knows(name) && !is_given(name));
-        let constants: Vec<_> = constants.iter().copied().chain(tuned).collect();
-        for (size, name) in module.local_size.iter_mut().zip(spirv::LOCAL_SIZE) {
-            *size = constants.iter().find(|(given, _)| *given == name).map_or(*size, |(_, value)| *value);
-        }
-        check_limits(stem, &module, context.limits())?;
-        let direct = Handles::new(context, stem, &module, &constants, false)?;
-        let constants = constants.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
-        let following = OnceLock::new();
-        Ok(Self { stem, module, context: context.clone(), constants, direct, following })
-    }
+/// What it takes to make [`Handles`]; threads share it.
+#[derive(Clone, Copy)]
+pub(super) struct Maker<'a> {
+    pub(super) device: &'a ash::Device,
+    pub(super) names: &'a Names,
+    pub(super) optional: &'a Optional,
+    pub(super) cache: vk::PipelineCache,
+}
 
-    /// The Vulkan objects for these bindings: for lists themselves, or for lists behind addresses. Panics if the shader knows none such.
+impl Pipeline {
+    /// The embedded shader `stem` with a value for each of its specialisation constants, by name; a float
+    /// passes its bits. Those of [`Tuning`] may be left out. Panics if others are missing or any is unknown.
     ///
     /// # Errors
-    /// A Vulkan call failed.
-    pub(super) fn handles_for(&self, bindings: &[(&str, &Buffer)]) -> Result<&Arc<Handles>> {
-        if !bindings.iter().any(|(_, buffer)| buffer.holds_address()) {
-            return Ok(&self.direct);
-        }
-        if let Some(handles) = self.following.get() {
-            return Ok(handles);
-        }
-        let knows = self.module.constants.iter().any(|constant| constant.name == FOLLOWS_ADDRESSES);
-        assert!(knows, "`{}` does not follow addresses", self.stem);
-        let constants: Vec<_> = self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-        let handles = Handles::new(&self.context, self.stem, &self.module, &constants, true)?;
-        Ok(self.following.get_or_init(|| handles))
+    /// The shader is beyond the device's limits.
+    pub fn new(context: &Context, stem: &'static str, constants: &[(&str, u32)]) -> Result<Self> {
+        context.pipelines.program(stem, constants, context.tuning(), context.limits()).map(Self)
     }
 
     /// Invocations of a workgroup along each axis.
     pub fn local_size(&self) -> [u32; 3] {
-        self.module.local_size
+        self.0.module.local_size
     }
 
-    /// Workgroups that cover `threads`. Those of one-dimensional work are dealt as suits the device, if the shader knows how many there are.
-    pub(super) fn workgroups(&self, threads: [u32; 3]) -> [u32; 3] {
+    pub(super) fn program(&self) -> &Arc<Program> {
+        &self.0
+    }
+}
+
+impl Program {
+    /// Panics if a constant is missing or unknown.
+    pub(super) fn new(
+        stem: &'static str,
+        constants: &[(&str, u32)],
+        tuning: &Tuning,
+        limits: &Limits,
+    ) -> Result<Self> {
+        let mut module = spirv::reflect(&Shader::named(stem).words());
+        let knows = |name: &str| module.constants.iter().any(|constant| constant.name == name);
+        let is_given = |name: &str| constants.iter().any(|(given, _)| *given == name);
+        let tuned = tuning.constants().into_iter().filter(|(name, _)| knows(name) && !is_given(name));
+        let constants: Vec<_> = constants.iter().copied().chain(tuned).collect();
+        for (size, name) in module.local_size.iter_mut().zip(spirv::LOCAL_SIZE) {
+            *size = constants.iter().find(|(given, _)| *given == name).map_or(*size, |(_, value)| *value);
+        }
+        check_limits(stem, &module, limits)?;
+        // Here and not at the first use, so that a mistake shows where the pipeline is asked for.
+        specialisation(stem, &module, &constants, false);
+        let constants = constants.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        Ok(Self { stem, module, constants, direct: OnceLock::new(), following: OnceLock::new() })
+    }
+
+    /// Whether these bindings need the variant that follows addresses. Panics if the shader has no such variant.
+    pub(super) fn follows_addresses(&self, bindings: &[(&str, &Buffer)]) -> bool {
+        let follows = bindings.iter().any(|(_, buffer)| buffer.holds_address());
+        let knows = || self.module.constants.iter().any(|constant| constant.name == FOLLOWS_ADDRESSES);
+        assert!(!follows || knows(), "`{}` does not follow addresses", self.stem);
+        follows
+    }
+
+    /// The Vulkan objects of a variant. `None` until [`Self::make`] has made them.
+    pub(super) fn handles(&self, follows_addresses: bool) -> Option<Handles> {
+        self.variant(follows_addresses).get().copied()
+    }
+
+    /// Makes the Vulkan objects of a variant that has none.
+    pub(super) fn make(&self, maker: Maker<'_>, follows_addresses: bool) -> Result<()> {
+        let constants: Vec<_> = self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        let handles = Handles::new(maker, self.stem, &self.module, &constants, follows_addresses)?;
+        // Another thread may have been faster: its objects are in use.
+        if let Err(late) = self.variant(follows_addresses).set(handles) {
+            late.destroy(maker.device);
+        }
+        Ok(())
+    }
+
+    fn variant(&self, follows_addresses: bool) -> &OnceLock<Handles> {
+        if follows_addresses { &self.following } else { &self.direct }
+    }
+
+    /// Destroys the Vulkan objects. No submission may use them any more.
+    pub(super) fn destroy(&self, device: &ash::Device) {
+        let variants = [&self.direct, &self.following];
+        variants.into_iter().filter_map(OnceLock::get).for_each(|handles| handles.destroy(device));
+    }
+
+    /// Workgroups that cover `threads`. The tuning deals those of one-dimensional work, if the shader knows
+    /// how many there are.
+    pub(super) fn workgroups(&self, context: &Context, threads: [u32; 3]) -> [u32; 3] {
         let local = self.module.local_size;
         let mut groups: [u32; 3] = std::array::from_fn(|axis| threads[axis].div_ceil(local[axis]));
         if self.module.has_workgroup_count && threads[1..] == [1, 1] && local[1..] == [1, 1] {
-            groups = self.context.tuning().dealt(groups[0]);
+            groups = context.tuning().dealt(groups[0]);
         }
-        let most = self.context.limits().workgroup_count;
+        let most = context.limits().workgroup_count;
         let fits = groups.iter().zip(&most).all(|(groups, most)| groups <= most);
         assert!(fits, "`{}`: {groups:?} workgroups, the device takes {most:?}", self.stem);
         groups
@@ -93,27 +140,30 @@ impl Pipeline {
 
 impl Handles {
     fn new(
-        context: &Arc<Context>,
+        maker: Maker<'_>,
         stem: &'static str,
         module: &Module,
         constants: &[(&str, u32)],
         follows_addresses: bool,
-    ) -> Result<Arc<Self>> {
+    ) -> Result<Self> {
         let (entries, values) = specialisation(stem, module, constants, follows_addresses);
         let mut handles = Self {
-            context: context.clone(),
             pipeline: vk::Pipeline::null(),
             layout: vk::PipelineLayout::null(),
             set_layout: vk::DescriptorSetLayout::null(),
         };
-        handles.create_layout(stem, module)?;
-        handles.create_pipeline(stem, &entries, &values)?;
-        context.optional.note_pipeline(stem, handles.pipeline)?;
-        Ok(Arc::new(handles))
+        let made = handles
+            .create_layout(maker, stem, module)
+            .and_then(|()| handles.create_pipeline(maker, stem, &entries, &values))
+            .and_then(|()| maker.optional.note_pipeline(stem, handles.pipeline));
+        if made.is_err() {
+            handles.destroy(maker.device);
+        }
+        made.map(|()| handles)
     }
 
-    fn create_layout(&mut self, stem: &str, module: &Module) -> Result<()> {
-        let device = &self.context.device;
+    fn create_layout(&mut self, maker: Maker<'_>, stem: &str, module: &Module) -> Result<()> {
+        let device = maker.device;
         let stages = vk::ShaderStageFlags::COMPUTE;
         let bindings: Vec<_> = module
             .bindings
@@ -132,7 +182,7 @@ impl Handles {
         self.set_layout =
             // SAFETY: the device, and all that the description names, is alive.
             unsafe { device.create_descriptor_set_layout(&info, None) }.vk("vkCreateDescriptorSetLayout")?;
-        self.context.set_name(self.set_layout, stem);
+        maker.names.set(self.set_layout, stem);
 
         let push_ranges: Vec<_> = module
             .push
@@ -144,22 +194,23 @@ impl Handles {
             .push_constant_ranges(&push_ranges);
         // SAFETY: the device, and all that the description names, is alive.
         self.layout = unsafe { device.create_pipeline_layout(&info, None) }.vk("vkCreatePipelineLayout")?;
-        self.context.set_name(self.layout, stem);
+        maker.names.set(self.layout, stem);
         Ok(())
     }
 
     fn create_pipeline(
         &mut self,
+        maker: Maker<'_>,
         stem: &str,
         entries: &[vk::SpecializationMapEntry],
         values: &[u32],
     ) -> Result<()> {
-        let device = &self.context.device;
+        let device = maker.device;
         let words = Shader::named(stem).words();
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the device, and all that the description names, is alive.
         let shader = unsafe { device.create_shader_module(&info, None) }.vk("vkCreateShaderModule")?;
-        self.context.set_name(shader, stem);
+        maker.names.set(shader, stem);
         let specialisation =
             vk::SpecializationInfo::default().map_entries(entries).data(bytemuck::cast_slice(values));
         let stage = vk::PipelineShaderStageCreateInfo::default()
@@ -170,26 +221,24 @@ impl Handles {
         let info = vk::ComputePipelineCreateInfo::default()
             .stage(stage)
             .layout(self.layout)
-            .flags(self.context.optional.pipeline_flags());
-        // SAFETY: the device, and all that the description names, is alive.
-        let created = unsafe { device.create_compute_pipelines(vk::PipelineCache::null(), &[info], None) };
+            .flags(maker.optional.pipeline_flags());
+        // SAFETY: the device, and all that the description names, is alive; the cache locks itself.
+        let created = unsafe { device.create_compute_pipelines(maker.cache, &[info], None) };
         // SAFETY: the pipeline that needed it is made.
         unsafe { device.destroy_shader_module(shader, None) };
         let pipelines = created.map_err(|(_, result)| result).vk("vkCreateComputePipelines")?;
         self.pipeline = pipelines[0];
-        self.context.set_name(self.pipeline, stem);
+        maker.names.set(self.pipeline, stem);
         Ok(())
     }
-}
 
-impl Drop for Handles {
-    fn drop(&mut self) {
+    fn destroy(self, device: &ash::Device) {
         // Null handles, where creation stopped half-way, are ignored by Vulkan.
-        // SAFETY: it is ours, made by this device, and no submission uses it any more.
+        // SAFETY: they are ours, made by this device, and no submission uses them any more.
         unsafe {
-            self.context.device.destroy_pipeline(self.pipeline, None);
-            self.context.device.destroy_pipeline_layout(self.layout, None);
-            self.context.device.destroy_descriptor_set_layout(self.set_layout, None);
+            device.destroy_pipeline(self.pipeline, None);
+            device.destroy_pipeline_layout(self.layout, None);
+            device.destroy_descriptor_set_layout(self.set_layout, None);
         }
     }
 }

@@ -10,7 +10,8 @@ use bytemuck::Pod;
 
 use super::barrier::{Barrier, COMPUTE_TO_HOST, Places, SUBMISSION};
 use super::hazard::{Hazards, Use};
-use super::pipeline::descriptor_type;
+use super::pipeline::{Program, descriptor_type};
+use super::pipelines::Missing;
 use super::spirv::Access;
 use super::submission::Submission;
 use super::timing::{PassTiming, milliseconds};
@@ -41,6 +42,8 @@ pub struct Recorder {
     writes_words: bool,
     /// What the commands use must live until they are done, whatever the caller drops before.
     in_use: Vec<Arc<dyn Any>>,
+    /// Variants of programs that some dispatch needs and that are not compiled yet: the recording is incomplete.
+    missing: Vec<Missing>,
     /// The first failure of a call that returns nothing; reported when the recording ends.
     failure: Option<Error>,
 }
@@ -69,6 +72,7 @@ impl Recorder {
             hazards: context.has_hazard_check.then(Hazards::default),
             writes_words: false,
             in_use: Vec::new(),
+            missing: Vec::new(),
             failure: None,
         };
         begun?;
@@ -88,7 +92,7 @@ impl Recorder {
         if self.leaves_out {
             return PassScope { recorder: self, index: usize::MAX };
         }
-        if let Some(debug_utils) = &self.context.debug_utils {
+        if let Some(debug_utils) = &self.context.names.0 {
             let label = CString::new(name).expect("names hold no NUL");
             let info = vk::DebugUtilsLabelEXT::default().label_name(&label);
             // SAFETY: the commands are being recorded, and what they name lives until they have run.
@@ -197,34 +201,41 @@ impl Recorder {
         }
     }
 
-    /// Binds pipeline, push constants and buffers; false if the pipeline could not be made or its pass is left out. Panics where they are not what the shader declares.
+    /// What this recording needs to be compiled before it can be submitted; each once.
+    pub(super) fn take_missing(&mut self) -> Result<Vec<Missing>> {
+        self.failure.take().map_or_else(|| Ok(std::mem::take(&mut self.missing)), Err)
+    }
+
+    /// Binds program, push constants and buffers. Returns false if the program is not compiled yet or its pass
+    /// is left out. Panics if they are not what the shader declares.
     fn bind(
         &mut self,
-        pipeline: &Pipeline,
+        program: &Arc<Program>,
         push: &[u8],
         bindings: &[(&str, &Buffer)],
         counts: Option<&Buffer>,
     ) -> bool {
-        check_bindings(self.pass_name, pipeline, push, bindings);
+        check_bindings(self.pass_name, program, push, bindings);
         if self.leaves_out {
             return false;
         }
-        let handles = match pipeline.handles_for(bindings) {
-            Ok(handles) => handles,
-            Err(error) => {
-                self.failure.get_or_insert(error);
-                return false;
+        let follows_addresses = program.follows_addresses(bindings);
+        let Some(handles) = program.handles(follows_addresses) else {
+            let is_known =
+                |(other, follows): &Missing| Arc::ptr_eq(other, program) && *follows == follows_addresses;
+            if !self.missing.iter().any(is_known) {
+                self.missing.push((program.clone(), follows_addresses));
             }
+            return false;
         };
         self.use_buffers(|_| {
-            let declared = pipeline.module.bindings.iter().zip(bindings);
+            let declared = program.module.bindings.iter().zip(bindings);
             let mut uses: Vec<Use> = declared
                 .map(|(declared, (name, buffer))| dispatch_use(name, buffer, declared.access))
                 .collect();
             uses.extend(counts.map(|buffer| Use { place: Places::INDIRECT, ..transfer(buffer, false) }));
             uses
         });
-        self.in_use.push(handles.clone());
         self.writes_words |= bindings.iter().any(|(_, buffer)| buffer.is_word());
         let buffers = bindings.iter().map(|(_, buffer)| *buffer).chain(counts);
         self.in_use.extend(buffers.map(|buffer| buffer.allocated.clone() as Arc<dyn Any>));
@@ -235,7 +246,7 @@ impl Recorder {
                 [vk::DescriptorBufferInfo::default().buffer(buffer.allocated.handle).range(vk::WHOLE_SIZE)]
             })
             .collect();
-        let declared = &pipeline.module.bindings;
+        let declared = &program.module.bindings;
         let texels = declared.iter().zip(bindings).map(|(declared, (_, buffer))| {
             declared.is_texels.then(|| buffer.allocated.texels().map(|view| [view])).transpose()
         });
@@ -293,11 +304,12 @@ impl PassScope<'_> {
         bindings: &[(&str, &Buffer)],
     ) -> &mut Self {
         if threads.contains(&0) {
-            check_bindings(self.recorder.pass_name, pipeline, bytemuck::bytes_of(push), bindings);
+            check_bindings(self.recorder.pass_name, pipeline.program(), bytemuck::bytes_of(push), bindings);
             return self;
         }
-        let [x, y, z] = pipeline.workgroups(threads);
-        if self.recorder.bind(pipeline, bytemuck::bytes_of(push), bindings, None) {
+        let program = pipeline.program();
+        let [x, y, z] = program.workgroups(&self.recorder.context, threads);
+        if self.recorder.bind(program, bytemuck::bytes_of(push), bindings, None) {
             // SAFETY: the commands are being recorded, and what they name lives until they have run.
             unsafe { self.recorder.context.device.cmd_dispatch(self.recorder.commands, x, y, z) };
             self.count_dispatch();
@@ -318,9 +330,10 @@ impl PassScope<'_> {
         assert!(
             is_inside,
             "`{}`: no workgroup counts at byte {offset} of `{}`",
-            pipeline.stem, counts.allocated.name
+            pipeline.program().stem,
+            counts.allocated.name
         );
-        if self.recorder.bind(pipeline, bytemuck::bytes_of(push), bindings, Some(counts)) {
+        if self.recorder.bind(pipeline.program(), bytemuck::bytes_of(push), bindings, Some(counts)) {
             let (device, handle) = (&self.recorder.context.device, counts.allocated.handle);
             // SAFETY: the commands are being recorded, and what they name lives until they have run.
             unsafe { device.cmd_dispatch_indirect(self.recorder.commands, handle, offset) };
@@ -364,15 +377,15 @@ impl Drop for PassScope<'_> {
         }
         self.recorder.leaves_out = self.recorder.only.is_some();
         self.recorder.timestamp();
-        if let Some(debug_utils) = &self.recorder.context.debug_utils {
+        if let Some(debug_utils) = &self.recorder.context.names.0 {
             // SAFETY: the commands are being recorded, and what they name lives until they have run.
             unsafe { debug_utils.cmd_end_debug_utils_label(self.recorder.commands) };
         }
     }
 }
 
-fn check_bindings(pass: &str, pipeline: &Pipeline, push: &[u8], bindings: &[(&str, &Buffer)]) {
-    let (stem, module) = (pipeline.stem, &pipeline.module);
+fn check_bindings(pass: &str, program: &Program, push: &[u8], bindings: &[(&str, &Buffer)]) {
+    let (stem, module) = (program.stem, &program.module);
     let push_size = module.push.as_ref().map_or(0, |push| push.size as usize);
     assert_eq!(push.len(), push_size, "`{pass}`: bytes of push constants given, and declared by `{stem}`");
     let declared: Vec<&str> = module.bindings.iter().map(|binding| binding.name.as_str()).collect();

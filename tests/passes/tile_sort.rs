@@ -16,14 +16,9 @@ fn sort(pairs: &[[u32; 2]], capacity: u32, tile_count: u32) -> Vec<[u32; 2]> {
     sort.input().write(&list).unwrap();
     // The number of pairs is the last of the running counts.
     let first_pairs = Buffer::from_slice(&context, "first pairs", &[9, 9, pairs.len() as u32]).unwrap();
-    let mut sorted = Vec::new();
-    context
-        .run(|rec| {
-            let mut pass = rec.pass("splat");
-            sorted = vec![sort.record(&mut pass, &first_pairs, 2, tile_count)];
-        })
-        .unwrap();
-    sorted[0].read_range(0, pairs.len()).unwrap()
+    let (sorted, _) =
+        context.run(|rec| sort.record(&mut rec.pass("splat"), &first_pairs, 2, tile_count)).unwrap();
+    sorted.read_range(0, pairs.len()).unwrap()
 }
 
 #[test]

@@ -59,7 +59,7 @@ fn ends_loops(world: &World) -> bool {
 }
 
 /// Demands that kernels say it, if the device ended their loops.
-fn assert_said(world: &mut World, is_cut: bool, name: &str, record: impl FnOnce(&World, &mut Recorder)) {
+fn assert_said(world: &mut World, is_cut: bool, name: &str, record: impl Fn(&World, &mut Recorder)) {
     world.buffers.cut_short = Buffer::word(&world.context, "cut short").unwrap();
     let run = world.context.run(|rec| record(world, rec));
     run.unwrap();

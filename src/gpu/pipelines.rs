@@ -1,0 +1,106 @@
+//! All programs of a context: made once, shared by everything that uses the same shader and constants.
+
+use std::collections::HashMap;
+use std::num::NonZero;
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ash::vk;
+
+use super::device::Limits;
+use super::pipeline::{Maker, Program};
+use super::{Context, Tuning};
+use crate::error::Result;
+
+/// Shader and specialisation constants: what a program is known by.
+type Key = (&'static str, Vec<(String, u32)>);
+
+/// Programs by shader and constants, and the driver's own cache of what it has compiled.
+pub(super) struct Pipelines {
+    programs: Mutex<HashMap<Key, Arc<Program>>>,
+    cache: vk::PipelineCache,
+    /// Variants that were compiled.
+    made: AtomicU32,
+}
+
+/// A variant of a program that a recording needs and the driver has not compiled yet.
+pub(super) type Missing = (Arc<Program>, bool);
+
+impl Pipelines {
+    pub(super) fn new(cache: vk::PipelineCache) -> Self {
+        Self { programs: Mutex::default(), cache, made: AtomicU32::new(0) }
+    }
+
+    /// The program of that shader and these constants: the one that there is, or a new one.
+    pub(super) fn program(
+        &self,
+        stem: &'static str,
+        constants: &[(&str, u32)],
+        tuning: &Tuning,
+        limits: &Limits,
+    ) -> Result<Arc<Program>> {
+        let mut sorted: Vec<_> = constants.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
+        sorted.sort_unstable();
+        // A panic over a wrong constant leaves the table as it was.
+        let mut programs = self.programs.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(program) = programs.get(&(stem, sorted.clone())) {
+            return Ok(program.clone());
+        }
+        let program = Arc::new(Program::new(stem, constants, tuning, limits)?);
+        programs.insert((stem, sorted), program.clone());
+        Ok(program)
+    }
+
+    /// Compiles what is missing, on as many threads as there are cores: drivers compile one pipeline on one.
+    ///
+    /// # Errors
+    /// The first in the order of `missing`; the others are made all the same.
+    pub(super) fn make(&self, context: &Context, missing: &[Missing]) -> Result<()> {
+        let maker = Maker {
+            device: &context.device,
+            names: &context.names,
+            optional: &context.optional,
+            cache: self.cache,
+        };
+        let next = AtomicUsize::new(0);
+        let work = || {
+            let mut made = Vec::new();
+            loop {
+                let index = next.fetch_add(1, Ordering::Relaxed);
+                let Some((program, follows_addresses)) = missing.get(index) else { return made };
+                made.push((index, program.make(maker, *follows_addresses)));
+            }
+        };
+        let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+        let mut made = std::thread::scope(|scope| {
+            let helpers = 1..cores.min(missing.len()).max(1);
+            let helpers: Vec<_> = helpers.map(|_| scope.spawn(work)).collect();
+            let mut made = work();
+            for helper in helpers {
+                made.extend(helper.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+            }
+            made
+        });
+        self.made.fetch_add(missing.len() as u32, Ordering::Relaxed);
+        made.sort_unstable_by_key(|(index, _)| *index);
+        made.into_iter().try_for_each(|(_, result)| result)
+    }
+
+    /// How many variants of programs were compiled so far.
+    pub(super) fn made(&self) -> u32 {
+        self.made.load(Ordering::Relaxed)
+    }
+
+    /// The driver's cache.
+    pub(super) fn cache(&self) -> vk::PipelineCache {
+        self.cache
+    }
+
+    /// Destroys all programs and the cache. No submission may use them any more.
+    pub(super) fn destroy(&mut self, device: &ash::Device) {
+        let programs = self.programs.get_mut().unwrap_or_else(PoisonError::into_inner);
+        programs.drain().for_each(|(_, program)| program.destroy(device));
+        // SAFETY: it is ours, made by this device, and nothing is compiled any more.
+        unsafe { device.destroy_pipeline_cache(self.cache, None) };
+    }
+}

@@ -10,7 +10,7 @@ help:
 	@echo 'make run    build, render the Box to out/box.png and time it'
 	@echo 'make demo   open the window'
 	@echo 'make screenshots pictures of the window, into docs/images'
-	@echo 'make test   all tests'
+	@echo 'make test   all tests but those of make stress and make soak; prints the twenty slowest'
 	@echo 'make stress full sizes of the tests of docs/numerics.md, and scenes of ten million triangles, every call and allocation that fails (8 GB of memory, forty minutes on two cores)'
 	@echo 'make soak   eight renders at once at the paper'"'"'s settings, then an hour of edits'
 	@echo 'make fuzz   readers of files from strangers, SECONDS=60 each (needs a nightly compiler)'
@@ -43,9 +43,12 @@ screenshots:
 	@scripts/setup.sh --tests
 	$(CARGO) test --locked --test window -- --ignored screenshots
 
+# Which tests, e.g. `make test TESTS=resize`.
+TESTS ?=
+
 test:
 	@scripts/setup.sh --tests
-	$(CARGO) test --locked
+	@CARGO='$(CARGO)' scripts/test.sh $(TESTS)
 
 stress:
 	@scripts/setup.sh --tests

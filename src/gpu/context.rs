@@ -12,6 +12,7 @@ use super::device::{self, CPU, DeviceSummary, Limits, Shows};
 use super::instance::Instance;
 use super::journal::Journal;
 use super::optional::{Offers, Optional, PipelineStatistics};
+use super::pipeline_store::PipelineStore;
 use super::pipelines::Pipelines;
 use super::recorder::Recorder;
 use super::submission::Submission;
@@ -131,13 +132,15 @@ impl Context {
                 .with_max_device_memblock_size(BLOCK_BYTES[1]),
         })
         .map_err(|error| Error::NoDevice(format!("{}: {error}", summary.name)))?;
+        // SAFETY: the device is one of the instance's.
+        let properties = unsafe { instance.raw.get_physical_device_properties(handle) };
         let context = Self {
             sync2: ash::khr::synchronization2::Device::new(&instance.raw, &device),
             push_descriptor: ash::khr::push_descriptor::Device::new(&instance.raw, &device),
             names: Names(
                 instance.has_debug_utils.then(|| ash::ext::debug_utils::Device::new(&instance.raw, &device)),
             ),
-            pipelines: Pipelines::new(create_pipeline_cache(&device)?),
+            pipelines: Pipelines::new(&device, PipelineStore::new(&properties))?,
             memory: Mutex::default(),
             has_hazard_check: options.hazard_check,
             journal: Journal::default(),
@@ -358,11 +361,4 @@ fn create_device(
     }
     // SAFETY: the device offers what is asked for, and all lists outlive the call.
     unsafe { instance.create_device(handle, &info, None) }.vk("vkCreateDevice")
-}
-
-/// An empty cache: programs that share code with others are compiled faster.
-fn create_pipeline_cache(device: &ash::Device) -> Result<vk::PipelineCache> {
-    let info = vk::PipelineCacheCreateInfo::default();
-    // SAFETY: the device is alive.
-    unsafe { device.create_pipeline_cache(&info, None) }.vk("vkCreatePipelineCache")
 }

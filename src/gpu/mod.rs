@@ -17,6 +17,7 @@ mod journal;
 mod optional;
 mod parts;
 mod pipeline;
+mod pipeline_store;
 mod pipelines;
 mod recorder;
 pub mod shaders;

@@ -9,6 +9,7 @@ use ash::vk;
 
 use super::device::Limits;
 use super::pipeline::{Maker, Program};
+use super::pipeline_store::PipelineStore;
 use super::{Context, Tuning};
 use crate::error::Result;
 
@@ -19,6 +20,7 @@ type Key = (&'static str, Vec<(String, u32)>);
 pub(super) struct Pipelines {
     programs: Mutex<HashMap<Key, Arc<Program>>>,
     cache: vk::PipelineCache,
+    store: PipelineStore,
     /// Variants that were compiled.
     made: AtomicU32,
 }
@@ -27,8 +29,10 @@ pub(super) struct Pipelines {
 pub(super) type Missing = (Arc<Program>, bool);
 
 impl Pipelines {
-    pub(super) fn new(cache: vk::PipelineCache) -> Self {
-        Self { programs: Mutex::default(), cache, made: AtomicU32::new(0) }
+    /// None yet; the driver starts with what the store has.
+    pub(super) fn new(device: &ash::Device, mut store: PipelineStore) -> Result<Self> {
+        let cache = store.open(device)?;
+        Ok(Self { programs: Mutex::default(), cache, store, made: AtomicU32::new(0) })
     }
 
     /// The program of that shader and these constants: the one that there is, or a new one.
@@ -91,14 +95,12 @@ impl Pipelines {
         self.made.load(Ordering::Relaxed)
     }
 
-    /// The driver's cache.
-    pub(super) fn cache(&self) -> vk::PipelineCache {
-        self.cache
-    }
-
     /// Destroys all programs and the cache. No submission may use them any more.
     pub(super) fn destroy(&mut self, device: &ash::Device) {
         let programs = self.programs.get_mut().unwrap_or_else(PoisonError::into_inner);
+        if *self.made.get_mut() > 0 {
+            self.store.save(device, self.cache);
+        }
         programs.drain().for_each(|(_, program)| program.destroy(device));
         // SAFETY: it is ours, made by this device, and nothing is compiled any more.
         unsafe { device.destroy_pipeline_cache(self.cache, None) };

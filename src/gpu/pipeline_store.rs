@@ -1,0 +1,125 @@
+//! What the driver has compiled, kept on disk: a file for each device and driver in the user's folder for caches.
+//!
+//! lavapipe 22.3 keeps nothing in a `VkPipelineCache`; no file is written then.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+use ash::vk;
+use xxhash_rust::xxh3::xxh3_64;
+
+use super::VkResultExt;
+use crate::error::Result;
+use crate::files;
+
+/// Names another folder; empty: nothing is kept.
+const VARIABLE: &str = "LIGHTPATHS_PIPELINES";
+/// Start of a file; what follows is the hash of the data, then the data.
+const MAGIC: &[u8; 8] = b"lppipe01";
+/// Bytes of `VkPipelineCacheHeaderVersionOne`: a cache of that length holds nothing.
+const HEADER_BYTES: usize = 32;
+/// A file that is longer is not read.
+const MAX_BYTES: u64 = 256 << 20;
+
+/// Where the compiled pipelines of a device and driver are kept.
+pub(super) struct PipelineStore {
+    /// `None`: nowhere.
+    path: Option<PathBuf>,
+    /// Bytes that were read from there.
+    stored_bytes: usize,
+}
+
+impl PipelineStore {
+    pub(super) fn new(properties: &vk::PhysicalDeviceProperties) -> Self {
+        let path = folder().map(|folder| folder.join(file_name(properties)));
+        Self { path, stored_bytes: 0 }
+    }
+
+    /// A cache with what is stored; an empty one if nothing is, or if the file is damaged.
+    pub(super) fn open(&mut self, device: &ash::Device) -> Result<vk::PipelineCache> {
+        let data = self.path.as_deref().and_then(read).unwrap_or_default();
+        self.stored_bytes = data.len();
+        let info = vk::PipelineCacheCreateInfo::default().initial_data(&data);
+        // SAFETY: the device is alive; the data are as this device's driver wrote them, by their hash.
+        unsafe { device.create_pipeline_cache(&info, None) }.vk("vkCreatePipelineCache")
+    }
+
+    /// Stores what the cache holds, if that is more than was read. Nobody needs to hear that this failed: the next
+    /// start compiles again.
+    pub(super) fn save(&self, device: &ash::Device, cache: vk::PipelineCache) {
+        let Some(path) = &self.path else { return };
+        // SAFETY: device and cache are alive, and nothing is compiled any more.
+        let Ok(data) = (unsafe { device.get_pipeline_cache_data(cache) }) else { return };
+        if data.len() > HEADER_BYTES && data.len() != self.stored_bytes {
+            let _ = write(path, &data);
+        }
+    }
+}
+
+/// The user's folder for caches. `None` if there is none, or if the environment says that nothing is to be kept.
+fn folder() -> Option<PathBuf> {
+    if let Some(folder) = env::var_os(VARIABLE) {
+        return (!folder.is_empty()).then(|| PathBuf::from(folder));
+    }
+    let variable = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let base = variable("XDG_CACHE_HOME").or_else(|| variable("LOCALAPPDATA"));
+    let base = base.or_else(|| variable("HOME").map(|home| home.join(".cache")))?;
+    Some(base.join("lightpaths").join("pipelines"))
+}
+
+/// Drivers write other data for another device or version, and say so by these numbers.
+fn file_name(properties: &vk::PhysicalDeviceProperties) -> String {
+    let ids = [properties.vendor_id, properties.device_id, properties.driver_version];
+    let bytes = [bytemuck::cast_slice(&ids), &properties.pipeline_cache_uuid[..]].concat();
+    format!("{:016x}.bin", xxh3_64(&bytes))
+}
+
+fn read(path: &Path) -> Option<Vec<u8>> {
+    let bytes = files::read(path, MAX_BYTES).ok()?;
+    let (hash, data) = bytes.strip_prefix(MAGIC)?.split_first_chunk::<8>()?;
+    (u64::from_le_bytes(*hash) == xxh3_64(data)).then(|| data.to_vec())
+}
+
+/// Under a temporary name first: another process may be reading.
+fn write(path: &Path, data: &[u8]) -> std::io::Result<()> {
+    let folder = path.parent().expect("the path has a folder, see `folder`");
+    fs::create_dir_all(folder)?;
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    for part in [&MAGIC[..], &xxh3_64(data).to_le_bytes(), data] {
+        file.write_all(part)?;
+    }
+    file.persist(path)?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn data_come_back_and_damaged_files_do_not() {
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let path = folder.path().join("new").join("a.bin");
+        assert_eq!(read(&path), None);
+        write(&path, b"compiled").expect("it can be written");
+        assert_eq!(read(&path).as_deref(), Some(&b"compiled"[..]));
+        let mut bytes = fs::read(&path).expect("it is there");
+        *bytes.last_mut().expect("it is not empty") ^= 1;
+        fs::write(&path, &bytes).expect("it can be written");
+        assert_eq!(read(&path), None);
+        for length in 0..bytes.len() {
+            fs::write(&path, &bytes[..length]).expect("it can be written");
+            assert_eq!(read(&path), None, "{length} bytes");
+        }
+    }
+
+    #[test]
+    fn another_driver_has_another_file() {
+        let properties = vk::PhysicalDeviceProperties::default();
+        let newer = vk::PhysicalDeviceProperties { driver_version: 1, ..properties };
+        let other = vk::PhysicalDeviceProperties { pipeline_cache_uuid: [1; 16], ..properties };
+        assert_ne!(file_name(&properties), file_name(&newer));
+        assert_ne!(file_name(&properties), file_name(&other));
+    }
+}

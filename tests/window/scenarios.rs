@@ -212,35 +212,6 @@ fn scene_picture_and_film_are_saved_as_they_were_edited() {
 }
 
 #[test]
-fn a_scene_that_changes_on_disk_is_loaded_again() {
-    let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
-    let file = folder.path().join("s.toml");
-    let scene = |intensity: &str| {
-        format!(
-            "[[model]]\nbuilt_in = \"box\"\n[camera]\nposition = [0.0, 1.0, 3.4]\ntarget = [0.0, 1.0, 0.0]\n\
-             [[light]]\nkind = \"point\"\nposition = [0.0, 1.75, 0.2]\nintensity = {intensity}\n"
-        )
-    };
-    std::fs::write(&file, scene("[1.5, 1.5, 1.5]")).unwrap();
-    let demo = open_in(&display, folder.path(), "s.toml");
-    let before = settled(&demo);
-    // One that cannot be read is passed over.
-    std::fs::write(&file, "[[model]\n").unwrap();
-    sleep(Duration::from_secs(3));
-    assert_eq!(changed_pixels(&before, &settled(&demo), PICTURE, 0), 0);
-    let mark = demo.mark();
-    std::fs::write(&file, scene("[0.2, 0.2, 1.5]")).unwrap();
-    demo.wait_for_line_since(mark, "lightpaths: ready", READY);
-    let after = settled(&demo);
-    let blue = |picture: &RgbImage| {
-        let pixel = picture.get_pixel(SIDE / 2, 300).0.map(f64::from);
-        pixel[2] / pixel[0]
-    };
-    assert!(blue(&after) > 1.5 * blue(&before), "{} {}", blue(&before), blue(&after));
-    close(&demo);
-}
-
-#[test]
 fn any_size_is_lived_through_and_so_is_minimising() {
     const SIZES: [(u32, u32); 10] = [
         (1, 1),

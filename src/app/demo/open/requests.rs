@@ -7,7 +7,7 @@ use crate::app::demo::desk::{Request, View};
 use crate::app::demo::files;
 use crate::app::demo::films::{Player, Recorder};
 use crate::app::note;
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 impl Open {
     /// False where the window is to close.
@@ -24,8 +24,11 @@ impl Open {
             }
             Request::Memory => self.say_memory(),
             Request::Save => {
-                let saved = files::save_scene(&self.session, &self.desk.save_to);
-                self.say(saved);
+                let saved = files::save_scene(&mut self.session, &self.desk.save_to);
+                match saved {
+                    Ok(said) => self.tell(said),
+                    Err(error) => self.tell_alarm(&error),
+                }
             }
             Request::Screenshot => {
                 let saved = files::save_picture(&self.session, &self.desk.save_to);
@@ -39,14 +42,21 @@ impl Open {
             Request::Preset(preset) => {
                 let chosen = self.session.choose_preset(preset);
                 self.was_ready &= chosen.is_err();
-                self.tolerate(chosen)?;
+                match chosen {
+                    Err(error @ (Error::Usage(_) | Error::Input { .. })) => self.tell_alarm(&error),
+                    chosen => self.tolerate(chosen)?,
+                }
+            }
+            Request::Answer(answer) => {
+                let done = self.answer(answer);
+                self.tolerate(done)?;
             }
         }
         self.window.request_redraw();
         Ok(true)
     }
 
-    fn record(&mut self) {
+    pub(super) fn record(&mut self) {
         match self.recorder.take() {
             None => self.recorder = Some(Recorder::begin(&self.session)),
             Some(recorder) => {
@@ -65,7 +75,7 @@ impl Open {
                 Ok((player, None)) => self.player = Some(player),
                 Ok((_, Some(scene))) => {
                     // It plays when its light paths are traced.
-                    self.session.prepare_again(scene)?;
+                    self.session.prepare_for_film(scene)?;
                     (self.plays_when_ready, self.was_ready) = (true, false);
                 }
                 Err(error) => self.say(Err(error)),
@@ -103,9 +113,9 @@ impl Open {
         }
     }
 
-    /// The device fails: the scene is saved as it was edited, beside where it would be saved, and where that is is said.
+    /// The program ends by itself: the scene is saved as it was edited, beside where it would be saved, and where that is is said.
     pub(in crate::app::demo) fn rescue(&self) {
-        if !self.session.is_edited() {
+        if !self.session.has_unsaved_edits() {
             return;
         }
         note(&match files::rescue_scene(&self.session, &self.desk.save_to) {

@@ -37,6 +37,8 @@ pub(super) enum Request {
     Fullscreen,
     /// Says how much device memory is in use.
     Memory,
+    /// Says when the window shows all that was asked for.
+    Settled,
     /// Traces the light paths anew with that preset.
     Preset(&'static str),
     /// What becomes of unsaved edits of a scene that has changed on disk.

@@ -76,6 +76,8 @@ pub(super) struct Open {
     is_held: bool,
     is_quiet: bool,
     was_ready: bool,
+    /// Somebody waits for the window to show all that was asked for.
+    is_asked_to_settle: bool,
     pub(super) context: Arc<Context>,
     pub(super) window: Arc<Window>,
 }
@@ -140,6 +142,7 @@ impl Open {
             is_held: false,
             is_quiet: args.device_args.is_quiet(),
             was_ready: false,
+            is_asked_to_settle: false,
             context,
             window,
         })
@@ -224,7 +227,8 @@ impl Open {
             egui.set_zoom_factor(self.desk.text_scale);
         }
         self.session.shares = self.desk.view.shares();
-        if self.session.update()? {
+        let is_new = self.session.update()?;
+        if is_new {
             // What it cost can be said in the next frame.
             self.window.request_redraw();
         }
@@ -264,6 +268,7 @@ impl Open {
             }
             self.window.request_redraw();
         }
+        self.settle(shown == Shown::Yes && !is_new);
         let requests = std::mem::take(&mut self.desk.requests);
         for request in requests {
             if !self.fulfil(request)? {

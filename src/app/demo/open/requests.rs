@@ -1,5 +1,7 @@
 //! What is asked of the window beside its panels, and what becomes of it.
 
+use std::time::Instant;
+
 use winit::window::Fullscreen;
 
 use super::Open;
@@ -23,6 +25,7 @@ impl Open {
                 self.window.set_fullscreen((!fills).then_some(Fullscreen::Borderless(None)));
             }
             Request::Memory => self.say_memory(),
+            Request::Settled => self.is_asked_to_settle = true,
             Request::Save => {
                 let saved = files::save_scene(&mut self.session, &self.desk.save_to);
                 match saved {
@@ -122,6 +125,25 @@ impl Open {
             Ok(path) => format!("lightpaths: the edited scene is in {}\n", path.display()),
             Err(error) => format!("lightpaths: the edited scene is lost: {error}\n"),
         });
+    }
+
+    /// Says that the window shows all that was asked for, where somebody waits for that. `is_still`: this frame was shown, and its
+    /// picture is that of the frame before.
+    pub(super) fn settle(&mut self, is_still: bool) {
+        if !self.is_asked_to_settle {
+            return;
+        }
+        let draws_again = self.again.is_some_and(|again| again <= Instant::now());
+        let is_done = self.session.progress().is_none()
+            && self.viewport.fits(&self.session)
+            && self.desk.requests.is_empty()
+            && !self.plays_when_ready;
+        if is_still && is_done && !draws_again {
+            self.is_asked_to_settle = false;
+            note("lightpaths: settled\n");
+        } else {
+            self.window.request_redraw();
+        }
     }
 
     /// What became of something that may fail without harm.

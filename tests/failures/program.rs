@@ -13,8 +13,8 @@ use tempfile::TempDir;
 
 use crate::layer::Layer;
 
-/// Nothing here takes longer, however busy the machine is.
-pub const LONG: Duration = Duration::from_secs(60);
+/// Nothing here takes longer, however busy the machine is: what does, hangs.
+pub const HANG: Duration = Duration::from_secs(900);
 
 /// A closed room, two metres each way, with its eye and its lamp inside.
 const CUBE: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
@@ -163,7 +163,7 @@ pub fn listing(folder: &Path) -> Vec<String> {
 pub fn outcome(mut command: Command) -> Outcome {
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let (stdout, stderr) = (text(child.stdout.take().unwrap()), text(child.stderr.take().unwrap()));
-    let status = wait(&mut child, LONG).unwrap_or_else(|| {
+    let status = wait(&mut child).unwrap_or_else(|| {
         child.kill().unwrap();
         panic!("{command:?} hangs");
     });
@@ -173,15 +173,18 @@ pub fn outcome(mut command: Command) -> Outcome {
     Outcome { status, stdout: stdout.join().unwrap(), said, faults }
 }
 
-/// How it ended, if it does within that time.
-pub fn wait(child: &mut Child, limit: Duration) -> Option<ExitStatus> {
+/// How it ended. `None` if it hangs.
+pub fn wait(child: &mut Child) -> Option<ExitStatus> {
+    until(|| child.try_wait().unwrap())
+}
+
+/// Looks until there is something to be seen. `None` if it does not come.
+pub fn until<T>(mut look: impl FnMut() -> Option<T>) -> Option<T> {
     let begun = Instant::now();
     loop {
-        if let Some(status) = child.try_wait().unwrap() {
-            return Some(status);
-        }
-        if begun.elapsed() > limit {
-            return None;
+        let found = look();
+        if found.is_some() || begun.elapsed() > HANG {
+            return found;
         }
         std::thread::sleep(Duration::from_millis(2));
     }

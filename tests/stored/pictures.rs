@@ -148,13 +148,13 @@ fn a_scene_with_views_and_narrow_gaps() {
 
 #[test]
 fn warnings_are_those_of_fresh_light_paths() {
-    let mut scene = matt();
+    let mut scene = small_matt();
     scene.quality.cache_points = 20;
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("scene.paths");
-    Renderer::store(&context(), scene.clone(), &file, &mut Silent).unwrap();
-    let fresh = Renderer::new(&context(), scene.clone(), &mut Silent).unwrap();
-    let stored = loaded(scene, &Store::File(file));
+    let store = Store::File(file);
+    let fresh = Renderer::stored(&context(), scene.clone(), &store, &mut Silent, &mut |_| ()).unwrap();
+    let stored = loaded(scene, &store);
     assert!(!fresh.scene().warnings.is_empty());
     assert_eq!(stored.scene().warnings, fresh.scene().warnings);
 }

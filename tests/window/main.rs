@@ -29,10 +29,10 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// Nothing here takes longer, however busy the machine is: what does, hangs.
-const HANG: Duration = Duration::from_secs(900);
+pub const HANG: Duration = Duration::from_secs(900);
 
 /// Between one look and the next.
-const POLL: Duration = Duration::from_millis(5);
+pub const POLL: Duration = Duration::from_millis(5);
 
 /// Looks until there is something to be seen; fails for want of `what`.
 fn until<T>(what: &str, within: Duration, mut look: impl FnMut() -> Option<T>) -> T {

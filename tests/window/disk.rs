@@ -16,17 +16,17 @@ use crate::scenarios::{PICTURE, READY, SIDE, SOON, changed, close, settled};
 use crate::until;
 
 /// Where the answers stand.
-const RELOAD: Point = (90, 45);
-const KEEP_MINE: Point = (225, 45);
-const KEEP_BOTH: Point = (305, 45);
+const RELOAD: Point = (90, 42);
+const KEEP_MINE: Point = (209, 42);
+const KEEP_BOTH: Point = (286, 42);
 
 const LOADED: &str = "lightpaths: s.toml has changed and was loaded again";
 const ASKED: &str = "lightpaths: s.toml has changed on disk; unsaved edits wait for an answer";
 const REFUSED: &str = "lightpaths: not loaded again: s.toml";
 
-const WHITE: &str = "[1.5, 1.5, 1.5]";
-const BLUE: &str = "[0.2, 0.2, 1.5]";
-const RED: &str = "[1.5, 0.2, 0.2]";
+const WHITE: &str = "[0.2, 0.2, 0.2]";
+const BLUE: &str = "[0.03, 0.03, 0.2]";
+const RED: &str = "[0.2, 0.03, 0.03]";
 
 /// A closed room, two metres each way.
 const ROOM: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\

@@ -87,13 +87,13 @@ fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 #[test]
 fn shares_hold_the_bytes_of_the_whole() {
     let folder = folder();
-    for format in ["png", "exr"] {
+    // In another order, one share of a single frame, the last longer than the film.
+    for (format, all_frames) in [("png", &["4..9", "1..4", "0"][..]), ("exr", &["3..9", "0..3"])] {
         let [whole, shares] = ["whole", "shares"].map(|name| format!("{format}-{name}"));
         let output = film(&folder, &["-o", &whole, "--format", format]);
         assert!(stdout(&output).contains("frames 0 to 5 of 6, 16x12"), "{}", stdout(&output));
         assert!(stdout(&output).contains("ms in the median"), "{}", stdout(&output));
-        // In another order, one share of a single frame, the last longer than the film.
-        for frames in ["4..9", "1..4", "0"] {
+        for frames in all_frames {
             film(&folder, &["-o", &shares, "--format", format, "--frames", frames, "-q"]);
         }
         let [whole, shares] = [whole, shares].map(|name| files(&folder.path().join(name)));

@@ -379,7 +379,8 @@ fn photon_mapping_renders_all_layers_and_says_what_it_took() {
 fn a_killed_render_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
     let mut child = lightpaths(&folder, &["render", "-o", "a.png"]).stdout(Stdio::null()).spawn().unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(500));
+    // For it to have begun; nothing can fail because that was too short.
+    std::thread::sleep(std::time::Duration::from_millis(200));
     let finished = child.try_wait().unwrap().is_some();
     child.kill().unwrap();
     child.wait().unwrap();

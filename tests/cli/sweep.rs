@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use std::process::Output;
 use tempfile::TempDir;
 
-/// Runs a small sweep in `folder` with its cache there, too.
-fn sweep(folder: &TempDir, scene: &TempDir) -> Output {
+/// Runs `sweep` or `figures` at small settings in `folder`, with the cache there, too.
+fn small(command: &str, out: &str, folder: &TempDir, scene: &TempDir) -> Output {
     let scene = scene.path().join("cube.toml");
     let small = "--spp 8 --size 16x16 --set quality.entry_points=1000 --set quality.gather_rays=16 --set quality.cells=8 \
                  --set quality.cache_points=300";
-    let arguments = format!("sweep {} -o out/new --cache cache {small}", scene.display());
+    let arguments = format!("{command} {} -o {out} --cache cache {small}", scene.display());
     super::lightpaths(folder, &arguments.split_whitespace().collect::<Vec<_>>()).output().unwrap()
 }
 
@@ -20,13 +20,43 @@ fn references(folder: &TempDir) -> Vec<PathBuf> {
     entries.map(|entry| entry.unwrap().path()).collect()
 }
 
+/// Pages that need nothing else.
+fn check_figures(folder: &TempDir, output: &Output) {
+    assert!(output.status.success(), "{}", stderr(output));
+    assert_eq!(stdout(output), "figures/figure-cube.html\n");
+    let html = fs::read_to_string(folder.path().join("figures/figure-cube.html")).unwrap();
+    for title in ["Direct illumination only", "Photon mapping", "Our method", "Pure Monte Carlo", "Reference"]
+    {
+        assert!(html.contains(&format!("<b>{title}</b>")), "{title}");
+        let name = format!("figures/figure-cube-{}.png", title.to_lowercase().replace(' ', "-"));
+        let picture = lightpaths::image::read(&folder.path().join(name), None).unwrap();
+        assert_eq!(picture.size, [16, 16]);
+    }
+    assert_eq!(html.matches("relMSE").count(), 5, "an error under each, the noise under the reference");
+    assert!(!html.contains("http") && html.contains("data:image/png;base64,"));
+    assert_eq!(listing(folder), ["cache", "figures"]);
+}
+
+/// Figures and sweeps are held against the same reference, which is kept.
 #[test]
-fn a_sweep_writes_report_document_plots_and_pictures_and_keeps_its_reference() {
+fn figures_and_sweeps_write_what_they_promise_and_keep_their_reference() {
     let (folder, scene) = (tempfile::tempdir().unwrap(), cube());
-    let output = sweep(&folder, &scene);
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert_eq!(stdout(&output).trim_end(), "out/new/report.html");
-    assert_eq!(listing(&folder), ["cache", "out"]);
+    check_figures(&folder, &small("figures", "figures", &folder, &scene));
+    // A damaged reference is noticed, said and mended; the mended one is the first one again.
+    let [kept] = references(&folder).try_into().unwrap();
+    let whole = fs::read(&kept).unwrap();
+    fs::write(&kept, &whole[..whole.len() / 2]).unwrap();
+    let output = small("sweep", "out/new", &folder, &scene);
+    assert!(stderr(&output).contains("made anew"), "{}", stderr(&output));
+    let pixels = |file: &[u8]| file[file.iter().position(|&byte| byte == b'\n').unwrap()..].to_vec();
+    assert!(pixels(&fs::read(&kept).unwrap()) == pixels(&whole), "the same samples give the same bytes");
+    check_sweep(&folder, &output);
+}
+
+fn check_sweep(folder: &TempDir, output: &Output) {
+    assert!(output.status.success(), "{}", stderr(output));
+    assert_eq!(stdout(output).trim_end(), "out/new/report.html");
+    assert_eq!(listing(folder), ["cache", "figures", "out"]);
     let out = folder.path().join("out/new");
     for name in ["report.html", "error-frame.svg", "error-first.svg", "error-setting.svg", "reference.png"] {
         assert!(fs::metadata(out.join(name)).unwrap().len() > 100, "{name}");
@@ -40,7 +70,10 @@ fn a_sweep_writes_report_document_plots_and_pictures_and_keeps_its_reference() {
         fs::read_dir(&out).unwrap().all(|e| !e.unwrap().file_name().to_string_lossy().ends_with(".part"))
     );
 
-    let document = json(&folder, "out/new/sweep.json");
+    check_document(&json(folder, "out/new/sweep.json"));
+}
+
+fn check_document(document: &serde_json::Value) {
     let settings = document["settings"].as_array().unwrap();
     assert_eq!(settings[0]["series"], "preset");
     for series in ["entry points", "cells", "cache points", "gather rays", "front"] {
@@ -80,15 +113,6 @@ fn a_sweep_writes_report_document_plots_and_pictures_and_keeps_its_reference() {
     assert_eq!(document["reference"]["spp"], 8);
     assert_eq!(document["reference"]["from_cache"], false);
     assert!(document["reference"]["noise_relmse"].as_f64().unwrap() > 0.0);
-
-    // A damaged reference is noticed, said and mended; the mended one is the first one again.
-    let [kept] = references(&folder).try_into().unwrap();
-    let whole = fs::read(&kept).unwrap();
-    fs::write(&kept, &whole[..whole.len() / 2]).unwrap();
-    let output = sweep(&folder, &scene);
-    assert!(stderr(&output).contains("made anew"), "{}", stderr(&output));
-    let pixels = |file: &[u8]| file[file.iter().position(|&byte| byte == b'\n').unwrap()..].to_vec();
-    assert!(pixels(&fs::read(&kept).unwrap()) == pixels(&whole), "the same samples give the same bytes");
 }
 
 #[test]
@@ -96,6 +120,8 @@ fn wrong_arguments_are_refused_before_anything_is_made() {
     let folder = super::folder_with(&[("file", "")]);
     for (arguments, words) in [
         ("sweep box", &["--output"][..]),
+        ("figures", &["--output"]),
+        ("figures box box -o out", &["two scenes", "box"]),
         ("sweep no_such_scene -o out", &["no_such_scene"]),
         ("sweep box -o file", &["file", "is not a folder"]),
         ("sweep box -o out --spp 3", &["--spp"]),

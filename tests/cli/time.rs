@@ -1,7 +1,6 @@
 //! The paper's tables and figures as scripts see them.
 
-use super::{assert_refused, cube, json, listing, run, stderr, stdout};
-use std::fs;
+use super::{json, run, stderr, stdout};
 
 #[test]
 fn the_tables_stand_beside_the_papers() {
@@ -72,29 +71,4 @@ fn times_of_a_wrong_picture_are_not_printed() {
     assert!(stderr(&output).contains("box: the picture's energy is "), "{}", stderr(&output));
     assert!(!stdout(&output).contains("Tdi") && !stdout(&output).contains("Table"), "{}", stdout(&output));
     assert_eq!(json(&folder, "t.json")["scenes"], serde_json::json!([]));
-}
-
-#[test]
-fn figures_are_pages_that_need_nothing_else() {
-    let (folder, cube) = (tempfile::tempdir().unwrap(), cube());
-    let scene = cube.path().join("cube.toml");
-    let small = "-o out --spp 8 --cache cache --size 16x16 --set quality.entry_points=1000 --set quality.gather_rays=16 \
-                 --set quality.cells=8 --set quality.cache_points=300";
-    let arguments = format!("figures {} {small}", scene.display());
-    let output = run(&folder, &arguments.split_whitespace().collect::<Vec<_>>());
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert_eq!(stdout(&output), "out/figure-cube.html\n");
-    let html = fs::read_to_string(folder.path().join("out/figure-cube.html")).unwrap();
-    for title in ["Direct illumination only", "Photon mapping", "Our method", "Pure Monte Carlo", "Reference"]
-    {
-        assert!(html.contains(&format!("<b>{title}</b>")), "{title}");
-        let name = format!("out/figure-cube-{}.png", title.to_lowercase().replace(' ', "-"));
-        let picture = lightpaths::image::read(&folder.path().join(name), None).unwrap();
-        assert_eq!(picture.size, [16, 16]);
-    }
-    assert_eq!(html.matches("relMSE").count(), 5, "an error under each, the noise under the reference");
-    assert!(!html.contains("http") && html.contains("data:image/png;base64,"));
-    assert_eq!(listing(&folder), ["cache", "out"]);
-    assert_refused(&run(&folder, &["figures"]), 2, &["--output"]);
-    assert_refused(&run(&folder, &["figures", "box", "box", "-o", "out"]), 2, &["two scenes", "box"]);
 }

@@ -19,6 +19,10 @@ fn every_allocation_may_fail() {
             let faults = format!("vkAllocateMemory:{call}+:VK_ERROR_OUT_OF_DEVICE_MEMORY");
             let case = format!("{render}: {faults}");
             let outcome = stage.run(render, &faults);
+            if outcome.is_beyond("vkAllocateMemory", call) {
+                std::fs::remove_file(stage.folder.path().join("a.exr")).unwrap();
+                continue;
+            }
             let words = ["vkAllocateMemory", "VK_ERROR_OUT_OF_DEVICE_MEMORY", " needs ", "the device has"];
             outcome.assert_failed(4, &words, &case);
             assert!(stage.listing().is_empty(), "{case}");
@@ -27,7 +31,8 @@ fn every_allocation_may_fail() {
         let faults = format!("vkAllocateMemory:{count}:VK_ERROR_OUT_OF_DEVICE_MEMORY");
         let outcome = stage.run(render, &faults);
         outcome.assert_done(&faults);
-        assert!(outcome.faults.len() == 1 && stage.read("a.exr") == whole, "{render}");
+        let has_come = outcome.faults.len() == 1 || outcome.is_beyond("vkAllocateMemory", count);
+        assert!(has_come && stage.read("a.exr") == whole, "{render}");
         std::fs::remove_file(stage.folder.path().join("a.exr")).unwrap();
     }
 }
@@ -54,6 +59,10 @@ const LITTLE: &str = "vkAllocateMemory:1+:MOST=12000000";
 fn fails_from(stage: &Stage, call: usize, whole: &[u8]) {
     let faults = format!("vkAllocateMemory:{call}+:VK_ERROR_OUT_OF_DEVICE_MEMORY,{LITTLE}");
     let outcome = stage.run(RENDERS[1], &faults);
+    if outcome.is_beyond("vkAllocateMemory", call as u64) {
+        std::fs::write(stage.folder.path().join("a.exr"), whole).unwrap();
+        return;
+    }
     outcome.assert_failed(4, &["vkAllocateMemory", " needs "], &faults);
     assert!(stage.read("a.exr") == whole, "{faults}");
 }

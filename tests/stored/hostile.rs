@@ -8,6 +8,7 @@ use lightpaths::renderer::{Renderer, Silent, Store};
 use lightpaths::scene::Scene;
 use std::fs;
 use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use tempfile::TempDir;
 
 /// Beyond any list of a small scene, and no mark.
@@ -102,6 +103,14 @@ struct Everything {
 }
 
 impl Everything {
+    /// The one that all tests share: a file is made of it anew each time.
+    fn get() -> MutexGuard<'static, Self> {
+        static EVERYTHING: OnceLock<Mutex<Everything>> = OnceLock::new();
+        let shared = EVERYTHING.get_or_init(|| Mutex::new(Self::new()));
+        // A test that failed has left nothing behind that matters.
+        shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("scene.paths");
@@ -128,7 +137,7 @@ impl Everything {
 
 #[test]
 fn no_index_leads_out_of_a_list() {
-    let all = Everything::new();
+    let all = Everything::get();
     assert_eq!(all.refusal(&all.tables), None, "untouched");
     for &(section, words, word) in POINTERS {
         let count = all.tables.clone().words(section) / words;
@@ -191,7 +200,7 @@ fn no_index_leads_out_of_a_list() {
 
 #[test]
 fn no_list_is_shorter_than_it_must_be() {
-    let all = Everything::new();
+    let all = Everything::get();
     for section in LENGTHS {
         let mut tables = all.tables.clone();
         let element = {

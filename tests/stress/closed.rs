@@ -9,9 +9,9 @@ use lightpaths::scene::{Light, LightKind, Quality, Scene, Triangle, shapes};
 
 const SMALL: Quality = Quality {
     preset: "test",
-    entry_points: 10_000,
-    cache_points: 1_500,
-    gather_rays: 64,
+    entry_points: 2_000,
+    cache_points: 300,
+    gather_rays: 32,
     cells: 16,
     ..Quality::DRAFT
 };

@@ -20,11 +20,22 @@ fn with_intensity(mut scene: Scene, watts_per_steradian: f32) -> Scene {
 
 #[test]
 fn pictures_are_linear_in_the_power_of_the_light() {
-    let beauty =
-        |power: f32| render(with_intensity(the_box(&[]), power), SMALL).layer(Layer::Beauty).unwrap();
-    let unit = beauty(1.0);
-    for power in [1e-8, 1e-3, 1e6, 1e12] {
-        for (pixel, unit) in beauty(power).as_flattened().iter().zip(unit.as_flattened()) {
+    let mut edited = render(with_intensity(the_box(&[]), 1.0), SMALL);
+    let unit = edited.layer(Layer::Beauty).unwrap();
+    // As loaded, at the ends, and as edited.
+    for (power, is_loaded) in
+        [(1e-8, true), (1e12, true), (1e-8, false), (1e-3, false), (1e6, false), (1e12, false)]
+    {
+        let beauty = if is_loaded {
+            render(with_intensity(the_box(&[]), power), SMALL).layer(Layer::Beauty).unwrap()
+        } else {
+            let kind = edited.scene().lights[0].kind.with_emission(Vec3::splat(power));
+            edited.set_light(0, kind).unwrap();
+            edited.frame().unwrap();
+            assert_finite(&edited);
+            edited.layer(Layer::Beauty).unwrap()
+        };
+        for (pixel, unit) in beauty.as_flattened().iter().zip(unit.as_flattened()) {
             let expected = power * unit;
             assert!(
                 (pixel - expected).abs() <= 1e-4 * expected,
@@ -121,7 +132,7 @@ fn fickle_box() -> Scene {
 
 #[test]
 fn random_materials_and_powers_give_finite_pictures() {
-    check_materials(8, fickle_box);
+    check_materials(6, fickle_box);
 }
 
 #[test]
@@ -186,18 +197,18 @@ fn a_white_furnace_is_as_bright_as_its_closed_form() {
 #[test]
 fn each_setting_at_its_least() {
     let least = Quality { entry_points: 1, cache_points: 1, gather_rays: 4, cells: 8, ..SMALL };
-    for quality in [
-        Quality { entry_points: 1, ..SMALL },
-        Quality { cache_points: 1, ..SMALL },
-        Quality { gather_rays: 4, ..SMALL },
-        Quality { cells: 8, ..SMALL },
-        least,
+    let sphere = || shapes::integrating_sphere(1.0, 2, 0.5, Vec3::ZERO, 1.0);
+    for (scene, quality) in [
+        (room(), Quality { entry_points: 1, ..SMALL }),
+        (the_box(&[]), Quality { cache_points: 1, ..SMALL }),
+        (room(), Quality { gather_rays: 4, ..SMALL }),
+        (sphere(), Quality { cells: 8, ..SMALL }),
+        (the_box(&[]), least.clone()),
+        (sphere(), least),
     ] {
-        for scene in [the_box(&[]), shapes::integrating_sphere(1.0, 2, 0.5, Vec3::ZERO, 1.0)] {
-            let renderer = render(scene, quality.clone());
-            assert!(count(&renderer, "cache points") <= u64::from(quality.cache_points));
-            assert!(count(&renderer, "cache points") >= 1);
-        }
+        let renderer = render(scene, quality.clone());
+        assert!(count(&renderer, "cache points") <= u64::from(quality.cache_points));
+        assert!(count(&renderer, "cache points") >= 1);
     }
     assert_silent(&context());
 }

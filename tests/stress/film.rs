@@ -86,7 +86,7 @@ fn the_light_of_a_panel_that_moves_goes_on_as_it_went() {
 #[test]
 fn a_frame_is_the_same_whatever_was_rendered_before() {
     let (film, scene) = film();
-    let frames = [1500, 5200, 9300, 12_400, 14_500];
+    let frames = [1500, 9300, 14_500];
     let mut forwards = prepare(scene.clone(), SMALL);
     let render = |renderer: &mut Renderer, frame: u32| {
         renderer.set_state(&film.state(frame)).unwrap();

@@ -47,8 +47,7 @@ fn scale_and_place_change_nothing() {
         [Layer::Direct, Layer::Indirect].map(|layer| renderer.layer(layer).unwrap())
     };
     let reference = picture(1.0, 0.0);
-    for (scale, to) in [(1e-3, 0.0), (0.1, 0.0), (3.0, 0.0), (1e4, 0.0), (1.0, 1e5), (1e-3, 1e5), (1e4, 1e5)]
-    {
+    for (scale, to) in [(1e-3, 0.0), (3.0, 0.0), (1e4, 1e5), (1e-3, 1e5)] {
         let image = picture(scale, to);
         for ((name, image), reference) in ["direct", "indirect"].iter().zip(&image).zip(&reference) {
             let error = relative_mse(image, reference);
@@ -118,7 +117,7 @@ fn check_walls(steps: impl Iterator<Item = u32>, quality: &Quality) -> (f64, u32
 
 #[test]
 fn walls_on_cell_boundaries_lose_no_energy() {
-    check_walls([1, 2, 3, 5, 8, 13, 15].into_iter(), &SMALL);
+    check_walls([1, 3, 8, 15].into_iter(), &SMALL);
 }
 
 #[test]

@@ -11,13 +11,15 @@ use std::time::{Duration, Instant};
 
 use image::RgbImage;
 
+use crate::HANG;
 use crate::client::{BLOT, Client};
 use crate::display::Display;
+use crate::keys;
 use crate::picture::{Area, changed_pixels};
 use crate::until;
 
-/// How long nothing may change in a picture that is taken for still. Frames of a processor that emulates a device take long.
-const CALM: Duration = Duration::from_millis(1500);
+/// Frames that were drawn one after the other and show the same: as many as can be on their way to the screen.
+const SAME: usize = 3;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stream {
@@ -91,7 +93,7 @@ impl<'a> Demo<'a> {
     pub fn client(&self) -> &Client {
         self.client.get_or_init(|| {
             let display = self.display.expect("a display was given");
-            Client::attach(display, self.process(), Duration::from_secs(60))
+            Client::attach(display, self.process(), HANG)
         })
     }
 
@@ -136,19 +138,23 @@ impl<'a> Demo<'a> {
         self.client().capture()
     }
 
-    /// Waits until nothing has changed in `area`, or in the whole window, for a while.
-    pub fn wait_until_still(&self, area: Option<Area>, within: Duration) -> RgbImage {
-        let mut last = self.capture();
-        let mut since = Instant::now();
-        until("still picture", within, || {
+    /// The window, or `area` of it, when it shows all that was asked for. The program says so, each time of another frame; the
+    /// last frames of these are the same.
+    pub fn settled(&self, area: Option<Area>) -> RgbImage {
+        let mut last = None;
+        let mut same = 0;
+        until("settled picture", HANG, || {
+            let mark = self.mark();
+            self.client().tap(&[], keys::function(9));
+            self.wait_for_line_since(mark, "lightpaths: settled", HANG);
             let next = self.capture();
             let area = area.unwrap_or_else(|| Area::of(&next));
-            if changed_pixels(&last, &next, area, 0) > 0 {
-                last = next;
-                since = Instant::now();
-                return None;
-            }
-            (since.elapsed() >= CALM).then_some(next)
+            let is_same = last.as_ref().is_some_and(|last: &RgbImage| {
+                last.dimensions() == next.dimensions() && changed_pixels(last, &next, area, 0) == 0
+            });
+            same = if is_same { same + 1 } else { 1 };
+            last = Some(next);
+            (same >= SAME).then(|| last.take().expect("set above"))
         })
     }
 

@@ -5,11 +5,14 @@ use std::io::{BufRead, BufReader, Read, Seek};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use x11rb::rust_connection::RustConnection;
 
-use crate::POLL;
+use crate::{HANG, POLL};
+
+/// How long a server may take to leave before it is killed, which fails no test.
+const LEAVES: Duration = Duration::from_secs(5);
 
 /// Pixels of the screen, which is at the origin; a window that reaches over its edge cannot be captured.
 pub const SCREEN: (u32, u32) = (1600, 1000);
@@ -67,7 +70,8 @@ impl Drop for Display {
         // Told `-terminate`, the server leaves with its last client and takes its lock and socket along. It does so, too, when
         // this process is killed.
         self.keeper = None;
-        for _ in 0..100 {
+        let end = Instant::now() + LEAVES;
+        while Instant::now() < end {
             if matches!(self.server.try_wait(), Ok(Some(_))) {
                 return;
             }
@@ -78,7 +82,7 @@ impl Drop for Display {
     }
 }
 
-/// The first line, or nothing after half a minute.
+/// The first line, or nothing if none comes.
 fn first_line(stream: impl Read + Send + 'static) -> String {
     let (sender, receiver) = mpsc::channel();
     thread::spawn(move || {
@@ -86,7 +90,7 @@ fn first_line(stream: impl Read + Send + 'static) -> String {
         let _ = BufReader::new(stream).read_line(&mut line);
         sender.send(line)
     });
-    receiver.recv_timeout(Duration::from_secs(30)).unwrap_or_default().trim().to_owned()
+    receiver.recv_timeout(HANG).unwrap_or_default().trim().to_owned()
 }
 
 fn contents(log: &mut File) -> String {

@@ -15,9 +15,10 @@ use crate::keys::{self, Chord};
 use crate::monkey::{Action, Actions, Monkey};
 use crate::picture::{Area, changed_pixels, colours, mean_difference};
 use crate::toy::{self, Seen, Toy, colour};
-use crate::until;
+use crate::{HANG as SOON, until};
 
-const SOON: Duration = Duration::from_secs(20);
+/// For what must not happen.
+const SHORT: Duration = Duration::from_millis(300);
 
 fn shell(text: &str) -> Command {
     let mut command = Command::new("/bin/sh");
@@ -86,7 +87,8 @@ fn the_mouse_reaches_the_window_and_captures_show_it() {
     let toy = Toy::start(&display, "lightpaths toy", None);
     let demo = lasting(&display);
     let client = demo.client();
-    let before = demo.wait_until_still(None, SOON);
+    wait_for_colour(client, colour(0, toy::SIZE));
+    let before = demo.capture();
     assert_eq!(before.dimensions(), (320, 240));
     assert!(before.pixels().all(|pixel| pixel.0 == colour(0, toy::SIZE)));
     let whole = Area::of(&before);
@@ -184,14 +186,14 @@ fn a_window_that_presents_no_more_is_found_out() {
     let demo = lasting(&display);
     wait_for_colour(demo.client(), colour(0, toy::SIZE));
     toy.freeze(true);
-    let frozen = AssertUnwindSafe(|| demo.assert_presents(Duration::from_millis(500)));
+    let frozen = AssertUnwindSafe(|| demo.assert_presents(SHORT));
     assert!(catch_unwind(frozen).is_err());
     assert!(demo.capture().pixels().all(|pixel| pixel.0 == BLOT));
     toy.freeze(false);
     wait_for_colour(demo.client(), colour(0, toy::SIZE));
     // Nothing moves, so that waiting for a change is in vain.
     let before = demo.capture();
-    let change = AssertUnwindSafe(|| demo.wait_for_change(&before, Area::of(&before), SOON / 20));
+    let change = AssertUnwindSafe(|| demo.wait_for_change(&before, Area::of(&before), SHORT));
     assert!(catch_unwind(change).is_err());
 }
 
@@ -234,7 +236,7 @@ fn lines_and_exit_codes_are_kept() {
     assert_eq!(killed.lines(Stream::Out), ["<>"]);
 
     let lasting = lasting(&display);
-    assert!(catch_unwind(AssertUnwindSafe(|| lasting.exit_code(SOON / 100))).is_err());
+    assert!(catch_unwind(AssertUnwindSafe(|| lasting.exit_code(SHORT))).is_err());
     let process = lasting.process();
     assert!(lasting.is_running() && exists(process));
     drop(lasting);
@@ -303,7 +305,7 @@ fn a_monkey_repeats_itself_and_leaves_nothing_out() {
     let toy = Toy::start(&display, "lightpaths toy", None);
     let demo = lasting(&display);
     let mut monkey = Monkey::new(&demo, 5, &CHORDS);
-    monkey.run(2.0);
+    monkey.act(12);
     let log = monkey.log();
     assert!(log.starts_with("seed 5\n") && log.lines().count() > 3, "{log}");
     assert!(log.lines().nth(1).unwrap().ends_with(&format!("s {:?}", some[0])), "{log}");

@@ -12,7 +12,7 @@ use crate::demo::Demo;
 use crate::display::Display;
 use crate::keys;
 use crate::picture::changed_pixels;
-use crate::scenarios::{PICTURE, SIDE, close, device_memory, open_in, settled};
+use crate::scenarios::{PICTURE, SIDE, close, open_in, settled};
 
 /// One light of each kind that has something to aim, and a lamp so that nothing is ever black.
 const SCENE: &str = r#"
@@ -136,8 +136,6 @@ impl<'a> Room<'a> {
 
     /// The picture of all that was done.
     fn settled(&self) -> RgbImage {
-        // Answers come after all that was asked before: frames with such lights may take longer than a still picture is waited for.
-        device_memory(&self.demo);
         settled(&self.demo)
     }
 

@@ -6,6 +6,7 @@
 
 mod client;
 mod demo;
+mod disk;
 mod display;
 mod faults;
 mod harness;
@@ -27,8 +28,11 @@ mod toy;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+/// Nothing here takes longer, however busy the machine is: what does, hangs.
+pub const HANG: Duration = Duration::from_secs(900);
+
 /// Between one look and the next.
-const POLL: Duration = Duration::from_millis(20);
+pub const POLL: Duration = Duration::from_millis(5);
 
 /// Looks until there is something to be seen; fails for want of `what`.
 fn until<T>(what: &str, within: Duration, mut look: impl FnMut() -> Option<T>) -> T {

@@ -92,7 +92,7 @@ fn a_size_that_does_not_fit_leaves_the_picture_as_it_is() {
         "vkAllocateMemory:1:VK_ERROR_OUT_OF_DEVICE_MEMORY,vkAllocateMemory:2:VK_ERROR_OUT_OF_DEVICE_MEMORY";
     faults.strike(&demo, both, || demo.client().resize(LARGE));
     demo.assert_presents(SOON);
-    demo.wait_until_still(None, SOON);
+    settled(&demo);
     assert_eq!(device_memory(&demo), memory, "the picture has kept its size");
     demo.client().resize((SIDE, SIDE));
     demo.assert_presents(SOON);
@@ -101,7 +101,7 @@ fn a_size_that_does_not_fit_leaves_the_picture_as_it_is() {
     // It is tried again.
     demo.client().resize(LARGE);
     demo.assert_presents(SOON);
-    demo.wait_until_still(None, SOON);
+    settled(&demo);
     assert!(device_memory(&demo) > memory, "now it fits");
     close(&demo);
 }

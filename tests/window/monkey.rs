@@ -150,11 +150,22 @@ impl<'a> Monkey<'a> {
     pub fn run(&mut self, seconds: f64) {
         let end = Instant::now() + Duration::from_secs_f64(seconds);
         while Instant::now() < end {
-            let action = self.actions.next().expect("endless");
-            self.done.push((self.start.elapsed(), action.clone()));
-            action.perform(self.demo.client());
-            assert!(self.demo.is_running(), "ended after {action:?}");
+            self.step();
         }
+    }
+
+    /// The next so many actions.
+    pub fn act(&mut self, count: usize) {
+        for _ in 0..count {
+            self.step();
+        }
+    }
+
+    fn step(&mut self) {
+        let action = self.actions.next().expect("endless");
+        self.done.push((self.start.elapsed(), action.clone()));
+        action.perform(self.demo.client());
+        assert!(self.demo.is_running(), "ended after {action:?}");
     }
 
     /// What was done, for the report of a failure.

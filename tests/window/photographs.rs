@@ -52,7 +52,7 @@ fn photograph(demo: &Demo, shots: &[(&[Act], &str)]) {
             sleep(Duration::from_millis(500));
         }
         demo.client().move_to((300, 200));
-        let picture = if is_endless { demo.capture() } else { demo.wait_until_still(None, READY) };
+        let picture = if is_endless { demo.capture() } else { demo.settled(None) };
         picture.save(folder.join(file)).unwrap();
     }
 }

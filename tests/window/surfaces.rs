@@ -25,7 +25,7 @@ pub fn open<'a>(display: &'a Display, faults: &Faults, extra: &[&str]) -> Demo<'
 /// All of the window but for the times of frames.
 fn whole(demo: &Demo) -> RgbImage {
     demo.client().move_to(ASIDE);
-    let mut shown = demo.wait_until_still(Some(PANELS), SOON);
+    let mut shown = demo.settled(Some(PANELS));
     // The chart and its numbers are another with each frame that is rendered.
     let (width, height) = shown.dimensions();
     for (x, y, pixel) in shown.enumerate_pixels_mut() {

@@ -32,6 +32,7 @@ pub(super) fn act(action: Action, session: &mut Session, desk: &mut Desk, viewpo
         Action::Vsync => desk.requests.push(Request::Vsync),
         Action::Fullscreen => desk.requests.push(Request::Fullscreen),
         Action::Memory => desk.requests.push(Request::Memory),
+        Action::Settled => desk.requests.push(Request::Settled),
         Action::Quit => desk.requests.push(Request::Quit),
         Action::Beauty => desk.view = View::Beauty,
         Action::Direct => desk.view = View::Direct,

@@ -37,9 +37,24 @@ pub(super) enum Request {
     Fullscreen,
     /// Says how much device memory is in use.
     Memory,
+    /// Says when the window shows all that was asked for.
+    Settled,
     /// Traces the light paths anew with that preset.
     Preset(&'static str),
+    /// What becomes of unsaved edits of a scene that has changed on disk.
+    Answer(Answer),
     Quit,
+}
+
+/// What can be chosen where a scene has changed on disk while it was edited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Answer {
+    /// Loads the scene again; the edits are one step back.
+    Reload,
+    /// Goes on with the scene as it was edited.
+    KeepMine,
+    /// Saves the edited scene beside its file, and loads that again.
+    KeepBoth,
 }
 
 /// The state of the window.

@@ -90,12 +90,40 @@ impl History {
         if *document == self.now {
             return false;
         }
-        self.past.push(std::mem::replace(&mut self.now, document.clone()));
+        let before = std::mem::replace(&mut self.now, document.clone());
+        self.keep(before);
         self.future.clear();
+        true
+    }
+
+    /// The scene was loaded again: its documents are `rebased`, and what it was before is one step back. What was taken back can
+    /// still be done again.
+    pub(super) fn reload(
+        &mut self,
+        document: &Document,
+        rebased: impl Fn(&Document) -> Document,
+        loaded: &Document,
+    ) {
+        self.settle(document);
+        self.rebase(rebased);
+        let before = std::mem::replace(&mut self.now, loaded.clone());
+        if before != self.now {
+            self.keep(before);
+        }
+    }
+
+    /// Replaces each document by the same on another scene.
+    pub(super) fn rebase(&mut self, rebased: impl Fn(&Document) -> Document) {
+        for document in self.past.iter_mut().chain(&mut self.future).chain([&mut self.now]) {
+            *document = rebased(document);
+        }
+    }
+
+    fn keep(&mut self, before: Document) {
+        self.past.push(before);
         if self.past.len() > MOST_STEPS {
             self.past.remove(0);
         }
-        true
     }
 
     /// What was done last could not be had, and the document is what it was before: an edit is no step, and what was taken back is

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::session::Session;
+use super::session::{CHANGED, Session};
 use crate::app::output::OutputFile;
 use crate::error::{Error, Result};
 use crate::image::{ExrLayer, write_exr, write_png};
@@ -10,8 +10,38 @@ use crate::renderer::Layer;
 use crate::scene::{Light, save::Edited, save::leads_outside};
 
 /// Saves the scene as it is edited; returns what to say of it.
-pub(super) fn save_scene(session: &Session, to: &str) -> Result<String> {
-    let path = Path::new(to);
+///
+/// # Errors
+/// The scene's own file holds something that was never read; and as [`Error::Output`].
+pub(super) fn save_scene(session: &mut Session, to: &str) -> Result<String> {
+    let is_own = session.watch.is_own(Path::new(to));
+    if is_own && (session.is_asked || !session.watch.is_as_read()) {
+        return Err(Error::output(to, CHANGED));
+    }
+    let said = write_scene(session, Path::new(to))?;
+    session.take_as_saved();
+    if is_own {
+        session.watch.take_own_as_read();
+    }
+    Ok(said)
+}
+
+/// Saves the scene as it is edited beside its file, under a name that is free; returns what to say of it.
+pub(super) fn save_mine(session: &mut Session) -> Result<String> {
+    let path = mine(Path::new(&session.source.spec));
+    save_scene(session, &path.display().to_string())
+}
+
+/// The name of one's own version of a scene: the first of `NAME-mine.toml`, `NAME-mine-002.toml` … that is free.
+fn mine(scene: &Path) -> PathBuf {
+    let stem = scene.with_extension("");
+    let first = PathBuf::from(format!("{}-mine.toml", stem.display()));
+    let next = |number: u32| PathBuf::from(format!("{}-mine-{number:03}.toml", stem.display()));
+    let mut names = std::iter::once(first).chain((2..).map(next));
+    names.find(|path| path.symlink_metadata().is_err()).expect("numbers do not end")
+}
+
+fn write_scene(session: &Session, path: &Path) -> Result<String> {
     if path.extension().is_none_or(|extension| extension != "toml") {
         return Err(Error::output(path, "is no name of a scene file: let it end in .toml"));
     }
@@ -36,7 +66,7 @@ pub(super) fn rescue_scene(session: &Session, scene_to: &str) -> Result<PathBuf>
     let stem = Path::new(scene_to).with_extension("");
     let free = |number: u32| PathBuf::from(format!("{}-rescued-{number:03}.toml", stem.display()));
     let path = (1..).map(free).find(|path| !path.exists()).expect("numbers do not end");
-    save_scene(session, &path.display().to_string())?;
+    write_scene(session, &path)?;
     Ok(path)
 }
 
@@ -60,4 +90,20 @@ pub(super) fn save_picture(session: &Session, scene_to: &str) -> Result<String> 
     let named: Vec<_> = named.collect();
     outputs[1].write(|out| write_exr(out, size, &named))?;
     Ok(format!("saved {} and {}", png.display(), exr.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ones_own_version_replaces_no_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str| folder.path().join(name);
+        for name in ["room.v2-mine.toml", "room.v2-mine-002.toml", "room.v2-mine-003.toml"] {
+            assert_eq!(mine(&file("room.v2.toml")), file(name));
+            std::fs::write(file(name), "").unwrap();
+        }
+        assert_eq!(mine(&file("model.obj")), file("model-mine.toml"));
+    }
 }

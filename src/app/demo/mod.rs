@@ -12,11 +12,13 @@ mod navigate;
 mod open;
 mod overlays;
 mod panels;
+mod rebase;
 mod reference;
 mod session;
 mod shortcuts;
 mod stage;
 mod viewport;
+mod watch;
 mod window;
 
 use clap::Args;
@@ -26,6 +28,7 @@ use super::args::{CacheArgs, DeviceArgs, SceneArgs};
 use crate::error::{Error, Result};
 use crate::scene::LoadOptions;
 use session::Source;
+use watch::Watch;
 use window::{App, Woken, keep_edits};
 
 /// Open the window: move lights, edit materials, walk, and see the light follow
@@ -53,6 +56,7 @@ pub(super) struct Demo {
 impl Demo {
     pub(super) fn run(self) -> Result<()> {
         let store = self.cache_args.store()?;
+        let watch = Watch::new(&self.scene);
         let scene = self.scene_args.load(&self.scene)?;
         let events =
             EventLoop::<Woken>::with_user_event().build().map_err(|error| no_display(&error.to_string()))?;
@@ -60,7 +64,7 @@ impl Demo {
         let options = LoadOptions { size: None, ..self.scene_args.options() };
         let source = Source { spec: self.scene.clone(), options, store };
         keep_edits(events.create_proxy());
-        let mut app = App::new(self, source, scene, events.create_proxy());
+        let mut app = App::new(self, (source, scene, watch), events.create_proxy());
         let ended = events.run_app(&mut app);
         app.into_result()?;
         ended.map_err(|error| no_display(&error.to_string()))

@@ -1,13 +1,14 @@
 //! The scene that is shown, with all that is known of it.
 
 use std::collections::VecDeque;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Instant, SystemTime};
+use std::time::Instant;
 
 use super::document::{Document, History};
+use super::rebase::Rebase;
 use super::stage::{Preparing, Progressed, Ready, Wake};
-use crate::error::Result;
+use super::watch::Watch;
+use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::renderer::{Columns, FrameReport, Renderer, Store};
 use crate::scene::{Camera, LoadOptions, Scene, save::SceneText};
@@ -58,6 +59,11 @@ pub(super) struct Session {
     pub(super) text: std::result::Result<SceneText, String>,
     pub(super) document: Document,
     pub(super) history: History,
+    /// As it is in a file: the scene's, or where it was saved last.
+    saved: Document,
+    pub(super) watch: Watch,
+    /// The scene has changed on disk, there are edits that no file holds, and the user has not chosen yet.
+    pub(super) is_asked: bool,
     /// From where it is seen, and how large the picture is.
     pub(super) camera: Camera,
     pub(super) exposure_stops: f32,
@@ -77,15 +83,23 @@ pub(super) struct Session {
     pub(super) has_gone_back: bool,
     stage: Stage,
     shown: Option<Wanted>,
-    files: Vec<(PathBuf, Option<SystemTime>)>,
 }
 
 impl Session {
-    /// Begins with a scene: what can be seen at once, and the precomputation.
-    pub(super) fn new(context: &Arc<Context>, source: Source, scene: Scene, wake: Wake) -> Result<Self> {
+    /// Begins with a scene: what can be seen at once, and the precomputation. `watch`: its files before they were read.
+    pub(super) fn new(
+        context: &Arc<Context>,
+        source: Source,
+        scene: Scene,
+        watch: Watch,
+        wake: Wake,
+    ) -> Result<Self> {
         let document = Document::of(&scene);
         Ok(Self {
             history: History::new(&document),
+            saved: document.clone(),
+            watch,
+            is_asked: false,
             document,
             camera: scene.cameras[0].clone(),
             exposure_stops: 0.0,
@@ -99,7 +113,6 @@ impl Session {
             has_gone_back: false,
             stage: Stage::Preparing(Box::new(Preparing::new(context, &scene, source.store.clone(), &wake)?)),
             shown: None,
-            files: watched(&source.spec),
             text: SceneText::new(&source.spec, &source.options, &scene).map_err(|error| error.to_string()),
             context: context.clone(),
             wake,
@@ -220,57 +233,89 @@ impl Session {
         matches!(&self.stage, Stage::Ready(ready) if ready.is_behind())
     }
 
-    /// Whether the files of the scene have changed since it was loaded, and stand still now.
-    pub(super) fn files_changed(&mut self) -> bool {
-        self.files.iter().any(|(file, time)| modified(file) != *time)
+    /// Loads the scene again; what was before is one step back. Returns how what was edited is found in it. `None` if it cannot be
+    /// read: everything then stays, and a note says why.
+    pub(super) fn reload(&mut self) -> Result<Option<Rebase>> {
+        let Source { spec, options, .. } = self.source.clone();
+        let watch = Watch::new(&spec);
+        let scene = match Scene::load(&spec, &options) {
+            Ok(scene) => scene,
+            Err(error) => {
+                self.said.push(not_loaded(&error));
+                return Ok(None);
+            }
+        };
+        let rebase = Rebase::new(&self.scene, &scene);
+        let (document, mut history) = (self.document.clone(), self.history.clone());
+        self.replace(scene, watch, &rebase)?;
+        history.reload(&document, |document| rebase.document(document), &self.document);
+        self.history = history;
+        Ok(Some(rebase))
     }
 
-    /// Loads the scene again. A scene that cannot be read is left alone, with a line that says why.
-    pub(super) fn reload(&mut self) -> Result<()> {
-        let Source { spec, options, .. } = self.source.clone();
-        let loaded = Scene::load(&spec, &options);
-        self.files = watched(&spec);
-        match loaded {
-            Ok(scene) => {
-                self.replace(scene)?;
-                self.said.push(format!("{spec} has changed and was loaded again"));
-            }
-            Err(error) => self.said.push(format!("not loaded again: {error}")),
-        }
-        Ok(())
+    /// Why the scene's files, as they are now, cannot be loaded. `None` if they can.
+    pub(super) fn refusal(&self) -> Option<String> {
+        Scene::load(&self.source.spec, &self.source.options).err().map(|error| not_loaded(&error))
     }
 
     /// Traces the light paths of the scene anew, with another preset; what was edited stays.
+    ///
+    /// # Errors
+    /// Files that have changed since they were read are a question of their own; and as [`Scene::load`].
     pub(super) fn choose_preset(&mut self, preset: &str) -> Result<()> {
+        if self.is_asked || !self.watch.is_as_read() {
+            return Err(Error::Usage(format!("{} {CHANGED}", self.source.spec)));
+        }
         let before = self.source.options.preset.replace(preset.to_owned());
+        let watch = Watch::new(&self.source.spec);
         let scene = Scene::load(&self.source.spec, &self.source.options);
-        let done = scene.and_then(|scene| self.prepare_again(scene));
+        let done = scene.and_then(|scene| self.prepare_again(scene, watch));
         if done.is_err() {
             self.source.options.preset = before;
         }
         done
     }
 
-    /// The same scene, to be prepared in another way; what was edited stays.
-    pub(super) fn prepare_again(&mut self, scene: Scene) -> Result<()> {
-        let (document, history) = (self.document.clone(), self.history.clone());
-        self.replace(scene)?;
-        (self.document, self.history) = (document, history);
+    /// The scene of the same file, to be prepared in another way; what was edited stays. `watch`: its files before they were read.
+    fn prepare_again(&mut self, scene: Scene, watch: Watch) -> Result<()> {
+        let rebase = Rebase::new(&self.scene, &scene);
+        let (document, saved) = (rebase.document(&self.document), rebase.document(&self.saved));
+        let (mut history, is_asked) = (self.history.clone(), self.is_asked);
+        history.rebase(|document| rebase.document(document));
+        self.replace(scene, watch, &rebase)?;
+        (self.document, self.saved, self.history) = (document, saved, history);
+        self.is_asked = is_asked;
         Ok(())
     }
 
-    /// Another scene; the camera stays.
-    fn replace(&mut self, scene: Scene) -> Result<()> {
-        let next = Self::new(&self.context, self.source.clone(), scene, self.wake.clone())?;
+    /// The open scene, in which a film lets more materials shine.
+    pub(super) fn prepare_for_film(&mut self, scene: Scene) -> Result<()> {
+        let (watch, text) = (self.watch.clone(), self.text.clone());
+        self.prepare_again(scene, watch)?;
+        self.text = text;
+        Ok(())
+    }
+
+    /// Another scene; the camera stays, and so does what was said.
+    fn replace(&mut self, scene: Scene, watch: Watch, rebase: &Rebase) -> Result<()> {
+        let next = Self::new(&self.context, self.source.clone(), scene, watch, self.wake.clone())?;
         let before = std::mem::replace(self, next);
-        (self.camera, self.exposure_stops, self.version) =
-            (before.camera.clone(), before.exposure_stops, before.version);
+        self.camera = rebase.camera(&before.camera);
+        (self.exposure_stops, self.version, self.alarm) =
+            (before.exposure_stops, before.version, before.alarm.clone());
+        let new = std::mem::replace(&mut self.said, before.said.clone());
+        self.said.extend(new.into_iter().filter(|line| !before.said.contains(line)));
         Ok(())
     }
 
-    /// Whether something of the scene is another than in its file.
-    pub(super) fn is_edited(&self) -> bool {
-        self.document != Document::of(&self.scene)
+    /// Whether lights or materials are others than in any file that was loaded or saved last.
+    pub(super) fn has_unsaved_edits(&self) -> bool {
+        self.document != self.saved
+    }
+
+    /// A file holds the scene as it is now.
+    pub(super) fn take_as_saved(&mut self) {
+        self.saved = self.document.clone();
     }
 
     /// What the picture shows.
@@ -288,24 +333,9 @@ impl Session {
     }
 }
 
-/// The files that a scene is made of, as far as they can be told, with the time of their last change.
-fn watched(spec: &str) -> Vec<(PathBuf, Option<SystemTime>)> {
-    let file = Path::new(spec);
-    if !file.is_file() {
-        return Vec::new();
-    }
-    let mut files = vec![file.to_owned()];
-    let text = std::fs::read_to_string(file).unwrap_or_default();
-    let models = text.parse::<toml_edit::DocumentMut>().ok();
-    let models = models.as_ref().and_then(|toml| toml.get("model")?.as_array_of_tables());
-    let named = models.into_iter().flatten().filter_map(|model| model.get("file")?.as_str());
-    files.extend(named.map(|name| file.with_file_name(name)));
-    // Materials stand beside their model, under its name more often than not.
-    let materials: Vec<PathBuf> = files.iter().map(|file| file.with_extension("mtl")).collect();
-    files.extend(materials);
-    files.into_iter().map(|file| (file.clone(), modified(&file))).collect()
-}
+/// What is said of a scene whose files are not as they were read, where that stands in the way.
+pub(super) const CHANGED: &str = "has changed on disk: load it again or keep yours first";
 
-fn modified(file: &Path) -> Option<SystemTime> {
-    std::fs::metadata(file).and_then(|about| about.modified()).ok()
+fn not_loaded(error: &Error) -> String {
+    format!("not loaded again: {error}")
 }

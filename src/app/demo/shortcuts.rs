@@ -32,6 +32,7 @@ pub(super) enum Action {
     Vsync,
     Fullscreen,
     Memory,
+    Settled,
     Quit,
 }
 
@@ -92,6 +93,9 @@ pub(super) const BINDINGS: [Binding; 31] = [
 /// Also bound, and not worth a line: says on stderr how much device memory is in use.
 const MEMORY: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F10);
 
+/// Nor is this one: says on stderr when all that was asked for before is in the window. Scripts wait for it instead of for a time.
+const SETTLED: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F9);
+
 /// What the pointer does.
 pub(super) const POINTER: [(&str, &str); 8] = [
     ("Drag", "Turn about the point under the pointer"),
@@ -114,6 +118,9 @@ pub(super) fn pressed(input: &mut egui::InputState, types: bool) -> Vec<Action> 
     }
     if input.consume_shortcut(&MEMORY) {
         actions.push(Action::Memory);
+    }
+    if input.consume_shortcut(&SETTLED) {
+        actions.push(Action::Settled);
     }
     actions
 }

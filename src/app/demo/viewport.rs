@@ -122,6 +122,11 @@ impl Viewport {
         }
     }
 
+    /// Whether the picture has the size of its area, or cannot have it.
+    pub(super) fn fits(&self, session: &Session) -> bool {
+        session.camera.size == self.size.0 || session.refused_size == Some(self.size.0)
+    }
+
     /// Keys that move the camera while they are held.
     fn fly(&self, ui: &Ui, session: &mut Session, desk: &Desk) {
         if ui.ctx().egui_wants_keyboard_input() {

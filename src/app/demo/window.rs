@@ -11,6 +11,7 @@ use winit::window::WindowId;
 use super::Demo;
 use super::open::Open;
 use super::session::Source;
+use super::watch::Watch;
 use crate::app::interrupt;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
@@ -24,8 +25,8 @@ pub(super) enum Woken {
     Ends(SyncSender<()>),
 }
 
-/// How long edits have to be kept once a signal has come: a frame on a slow device.
-const TO_KEEP: Duration = Duration::from_secs(3);
+/// How long edits have to be kept once a signal has come: a frame on a slow device of a busy machine.
+const TO_KEEP: Duration = Duration::from_secs(30);
 
 /// Has an edited scene kept before a signal ends the program.
 pub(super) fn keep_edits(proxy: EventLoopProxy<Woken>) {
@@ -38,18 +39,21 @@ pub(super) fn keep_edits(proxy: EventLoopProxy<Woken>) {
     });
 }
 
+/// A scene, where it came from, and its files before they were read.
+pub(super) type Start = (Source, Scene, Watch);
+
 /// The application, before and after it has a window.
 pub(super) struct App {
     args: Demo,
-    start: Option<(Source, Scene)>,
+    start: Option<Start>,
     proxy: EventLoopProxy<Woken>,
     open: Option<Open>,
     failure: Option<Error>,
 }
 
 impl App {
-    pub(super) fn new(args: Demo, source: Source, scene: Scene, proxy: EventLoopProxy<Woken>) -> Self {
-        Self { args, start: Some((source, scene)), proxy, open: None, failure: None }
+    pub(super) fn new(args: Demo, start: Start, proxy: EventLoopProxy<Woken>) -> Self {
+        Self { args, start: Some(start), proxy, open: None, failure: None }
     }
 
     /// How it ended.
@@ -74,9 +78,7 @@ impl App {
             Ok(true) => (),
             Ok(false) => events.exit(),
             Err(error) => {
-                if matches!(error, Error::Vulkan { .. } | Error::OutOfMemory(_)) {
-                    open.rescue();
-                }
+                open.rescue();
                 self.failure = Some(error);
                 events.exit();
             }
@@ -86,8 +88,8 @@ impl App {
 
 impl ApplicationHandler<Woken> for App {
     fn resumed(&mut self, events: &ActiveEventLoop) {
-        let Some((source, scene)) = self.start.take() else { return };
-        match Open::new(events, &self.args, source, scene, &self.proxy) {
+        let Some(start) = self.start.take() else { return };
+        match Open::new(events, &self.args, start, &self.proxy) {
             Ok(open) => self.open = Some(open),
             Err(error) => {
                 self.failure = Some(error);

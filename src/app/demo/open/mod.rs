@@ -1,5 +1,6 @@
 //! An open window: what it shows, frame by frame.
 
+mod disk;
 mod layers;
 mod requests;
 
@@ -20,23 +21,22 @@ use super::layered::Layered;
 use super::overlays::Overlays;
 use super::panels::{self, WIDTH};
 use super::reference::Reference;
-use super::session::{Session, Source};
+use super::session::Session;
 use super::shortcuts;
 use super::stage::Wake;
 use super::viewport::{Textures, Viewport};
-use super::window::Woken;
+use super::window::{Start, Woken};
 use super::{Demo, no_display};
 use crate::app::note;
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::gpu::window::{Painting, PictureId, Shown, WindowPainter};
-use crate::scene::Scene;
 
 /// When a frame that the system did not take is offered again, and how often the precomputation is asked whether it is done.
 const RETRY: Duration = Duration::from_millis(100);
 
 /// How often the scene's files are looked at, and how long nothing must happen before work is done ahead.
-const GLANCE: Duration = Duration::from_millis(1000);
+const GLANCE: Duration = Duration::from_millis(500);
 const REST: Duration = Duration::from_millis(1000);
 
 /// Size of the picture before there is one.
@@ -76,6 +76,8 @@ pub(super) struct Open {
     is_held: bool,
     is_quiet: bool,
     was_ready: bool,
+    /// Somebody waits for the window to show all that was asked for.
+    is_asked_to_settle: bool,
     pub(super) context: Arc<Context>,
     pub(super) window: Arc<Window>,
 }
@@ -84,8 +86,7 @@ impl Open {
     pub(super) fn new(
         events: &ActiveEventLoop,
         args: &Demo,
-        source: Source,
-        scene: Scene,
+        (source, scene, watch): Start,
         proxy: &EventLoopProxy<Woken>,
     ) -> Result<Self> {
         let [width, height] = args.scene_args.size().unwrap_or(scene.cameras[0].size);
@@ -111,7 +112,7 @@ impl Open {
         });
         let mut desk = Desk::new(&scene.name);
         desk.vsync = !args.no_vsync;
-        let session = Session::new(&context, source, scene, wake.clone())?;
+        let session = Session::new(&context, source, scene, watch, wake.clone())?;
         let egui = egui::Context::default();
         egui.set_theme(egui::Theme::Dark);
         let panels = egui_winit::State::new(egui, ViewportId::ROOT, &window, None, window.theme(), None);
@@ -141,6 +142,7 @@ impl Open {
             is_held: false,
             is_quiet: args.device_args.is_quiet(),
             was_ready: false,
+            is_asked_to_settle: false,
             context,
             window,
         })
@@ -169,12 +171,8 @@ impl Open {
         let now = Instant::now();
         if now >= self.last_glance + GLANCE {
             self.last_glance = now;
-            if self.session.files_changed() {
-                (self.player, self.recorder, self.was_ready) = (None, None, false);
-                (self.desk.is_playing, self.desk.is_recording) = (false, false);
-                let loaded = self.session.reload();
-                self.tolerate(loaded)?;
-            }
+            let glanced = self.glance();
+            self.tolerate(glanced)?;
         }
         let mut next = self.last_glance + GLANCE;
         if self.session.is_behind() && !self.is_held {
@@ -216,6 +214,7 @@ impl Open {
             shown = self.viewport.show(ui, session, desk, overlays, textures);
             panels::help(ui.ctx(), &mut self.desk.shows_help);
             panels::alarm(ui.ctx(), &mut self.session);
+            panels::question(ui.ctx(), &self.session, &mut self.desk);
         });
         self.tolerate(shown)?;
         self.is_held = egui.input(|input| input.pointer.any_down());
@@ -228,7 +227,8 @@ impl Open {
             egui.set_zoom_factor(self.desk.text_scale);
         }
         self.session.shares = self.desk.view.shares();
-        if self.session.update()? {
+        let is_new = self.session.update()?;
+        if is_new {
             // What it cost can be said in the next frame.
             self.window.request_redraw();
         }
@@ -268,6 +268,7 @@ impl Open {
             }
             self.window.request_redraw();
         }
+        self.settle(shown == Shown::Yes && !is_new);
         let requests = std::mem::take(&mut self.desk.requests);
         for request in requests {
             if !self.fulfil(request)? {

@@ -1,5 +1,7 @@
 //! What is asked of the window beside its panels, and what becomes of it.
 
+use std::time::Instant;
+
 use winit::window::Fullscreen;
 
 use super::Open;
@@ -7,7 +9,7 @@ use crate::app::demo::desk::{Request, View};
 use crate::app::demo::files;
 use crate::app::demo::films::{Player, Recorder};
 use crate::app::note;
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 impl Open {
     /// False where the window is to close.
@@ -23,9 +25,13 @@ impl Open {
                 self.window.set_fullscreen((!fills).then_some(Fullscreen::Borderless(None)));
             }
             Request::Memory => self.say_memory(),
+            Request::Settled => self.is_asked_to_settle = true,
             Request::Save => {
-                let saved = files::save_scene(&self.session, &self.desk.save_to);
-                self.say(saved);
+                let saved = files::save_scene(&mut self.session, &self.desk.save_to);
+                match saved {
+                    Ok(said) => self.tell(said),
+                    Err(error) => self.tell_alarm(&error),
+                }
             }
             Request::Screenshot => {
                 let saved = files::save_picture(&self.session, &self.desk.save_to);
@@ -39,14 +45,21 @@ impl Open {
             Request::Preset(preset) => {
                 let chosen = self.session.choose_preset(preset);
                 self.was_ready &= chosen.is_err();
-                self.tolerate(chosen)?;
+                match chosen {
+                    Err(error @ (Error::Usage(_) | Error::Input { .. })) => self.tell_alarm(&error),
+                    chosen => self.tolerate(chosen)?,
+                }
+            }
+            Request::Answer(answer) => {
+                let done = self.answer(answer);
+                self.tolerate(done)?;
             }
         }
         self.window.request_redraw();
         Ok(true)
     }
 
-    fn record(&mut self) {
+    pub(super) fn record(&mut self) {
         match self.recorder.take() {
             None => self.recorder = Some(Recorder::begin(&self.session)),
             Some(recorder) => {
@@ -65,7 +78,7 @@ impl Open {
                 Ok((player, None)) => self.player = Some(player),
                 Ok((_, Some(scene))) => {
                     // It plays when its light paths are traced.
-                    self.session.prepare_again(scene)?;
+                    self.session.prepare_for_film(scene)?;
                     (self.plays_when_ready, self.was_ready) = (true, false);
                 }
                 Err(error) => self.say(Err(error)),
@@ -103,15 +116,34 @@ impl Open {
         }
     }
 
-    /// The device fails: the scene is saved as it was edited, beside where it would be saved, and where that is is said.
+    /// The program ends by itself: the scene is saved as it was edited, beside where it would be saved, and where that is is said.
     pub(in crate::app::demo) fn rescue(&self) {
-        if !self.session.is_edited() {
+        if !self.session.has_unsaved_edits() {
             return;
         }
         note(&match files::rescue_scene(&self.session, &self.desk.save_to) {
             Ok(path) => format!("lightpaths: the edited scene is in {}\n", path.display()),
             Err(error) => format!("lightpaths: the edited scene is lost: {error}\n"),
         });
+    }
+
+    /// Says that the window shows all that was asked for, where somebody waits for that. `is_still`: this frame was shown, and its
+    /// picture is that of the frame before.
+    pub(super) fn settle(&mut self, is_still: bool) {
+        if !self.is_asked_to_settle {
+            return;
+        }
+        let draws_again = self.again.is_some_and(|again| again <= Instant::now());
+        let is_done = self.session.progress().is_none()
+            && self.viewport.fits(&self.session)
+            && self.desk.requests.is_empty()
+            && !self.plays_when_ready;
+        if is_still && is_done && !draws_again {
+            self.is_asked_to_settle = false;
+            note("lightpaths: settled\n");
+        } else {
+            self.window.request_redraw();
+        }
     }
 
     /// What became of something that may fail without harm.

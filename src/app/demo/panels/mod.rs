@@ -3,6 +3,7 @@
 mod help;
 mod lights;
 mod materials;
+mod question;
 mod scene;
 mod timing;
 mod views;
@@ -14,6 +15,7 @@ use super::session::Session;
 
 pub(super) use help::help;
 pub(super) use lights::{AXES, fresh as fresh_light};
+pub(super) use question::question;
 
 /// Width of the panels when the window opens, points.
 pub(super) const WIDTH: f32 = 310.0;

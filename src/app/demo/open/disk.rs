@@ -1,0 +1,142 @@
+//! The scene's files while the scene is open: they change, and nothing that was edited is lost for it.
+
+use super::Open;
+use crate::app::demo::desk::{Answer, Chosen};
+use crate::app::demo::files;
+use crate::app::demo::rebase::Rebase;
+use crate::app::demo::watch::Look;
+use crate::app::note;
+use crate::error::{Error, Result};
+
+impl Open {
+    /// Looks whether the scene's files have changed. Loads the scene again, or asks where there are edits that no file has.
+    pub(super) fn glance(&mut self) -> Result<()> {
+        // A drag ends first.
+        if self.is_held {
+            return Ok(());
+        }
+        let spec = self.session.source.spec.clone();
+        match self.session.watch.look() {
+            Look::Reported | Look::Unsettled => Ok(()),
+            Look::AsRead => {
+                if std::mem::take(&mut self.session.is_asked) {
+                    self.tell(format!("{spec} is again as it was loaded"));
+                }
+                Ok(())
+            }
+            Look::Gone => {
+                self.session.is_asked = false;
+                self.tell(format!("{spec} is gone; the scene stays open: save it to keep it"));
+                Ok(())
+            }
+            Look::Changed => self.on_change(),
+        }
+    }
+
+    fn on_change(&mut self) -> Result<()> {
+        // What a film shows is no edit.
+        self.plays_when_ready = false;
+        if let Some(player) = self.player.take() {
+            player.end(&mut self.session);
+            self.desk.is_playing = false;
+        }
+        if !self.session.has_unsaved_edits() {
+            return self.reload();
+        }
+        if let Some(why) = self.session.refusal() {
+            self.session.is_asked = false;
+            self.tell(why);
+        } else {
+            self.session.is_asked = true;
+            self.tell(format!(
+                "{} has changed on disk; unsaved edits wait for an answer",
+                self.session.source.spec
+            ));
+        }
+        Ok(())
+    }
+
+    /// Does what the user has chosen. The question stands for as long as that fails.
+    pub(super) fn answer(&mut self, answer: Answer) -> Result<()> {
+        if !self.session.is_asked {
+            return Ok(());
+        }
+        match answer {
+            Answer::Reload => self.reload(),
+            Answer::KeepMine => {
+                self.session.is_asked = false;
+                self.session.watch.keep();
+                self.tell("your edits are kept, and not yet saved".to_owned());
+                Ok(())
+            }
+            Answer::KeepBoth => match files::save_mine(&mut self.session) {
+                Ok(said) => {
+                    self.tell(said);
+                    self.reload()
+                }
+                Err(error) => {
+                    self.tell_alarm(&error);
+                    Ok(())
+                }
+            },
+        }
+    }
+
+    /// Loads the scene again. A film that is being recorded ends, and is saved.
+    fn reload(&mut self) -> Result<()> {
+        if self.recorder.is_some() {
+            self.record();
+        }
+        let (spec, notes) = (self.session.source.spec.clone(), self.session.said.len());
+        let loaded = self.session.reload()?;
+        self.session.is_asked = false;
+        let Some(rebase) = loaded else {
+            let refused = self.session.said.split_off(notes);
+            refused.into_iter().for_each(|line| self.tell(line));
+            return Ok(());
+        };
+        self.was_ready = false;
+        self.after_reload(&rebase);
+        let back =
+            if self.session.history.depths()[0] > 0 { "; Ctrl+Z goes back to how it was lit" } else { "" };
+        self.tell(format!("{spec} has changed and was loaded again{back}"));
+        Ok(())
+    }
+
+    /// Whatever names a light, a material or a place names the same one in the scene that was loaded.
+    fn after_reload(&mut self, rebase: &Rebase) {
+        self.viewport.let_go();
+        self.desk.place = None;
+        self.desk.chosen = match self.desk.chosen {
+            Chosen::Light(id) => Chosen::Light(rebase.light(id)),
+            Chosen::Material(index) => rebase.material(index).map_or(Chosen::Nothing, Chosen::Material),
+            Chosen::Nothing => Chosen::Nothing,
+        };
+        // Monte Carlo begins anew with the next picture.
+        self.beside.of = None;
+        if let Some(mut reference) = self.reference.take() {
+            reference.stop();
+            self.leaving = Some(reference);
+        }
+    }
+
+    /// A note in the panel, and a line on stderr, for a window that is not looked at.
+    pub(super) fn tell(&mut self, line: String) {
+        self.print(&line);
+        self.session.said.push(line);
+        self.window.request_redraw();
+    }
+
+    /// The same for what nobody must miss.
+    pub(super) fn tell_alarm(&mut self, error: &Error) {
+        self.print(&error.to_string());
+        self.session.alarm(error.to_string());
+        self.window.request_redraw();
+    }
+
+    fn print(&self, line: &str) {
+        if !self.is_quiet {
+            note(&format!("lightpaths: {line}\n"));
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! The question that stands while a scene has changed on disk and holds edits that no file has.
+
+use egui::{Align2, Area, Context, Frame, RichText};
+
+use super::PALETTE;
+use crate::app::demo::desk::{Answer, Desk, Request};
+use crate::app::demo::session::Session;
+
+/// The answers, with what each does.
+const ANSWERS: [(&str, Answer, &str); 3] = [
+    (
+        "Reload (discard my edits)",
+        Answer::Reload,
+        "Loads the scene as it is on disk; Ctrl+Z brings your lights and materials back",
+    ),
+    ("Keep mine", Answer::KeepMine, "Goes on with your edits; what is on disk stays as it is"),
+    ("Keep both", Answer::KeepBoth, "Saves your edits as another scene beside this one, then loads it again"),
+];
+
+/// Over the upper edge of the picture. The scene can be looked at, edited and saved while it stands.
+pub(in crate::app::demo) fn question(context: &Context, session: &Session, desk: &mut Desk) {
+    if !session.is_asked {
+        return;
+    }
+    let place = Area::new("question".into()).anchor(Align2::LEFT_TOP, [8.0, 8.0]);
+    place.show(context, |ui| {
+        Frame::popup(ui.style()).show(ui, |ui| {
+            ui.set_max_width(context.content_rect().width() - 32.0);
+            let text = format!("{} has changed on disk. You have unsaved edits.", session.source.spec);
+            ui.add(egui::Label::new(RichText::new(text).color(PALETTE[1])).truncate());
+            ui.horizontal_wrapped(|ui| {
+                for (name, answer, hint) in ANSWERS {
+                    if ui.button(name).on_hover_text(hint).clicked() {
+                        desk.requests.push(Request::Answer(answer));
+                    }
+                }
+            });
+        });
+    });
+}

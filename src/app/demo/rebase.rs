@@ -1,0 +1,212 @@
+//! Documents of one scene on another: the scene's file has changed, and what was edited is to stay within reach.
+
+use glam::Vec3;
+
+use super::document::{Document, Finish, LightEntry};
+use crate::scene::{Camera, Scene};
+
+/// How lights, materials and places of one scene are found in another. Lights and materials are told apart by their names.
+pub(super) struct Rebase {
+    /// Number of each of the first scene's lights in the second.
+    lights: Vec<u64>,
+    /// Added to the numbers of lights that neither scene has.
+    beyond: u64,
+    /// Material of the first scene for each of the second.
+    materials: Vec<Option<usize>>,
+    /// As the second scene has them.
+    finishes: Vec<Finish>,
+    /// From places in the first scene to the same in the second, which has another origin.
+    shift: Vec3,
+}
+
+impl Rebase {
+    pub(super) fn new(before: &Scene, after: &Scene) -> Self {
+        let count = after.lights.len() as u64;
+        let place = |name: &str| after.lights.iter().position(|light| light.name == name);
+        let number = |(index, name): (u64, &str)| place(name).map_or(count + index, |place| place as u64);
+        let names = before.lights.iter().map(|light| light.name.as_str());
+        let [from, to] = [before, after]
+            .map(|scene| scene.materials.iter().map(|material| material.name.as_str()).collect::<Vec<_>>());
+        Self {
+            lights: (0..).zip(names).map(number).collect(),
+            beyond: count,
+            materials: same_names(&from, &to),
+            finishes: after.materials.iter().map(Finish::of).collect(),
+            shift: (before.origin - after.origin).as_vec3(),
+        }
+    }
+
+    /// The document with the same lights, and the same finishes of those materials that the second scene has.
+    pub(super) fn document(&self, document: &Document) -> Document {
+        let lights = document.lights.iter().map(|LightEntry { id, light }| {
+            let mut light = light.clone();
+            if let Some(position) = light.kind.position().filter(|_| self.shift != Vec3::ZERO) {
+                light.kind = light.kind.moved_to(position + self.shift);
+            }
+            LightEntry { id: self.light(*id), light }
+        });
+        let finishes = self.materials.iter().zip(&self.finishes);
+        let finishes = finishes.map(|(from, finish)| from.map_or(*finish, |from| document.materials[from]));
+        Document { lights: lights.collect(), materials: finishes.collect() }
+    }
+
+    /// The number of a light.
+    pub(super) fn light(&self, id: u64) -> u64 {
+        let known = usize::try_from(id).ok().and_then(|id| self.lights.get(id)).copied();
+        known.unwrap_or(self.beyond + id)
+    }
+
+    /// The place of a material. `None` if the second scene has none of that name.
+    pub(super) fn material(&self, index: usize) -> Option<usize> {
+        self.materials.iter().position(|from| *from == Some(index))
+    }
+
+    /// The same view.
+    pub(super) fn camera(&self, camera: &Camera) -> Camera {
+        let (position, target) = (camera.position + self.shift, camera.target + self.shift);
+        Camera { position, target, ..camera.clone() }
+    }
+}
+
+/// For each of `to`, where in `from` it is: the first of a name is the first of that name there, the second the second.
+fn same_names(from: &[&str], to: &[&str]) -> Vec<Option<usize>> {
+    let mut is_taken = vec![false; from.len()];
+    let mut take = |name: &&str| {
+        let place = (0..from.len()).find(|&place| from[place] == *name && !is_taken[place])?;
+        is_taken[place] = true;
+        Some(place)
+    };
+    to.iter().map(|name| take(name)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::demo::document::History;
+    use crate::scene::{Light, LightKind, LoadOptions};
+
+    /// A scene of one wall; `extra` is its lights and materials, `x` where the wall is.
+    fn scene(x: f32, extra: &str) -> Scene {
+        let folder = tempfile::tempdir().unwrap();
+        let [near, far] = [x, x + 1.0];
+        let wall = format!(
+            "mtllib w.mtl\nv {near} 0 0\nv {far} 0 0\nv {near} 1 0\nusemtl wall\nf 1 2 3\n\
+             v {near} 0 1\nv {far} 0 1\nv {near} 1 1\nusemtl door\nf 4 5 6\n"
+        );
+        std::fs::write(folder.path().join("w.obj"), wall).unwrap();
+        let materials = "newmtl wall\nKd 0.5 0.5 0.5\nnewmtl door\nKd 0.2 0.2 0.2\n";
+        std::fs::write(folder.path().join("w.mtl"), materials).unwrap();
+        let text = format!("[[model]]\nfile = \"w.obj\"\n{extra}");
+        let file = folder.path().join("s.toml");
+        std::fs::write(&file, text).unwrap();
+        Scene::load(file.to_str().unwrap(), &LoadOptions::default()).unwrap()
+    }
+
+    fn lamp(name: &str, height: f32) -> String {
+        format!(
+            "[[light]]\nname = \"{name}\"\nkind = \"point\"\nposition = [0.3, {height}, 2]\n\
+             intensity = [1, 1, 1]\n"
+        )
+    }
+
+    fn raise(entry: &mut LightEntry) {
+        let position = entry.light.kind.position().unwrap();
+        entry.light.kind = entry.light.kind.moved_to(position + Vec3::Y);
+    }
+
+    #[test]
+    fn edits_are_found_by_name_where_lights_and_materials_change_places() {
+        let before = scene(0.0, &[lamp("a", 1.0), lamp("b", 2.0), lamp("c", 3.0)].concat());
+        let mut after = scene(0.0, &[lamp("new", 1.5), lamp("c", 3.0), lamp("a", 1.0)].concat());
+        after.materials.reverse();
+        let rebase = Rebase::new(&before, &after);
+        let mut document = Document::of(&before);
+        document.add(Light { name: "mine".into(), ..before.lights[0].clone() });
+        raise(&mut document.lights[0]);
+        document.materials[0].diffuse = Vec3::splat(0.125);
+        let moved = rebase.document(&document);
+        let names = |document: &Document| {
+            document.lights.iter().map(|entry| entry.light.name.clone()).collect::<Vec<_>>()
+        };
+        assert_eq!(names(&moved), names(&document));
+        assert_eq!(moved.lights.iter().map(|entry| entry.id).collect::<Vec<_>>(), [2, 4, 1, 6]);
+        assert_eq!(moved.lights[0].light, document.lights[0].light);
+        let wall = after.materials.iter().position(|material| material.name == before.materials[0].name);
+        assert_eq!(moved.materials[wall.unwrap()], document.materials[0]);
+        assert_eq!(rebase.material(0), wall);
+    }
+
+    #[test]
+    fn materials_that_come_or_go_leave_the_others_alone() {
+        let before = scene(0.0, &lamp("a", 1.0));
+        for gone in 0..before.materials.len() {
+            let mut after = before.clone();
+            after.materials.remove(gone);
+            let rebase = Rebase::new(&before, &after);
+            assert_eq!(rebase.material(gone), None);
+            assert_eq!(rebase.document(&Document::of(&before)), Document::of(&after));
+            let back = Rebase::new(&after, &before);
+            assert_eq!(back.document(&Document::of(&after)), Document::of(&before));
+        }
+        assert_eq!(same_names(&["x", "y", "x"], &["x", "x", "x", "z"]), [Some(0), Some(2), None, None]);
+    }
+
+    #[test]
+    fn places_stay_in_the_world_where_the_origin_moves() {
+        let (before, after) = (scene(0.0, &lamp("a", 1.0)), scene(8.0, &lamp("a", 1.0)));
+        assert_ne!(before.origin, after.origin);
+        let rebase = Rebase::new(&before, &after);
+        let moved = rebase.document(&Document::of(&before));
+        assert_eq!(moved, Document::of(&after), "the light is where it was in the world");
+        let camera = rebase.camera(&before.cameras[0]);
+        let world = |scene: &Scene, place: Vec3| place.as_dvec3() + scene.origin;
+        let was = world(&before, before.cameras[0].position);
+        assert!(world(&after, camera.position).distance(was) < 1e-5);
+    }
+
+    /// A step that was made, one that was taken back, and one that has not ended.
+    #[test]
+    fn a_reload_can_be_taken_back_and_loses_no_step() {
+        let before = scene(0.0, &lamp("a", 1.0));
+        let after = scene(0.0, &[lamp("b", 1.0), lamp("a", 2.0)].concat());
+        let rebase = Rebase::new(&before, &after);
+        let mut document = Document::of(&before);
+        let mut history = History::new(&document);
+        let mut steps = vec![document.clone()];
+        for albedo in [0.25, 0.125, 0.0625] {
+            document.materials[1].diffuse = Vec3::splat(albedo);
+            history.settle(&document);
+            steps.push(document.clone());
+        }
+        history.undo(&mut document);
+        let mut reloaded = Document::of(&after);
+        history.reload(&document, |document| rebase.document(document), &reloaded);
+        assert_eq!(history.depths(), [3, 1]);
+        assert!(!history.settle(&reloaded), "a reload is a whole step");
+        for step in steps[..3].iter().rev() {
+            assert!(history.undo(&mut reloaded));
+            assert_eq!(reloaded, rebase.document(step));
+        }
+        assert!(!history.undo(&mut reloaded));
+        (0..3).for_each(|_| assert!(history.redo(&mut reloaded)));
+        assert_eq!(reloaded, Document::of(&after));
+        assert!(history.redo(&mut reloaded), "what was taken back before can still be done again");
+        assert_eq!(reloaded, rebase.document(&steps[3]));
+
+        // An edit under way is a step of its own.
+        let mut document = Document::of(&before);
+        let mut history = History::new(&document);
+        raise(&mut document.lights[0]);
+        let mut reloaded = Document::of(&after);
+        history.reload(&document, |document| rebase.document(document), &reloaded);
+        assert!(history.undo(&mut reloaded));
+        assert_eq!(reloaded, rebase.document(&document));
+        assert!(matches!(reloaded.lights[0].light.kind, LightKind::Point { .. }));
+
+        // The same lights and materials are no step.
+        let mut history = History::new(&Document::of(&after));
+        let same = Rebase::new(&after, &after);
+        history.reload(&Document::of(&after), |document| same.document(document), &Document::of(&after));
+        assert_eq!(history.depths(), [0, 0]);
+    }
+}

@@ -1,0 +1,224 @@
+//! The files that a scene was read from, and whether they still hold what was read.
+
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+/// Time of the last change and length. `None`: there is no such file.
+type Stamp = Option<(SystemTime, u64)>;
+
+/// What a look at the files found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Look {
+    /// They are as they were read.
+    AsRead,
+    /// They differ, and an earlier look has reported it.
+    Reported,
+    /// They differ from the last look: they may still be written.
+    Unsettled,
+    /// The scene's own file is gone, since before the last look.
+    Gone,
+    /// They hold something else, and held it at the last look.
+    Changed,
+}
+
+/// Files with their state when they were read.
+#[derive(Clone, Debug)]
+pub(super) struct Watch {
+    /// The scene's own file comes first. Empty for built-in scenes.
+    read: Vec<(PathBuf, Stamp)>,
+    seen: Vec<Stamp>,
+    /// What [`Self::look`] has reported last.
+    reported: Option<Vec<Stamp>>,
+}
+
+impl Watch {
+    /// The files that a scene is about to be read from. Taken before they are read, so that no change is missed.
+    pub(super) fn new(spec: &str) -> Self {
+        let read: Vec<_> = files(spec).into_iter().map(|file| (file.clone(), stamp(&file))).collect();
+        let seen = read.iter().map(|(_, stamp)| *stamp).collect();
+        Self { read, seen, reported: None }
+    }
+
+    /// Compares the files with what was read. Every other state is reported once, when two looks have seen it.
+    pub(super) fn look(&mut self) -> Look {
+        let now = self.now();
+        let is_settled = now == std::mem::replace(&mut self.seen, now.clone());
+        if self.is_read(&now) {
+            self.reported = None;
+            Look::AsRead
+        } else if self.reported.as_ref() == Some(&now) {
+            Look::Reported
+        } else if !is_settled {
+            Look::Unsettled
+        } else {
+            let is_gone = now[0].is_none();
+            self.reported = Some(now);
+            if is_gone { Look::Gone } else { Look::Changed }
+        }
+    }
+
+    /// Whether the files are as they were read, at this moment.
+    pub(super) fn is_as_read(&self) -> bool {
+        self.is_read(&self.now())
+    }
+
+    /// The state that was reported last counts as read: only another one is reported again.
+    pub(super) fn keep(&mut self) {
+        let reported = self.reported.take().unwrap_or_default();
+        for ((_, read), reported) in self.read.iter_mut().zip(reported) {
+            *read = reported;
+        }
+    }
+
+    /// Whether `path` is the scene's own file.
+    pub(super) fn is_own(&self, path: &Path) -> bool {
+        let own = self.read.first().map(|(own, _)| own);
+        own.is_some_and(|own| own == path || is_same_file(own, path))
+    }
+
+    /// The scene's own file has just been written from the scene as it is.
+    pub(super) fn take_own_as_read(&mut self) {
+        if let Some((own, read)) = self.read.first_mut() {
+            *read = stamp(own);
+        }
+    }
+
+    fn now(&self) -> Vec<Stamp> {
+        self.read.iter().map(|(file, _)| stamp(file)).collect()
+    }
+
+    fn is_read(&self, stamps: &[Stamp]) -> bool {
+        self.read.iter().map(|(_, read)| read).eq(stamps)
+    }
+}
+
+/// The files that a scene is made of, as far as they can be told.
+fn files(spec: &str) -> Vec<PathBuf> {
+    let file = Path::new(spec);
+    if !file.is_file() {
+        return Vec::new();
+    }
+    let mut files = vec![file.to_owned()];
+    let text = std::fs::read_to_string(file).unwrap_or_default();
+    let models = text.parse::<toml_edit::DocumentMut>().ok();
+    let models = models.as_ref().and_then(|toml| toml.get("model")?.as_array_of_tables());
+    let named = models.into_iter().flatten().filter_map(|model| model.get("file")?.as_str());
+    files.extend(named.map(|name| file.with_file_name(name)));
+    // Materials stand beside their model, under its name more often than not.
+    let materials: Vec<PathBuf> = files.iter().map(|file| file.with_extension("mtl")).collect();
+    files.extend(materials);
+    files
+}
+
+fn stamp(file: &Path) -> Stamp {
+    let about = std::fs::metadata(file).ok()?;
+    Some((about.modified().ok()?, about.len()))
+}
+
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs::{self, File};
+    use std::time::Duration;
+
+    use super::*;
+
+    /// A scene's file, watched. Times are set, so that no test waits for a clock.
+    struct Scene {
+        folder: tempfile::TempDir,
+        watch: Watch,
+    }
+
+    impl Scene {
+        fn new() -> Self {
+            let folder = tempfile::tempdir().unwrap();
+            write(&folder.path().join("s.toml"), "[[model]]\nfile = \"m.obj\"\n", 1);
+            write(&folder.path().join("m.obj"), "v 0 0 0\n", 1);
+            let watch = Watch::new(folder.path().join("s.toml").to_str().unwrap());
+            Self { folder, watch }
+        }
+
+        fn path(&self, name: &str) -> PathBuf {
+            self.folder.path().join(name)
+        }
+
+        fn looks(&mut self) -> [Look; 3] {
+            [(); 3].map(|()| self.watch.look())
+        }
+    }
+
+    fn write(path: &Path, text: &str, second: u64) {
+        fs::write(path, text).unwrap();
+        let time = SystemTime::UNIX_EPOCH + Duration::from_secs(second);
+        File::options().write(true).open(path).unwrap().set_modified(time).unwrap();
+    }
+
+    const REPORT: [Look; 3] = [Look::Unsettled, Look::Changed, Look::Reported];
+
+    #[test]
+    fn a_change_of_any_file_is_reported_once_when_it_has_settled() {
+        for name in ["s.toml", "m.obj", "m.mtl"] {
+            let mut scene = Scene::new();
+            assert_eq!(scene.looks(), [Look::AsRead; 3]);
+            write(&scene.path(name), "# other", 2);
+            assert_eq!(scene.looks(), REPORT, "{name}");
+            assert!(!scene.watch.is_as_read());
+            write(&scene.path(name), "# yet another", 2);
+            assert_eq!(scene.looks(), REPORT, "{name}, again");
+        }
+    }
+
+    #[test]
+    fn a_file_that_is_still_written_is_not_reported() {
+        let mut scene = Scene::new();
+        for second in 2..9 {
+            write(&scene.path("s.toml"), "[[model", second);
+            assert_eq!(scene.watch.look(), Look::Unsettled);
+        }
+        assert_eq!(scene.watch.look(), Look::Changed);
+    }
+
+    #[test]
+    fn a_file_that_goes_and_comes_back_the_same_has_not_changed() {
+        let mut scene = Scene::new();
+        fs::rename(scene.path("s.toml"), scene.path("away")).unwrap();
+        assert_eq!(scene.looks(), [Look::Unsettled, Look::Gone, Look::Reported]);
+        fs::rename(scene.path("away"), scene.path("s.toml")).unwrap();
+        assert_eq!(scene.looks(), [Look::AsRead; 3]);
+        fs::remove_file(scene.path("s.toml")).unwrap();
+        assert_eq!(scene.looks()[1], Look::Gone, "reported again");
+        write(&scene.path("s.toml"), "# other", 2);
+        assert_eq!(scene.looks(), REPORT);
+    }
+
+    #[test]
+    fn what_is_kept_or_saved_counts_as_read() {
+        let mut scene = Scene::new();
+        write(&scene.path("s.toml"), "# theirs", 2);
+        scene.looks();
+        // Written once more before the answer: that has not been reported.
+        write(&scene.path("s.toml"), "# theirs again", 3);
+        scene.watch.keep();
+        assert!(!scene.watch.is_as_read());
+        assert_eq!(scene.looks(), REPORT);
+        scene.watch.keep();
+        assert_eq!(scene.looks(), [Look::AsRead; 3]);
+        write(&scene.path("s.toml"), "# ours", 4);
+        scene.watch.take_own_as_read();
+        assert_eq!(scene.looks(), [Look::AsRead; 3]);
+        assert!(scene.watch.is_own(&scene.folder.path().join(".").join("s.toml")));
+        assert!(!scene.watch.is_own(&scene.path("m.obj")) && !scene.watch.is_own(&scene.path("none.toml")));
+    }
+
+    #[test]
+    fn built_in_scenes_have_no_files() {
+        let mut watch = Watch::new("box");
+        assert_eq!(watch.look(), Look::AsRead);
+        watch.take_own_as_read();
+        watch.keep();
+        assert!(watch.is_as_read() && !watch.is_own(Path::new("box")));
+    }
+}

@@ -1,0 +1,213 @@
+//! The scene's files change while the scene is open: nothing that was edited is lost.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use image::RgbImage;
+use lightpaths::scene::{LoadOptions, Scene};
+use tempfile::TempDir;
+
+use crate::client::Point;
+use crate::demo::{Demo, Stream};
+use crate::display::Display;
+use crate::keys;
+use crate::picture::changed_pixels;
+use crate::scenarios::{PICTURE, READY, SIDE, SOON, changed, close, settled};
+use crate::until;
+
+/// Where the answers stand.
+const RELOAD: Point = (90, 42);
+const KEEP_MINE: Point = (209, 42);
+const KEEP_BOTH: Point = (286, 42);
+
+const LOADED: &str = "lightpaths: s.toml has changed and was loaded again";
+const ASKED: &str = "lightpaths: s.toml has changed on disk; unsaved edits wait for an answer";
+const REFUSED: &str = "lightpaths: not loaded again: s.toml";
+
+const WHITE: &str = "[0.2, 0.2, 0.2]";
+const BLUE: &str = "[0.03, 0.03, 0.2]";
+const RED: &str = "[0.2, 0.03, 0.03]";
+
+/// A closed room, two metres each way.
+const ROOM: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
+f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 4 1 5 8\nf 2 3 7 6\n";
+
+fn scene(intensity: &str) -> String {
+    format!(
+        "[[model]]\nfile = \"room.obj\"\n[camera]\nposition = [0, 1, 0.9]\ntarget = [0, 1, 0]\n\
+         [[light]]\nname = \"lamp\"\nkind = \"point\"\nposition = [0.2, 1.6, 0.1]\nintensity = {intensity}\n\
+         [quality]\nentry_points = 2000\ncache_points = 200\ngather_rays = 16\ncells = 8\n"
+    )
+}
+
+/// A window on a scene of few light paths, in a folder of its own.
+struct Desk<'a> {
+    folder: TempDir,
+    demo: Demo<'a>,
+}
+
+impl<'a> Desk<'a> {
+    fn open(display: &'a Display) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("room.obj"), ROOM).unwrap();
+        std::fs::write(folder.path().join("s.toml"), scene(WHITE)).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
+        command.args(["demo", "s.toml", "--size", "512x512", "--validation"]).current_dir(folder.path());
+        let demo = Demo::run(Some(display), command);
+        demo.wait_for_line("lightpaths: ready", READY);
+        Self { folder, demo }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Does something that the window answers with a line.
+    fn answered(&self, line: &str, act: impl FnOnce()) {
+        let mark = self.demo.mark();
+        act();
+        self.demo.wait_for_line_since(mark, line, SOON);
+    }
+
+    fn write(&self, text: &str, line: &str) {
+        self.answered(line, || std::fs::write(self.path("s.toml"), text).unwrap());
+    }
+
+    /// Changes the scene so that it is loaded again.
+    fn reloads(&self, act: impl FnOnce()) {
+        let mark = self.demo.mark();
+        act();
+        self.demo.wait_for_line_since(mark, LOADED, SOON);
+        self.demo.wait_for_line_since(mark, "lightpaths: ready", READY);
+    }
+
+    fn answer(&self, answer: Point) {
+        until("question", SOON, || shows_question(&self.demo.capture()).then_some(()));
+        self.demo.client().click(1, answer);
+    }
+
+    fn undo(&self) {
+        self.demo.client().tap(&[keys::CONTROL], keys::of('z'));
+    }
+
+    fn save(&self) {
+        self.demo.client().tap(&[keys::CONTROL], keys::of('s'));
+    }
+
+    /// Lines so far that begin like this.
+    fn count(&self, line: &str) -> usize {
+        self.demo.lines(Stream::Err).iter().filter(|said| said.starts_with(line)).count()
+    }
+}
+
+/// Whether there is text in the colour of questions, which nothing in the room has.
+fn shows_question(window: &RgbImage) -> bool {
+    let part = image::imageops::crop_imm(window, 0, 0, SIDE, 40).to_image();
+    let is_orange = |[r, g, b]: [u8; 3]| r > 180 && (110..200).contains(&g) && b < 60;
+    part.pixels().filter(|pixel| is_orange(pixel.0)).count() > 100
+}
+
+fn is_blue(picture: &RgbImage) -> bool {
+    let [red, _, blue] = picture.get_pixel(SIDE / 2, 400).0.map(f64::from);
+    blue > 1.5 * red
+}
+
+fn same(a: &RgbImage, b: &RgbImage) -> bool {
+    changed_pixels(a, b, PICTURE, 0) == 0
+}
+
+fn lights(path: &Path) -> usize {
+    Scene::load(path.to_str().unwrap(), &LoadOptions::default()).unwrap().lights.len()
+}
+
+#[test]
+fn a_scene_without_edits_is_loaded_again_and_that_can_be_taken_back() {
+    let display = Display::start();
+    let desk = Desk::open(&display);
+    let before = settled(&desk.demo);
+    desk.write("[[model]\n", REFUSED);
+    assert!(same(&before, &settled(&desk.demo)), "what cannot be read changes nothing");
+    std::fs::rename(desk.path("s.toml"), desk.path("away")).unwrap();
+    desk.demo.wait_for_line("lightpaths: s.toml is gone", SOON);
+    assert!(same(&before, &settled(&desk.demo)), "nor does a file that is gone");
+
+    desk.reloads(|| std::fs::write(desk.path("s.toml"), scene(BLUE)).unwrap());
+    let blue = settled(&desk.demo);
+    assert!(is_blue(&blue) && !is_blue(&before));
+    desk.undo();
+    let undone = changed(&desk.demo, &blue);
+    assert!(same(&before, &undone), "lit as before");
+    desk.demo.client().tap(&[keys::CONTROL, keys::SHIFT], keys::of('z'));
+    assert!(same(&blue, &changed(&desk.demo, &undone)));
+    // That is how it is on disk: there is nothing to ask.
+    desk.reloads(|| std::fs::write(desk.path("room.obj"), format!("{ROOM}\n")).unwrap());
+    assert_eq!(desk.count(ASKED), 0);
+    close(&desk.demo);
+}
+
+#[test]
+fn edits_outlive_every_change_on_disk_until_there_is_an_answer() {
+    let display = Display::start();
+    let desk = Desk::open(&display);
+    let before = settled(&desk.demo);
+    desk.demo.client().tap(&[], keys::of('l'));
+    let mine = changed(&desk.demo, &before);
+    desk.write(&scene(BLUE), ASKED);
+    assert!(same(&mine, &settled(&desk.demo)), "nothing happens before there is an answer");
+    // Again, broken, mended, gone, there again.
+    desk.write(&scene(RED), ASKED);
+    desk.write("[[model]\n", REFUSED);
+    until("no question", SOON, || (!shows_question(&desk.demo.capture())).then_some(()));
+    desk.write(&scene(BLUE), ASKED);
+    desk.answered("lightpaths: s.toml is gone", || std::fs::remove_file(desk.path("s.toml")).unwrap());
+    desk.write(&scene(BLUE), ASKED);
+    assert!(same(&mine, &settled(&desk.demo)), "all that");
+
+    desk.answered("lightpaths: your edits are kept", || desk.answer(KEEP_MINE));
+    assert!(same(&mine, &settled(&desk.demo)) && !shows_question(&desk.demo.capture()));
+    assert_eq!(desk.count(LOADED), 0);
+
+    desk.write(&scene(BLUE), ASKED);
+    desk.reloads(|| desk.answer(KEEP_BOTH));
+    assert_eq!(lights(&desk.path("s-mine.toml")), 2, "mine, saved");
+    assert_eq!(std::fs::read_to_string(desk.path("s.toml")).unwrap(), scene(BLUE), "theirs, untouched");
+    let theirs = settled(&desk.demo);
+    assert!(is_blue(&theirs) && !shows_question(&theirs));
+
+    desk.undo();
+    assert!(same(&mine, &changed(&desk.demo, &theirs)), "mine is one step back");
+    desk.write(&scene(RED), ASKED);
+    desk.reloads(|| desk.answer(RELOAD));
+    let red = settled(&desk.demo);
+    desk.undo();
+    assert!(same(&mine, &changed(&desk.demo, &red)), "even what was discarded is one step back");
+    assert!(!desk.path("s-mine-002.toml").exists());
+    close(&desk.demo);
+}
+
+#[test]
+fn the_windows_own_save_is_no_change_and_replaces_nothing_unseen() {
+    let display = Display::start();
+    let desk = Desk::open(&display);
+    // Where the window saves the scene is the scene's own file.
+    std::os::unix::fs::symlink("s.toml", desk.path("s-edited.toml")).unwrap();
+    let before = settled(&desk.demo);
+    desk.demo.client().tap(&[], keys::of('l'));
+    changed(&desk.demo, &before);
+    desk.answered("lightpaths: saved s-edited.toml", || desk.save());
+    assert_eq!(lights(&desk.path("s.toml")), 2);
+    // What is saved is no unsaved edit.
+    desk.reloads(|| std::fs::write(desk.path("s.toml"), scene(BLUE)).unwrap());
+    assert_eq!((desk.count(LOADED), desk.count(ASKED)), (1, 0), "the own save is no change");
+
+    let blue = settled(&desk.demo);
+    desk.demo.client().tap(&[], keys::of('l'));
+    changed(&desk.demo, &blue);
+    desk.write(&scene(RED), ASKED);
+    desk.answered("lightpaths: s-edited.toml: has changed on disk", || desk.save());
+    assert_eq!(std::fs::read_to_string(desk.path("s.toml")).unwrap(), scene(RED), "theirs is still there");
+    desk.answered("lightpaths: your edits are kept", || desk.answer(KEEP_MINE));
+    desk.answered("lightpaths: saved s-edited.toml", || desk.save());
+    assert_eq!(lights(&desk.path("s.toml")), 2, "mine, knowingly");
+    close(&desk.demo);
+}

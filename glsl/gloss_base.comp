@@ -46,7 +46,7 @@ void main() {
     uint index = flat_invocation();
     if (index >= push.slot_count) return;
     GlossSlot slot = gloss_slots[index];
-    GlossFlux flux = gloss_flux_below(slot.cluster, slot.direction, push.part);
+    GlossFlux flux = gloss_flux_below(slot.cluster, slot.direction, push.part, hash(index, 0u));
     bool adds = push.part.adds != 0u;
     light_slots_0[index] = flux.of_light[0] + (adds ? light_slots_0[index] : vec3(0.0));
     if (LIGHTS == 1u) return;

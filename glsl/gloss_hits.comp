@@ -1,6 +1,7 @@
 // Shining pixels, step 4: what the rays of a sample find on surfaces that shine themselves: π times what these send back by their Phong
 // lobes, summed by the rays' weights; of a light, or of each of four, per unit of its emission: of what comes straight from it, or from
-// surfaces. Too few rays meet such surfaces to prepare directions for them. Deterministic. One invocation = one sample. In: rays, beams of a light, or deposits and
+// surfaces. Rays that read a slot of the gather rays are left out; the others meet lobes that the slots blur, or are too few to prepare
+// directions for them. Deterministic. One invocation = one sample. In: rays, beams of a light, or deposits and
 // what paths carry on of it. Out: W/m².
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -62,10 +63,12 @@ void main() {
     }
     for (uint i = index * LOBE_RAYS; i < (index + 1u) * LOBE_RAYS; ++i) {
         GlossRay ray = gloss_rays[i];
-        if (ray.target == NO_TARGET) continue;
+        if (ray.target == NO_TARGET || ray.slot != NO_SLOT) continue;
         if (!has_lobe(materials[ray.target >> push.cluster_bits])) continue;
         uint cluster = ray.target & ((1u << push.cluster_bits) - 1u);
-        GlossFlux flux = gloss_flux_below(cluster, unpack_direction(ray.direction), push.part);
+        GlossPart part = push.part;
+        if (part.most != 0u) part.most = vertices_for(materials[ray.target >> push.cluster_bits].exponent);
+        GlossFlux flux = gloss_flux_below(cluster, unpack_direction(ray.direction), part, hash(i, 1u));
         vec3 weight = vec3(ray.weight * inverse_areas[cluster]);
         for (uint light = 0u; light < LIGHTS; ++light) add(sum.of_light[light], weight, flux.of_light[light]);
     }

@@ -11,6 +11,7 @@
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
+#include "include/gloss.glsl"
 #include "include/gloss_rays.glsl"
 #include "include/colour.glsl"
 
@@ -34,6 +35,9 @@ layout(scalar, binding = 7) readonly buffer GlossHits { vec3 gloss_hits[]; };  /
 layout(scalar, binding = 8) readonly buffer Highlights { vec3 highlights[]; };  // of each sample, per unit of specular albedo, W/m²/sr
 layout(scalar, binding = 9) writeonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
 layout(scalar, binding = 10) readonly buffer GlossColours { uint gloss_colours[]; };  // of rays, packed; only in scenes with images
+layout(scalar, binding = 11) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
+layout(scalar, binding = 12) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
+layout(scalar, binding = 13) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };  // of each slot, W
 layout(scalar, push_constant) uniform Push { GlossPixelsPush push; };
 
 #include "include/surfaces.glsl"
@@ -53,6 +57,7 @@ void main() {
         Reflectance material = materials[ray.target >> push.cluster_bits];
         vec3 radiosity = material.diffuse * irradiance[cluster];
         if (HAS_TEXTURES != 0u) radiosity *= unpack_colour(gloss_colours[i]);
+        if (ray.slot != NO_SLOT) radiosity += inverse_areas[gloss_slots[ray.slot].cluster] * gloss_fluxes[ray.slot];
         sum += ray.weight * radiosity;
     }
     vec3 direct = vec3(0.0);

@@ -13,6 +13,7 @@
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
 #include "include/gloss_rays.glsl"
+#include "include/directions.glsl"
 #include "include/colour.glsl"
 
 layout(local_size_x = 64) in;
@@ -26,6 +27,9 @@ struct GlossRaysPush {
     uint seed;
     uint cluster_bits;         // width of the cluster field in GlossRay.target
     float least_entry_points;  // clusters with fewer of them are not trusted
+    uint traces;               // 0: the picture is direct light alone, and no ray is traced
+    uint side;                 // outgoing directions of clusters along an edge of their square
+    float most_exponent;       // of a lobe that these resolve
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -43,9 +47,11 @@ layout(scalar, binding = 11) writeonly buffer GlossSamples { PixelSurface gloss_
 layout(scalar, binding = 12) writeonly buffer GlossRays { GlossRay gloss_rays[]; };
 layout(scalar, binding = 13) writeonly buffer GlossColours { uint gloss_colours[]; };  // of the image at each ray's hit, packed
 layout(scalar, binding = 14) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
-layout(scalar, binding = 15) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
-layout(scalar, binding = 16) readonly buffer Textures { Texture textures[]; };
-layout(scalar, binding = 17) readonly buffer Texels { uint texels[]; };
+layout(scalar, binding = 15) readonly buffer FirstReads { uint first_reads[]; };  // of each cluster in `slot_reads`, and the end
+layout(scalar, binding = 16) readonly buffer SlotReads { uvec2 slot_reads[]; };   // direction and slot, in order
+layout(scalar, binding = 17) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
+layout(scalar, binding = 18) readonly buffer Textures { Texture textures[]; };
+layout(scalar, binding = 19) readonly buffer Texels { uint texels[]; };
 layout(scalar, push_constant) uniform Push { GlossRaysPush push; };
 
 #include "include/triangles.glsl"
@@ -58,6 +64,27 @@ layout(scalar, push_constant) uniform Push { GlossRaysPush push; };
 
 uint material_of(uint side) { return surface_at(side >> 1).material; }
 
+// Where a ray begins to look for a slot that gather rays read: at a cluster of that share of its footprint, because theirs may be smaller.
+const float FINER = 0.25;
+// And how many levels it climbs from there.
+const uint CLIMB = 5u;
+
+// The slot of a cluster, or of one above it, that holds what it sends towards a direction; NO_SLOT: there is none.
+uint slot_towards(uint cluster, vec3 toward) {
+    uint bin = direction_bin(toward, push.side);
+    for (uint level = 0u; level <= CLIMB && cluster != NO_CLUSTER; ++level) {
+        uvec2 range = uvec2(first_reads[cluster], first_reads[cluster + 1u]);
+        while (range.x < range.y) {
+            uint middle = (range.x + range.y) / 2u;
+            uvec2 read = slot_reads[middle];
+            if (read.x == bin) return read.y;
+            if (read.x < bin) range.x = middle + 1u; else range.y = middle;
+        }
+        cluster = links[cluster].parent;
+    }
+    return NO_SLOT;
+}
+
 // Ray number `index`, from a point that the camera sees; `rays` of them share the pixel's lobe.
 GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
     vec3 geometric = surface_at(point.side >> 1).normal;
@@ -67,15 +94,17 @@ GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
     vec3 direction = sample_phong_lobe(mirror, exponent, u);
     float cosine = dot(direction, point.normal);
 
-    GlossRay ray = GlossRay(NO_TARGET, 0.0, pack_direction(-direction));
+    GlossRay ray = GlossRay(NO_TARGET, 0.0, pack_direction(-direction), NO_SLOT);
     Hit hit;
-    if (cosine > 0.0 && dot(direction, geometric) > 0.0
+    if (push.traces != 0u && cosine > 0.0 && dot(direction, geometric) > 0.0
         && trace(Ray(offset_origin(point.position, geometric), direction, 1e30), false, hit)) {
         // The lobe's solid angle, 2π/(n+1), divided among its rays; half as wide, because they do not divide it evenly.
         float footprint = 0.5 * hit.t * sqrt(2.0 * PI / ((exponent + 1.0) * float(rays)));
         uint cluster = cluster_for(hit, direction, footprint);
         uint material = surface_at(hit.triangle).material;
         if (cluster != NO_CLUSTER) ray.target = cluster | (material << push.cluster_bits);
+        bool is_broad = has_lobe(materials[material]) && materials[material].exponent <= push.most_exponent;
+        if (is_broad && cluster != NO_CLUSTER) ray.slot = slot_towards(cluster_for(hit, direction, FINER * footprint), -direction);
         if (HAS_TEXTURES != 0u) gloss_colours[index] = pack_colour(image_at(material, hit.triangle, hit.barycentric));
         ray.weight = cosine * (exponent + 2.0) / (exponent + 1.0);
     }

@@ -105,7 +105,8 @@ void main() {
     barrier();
     if (is_due) {
         uint index = shadow_pixels[own];
-        bool is_traced = edge_numbers[index] != NO_EDGE || is_curved(pixel_surface_at(Pixels, index));
+        vec2 corner = vec2(in_rows(index, push.view.width));
+        bool is_traced = edge_numbers[index] != NO_EDGE || is_sampled_by_rays(push.view, corner, pixel_surface_at(Pixels, index));
         if (is_traced) due[atomicAdd(due_count, 1u)] = own;
         else shaft_roots[own * SHAFT_WORDS] = 0u;
     }

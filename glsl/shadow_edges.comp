@@ -1,6 +1,6 @@
 // Antialiasing of a light, step 3: at the pixels across which its light changes much, the mean of the light over samples
-// spread over the pixel. On a flat surface they lie on the plane that its centre sees and take no camera ray; on a curved one
-// that plane would hide them behind the surface. At edge pixels that need more samples, those, each in the slot that it resembles.
+// spread over the pixel. Where one flat triangle fills the pixel they lie on its plane and take no camera ray; elsewhere that plane
+// would hide them behind the surface. At edge pixels that need more samples, those, each in the slot that it resembles.
 // Deterministic. Sixteen invocations = one pixel. In: camera, scene, pixels, the light. Out: its layer at these pixels.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -126,7 +126,7 @@ void main() {
     vec4 sum = vec4(0.0);
     PixelSurface own = pixel_surface_at(Pixels, index);
     vec3 own_normal = facing_normal(own.side);
-    bool is_traced = is_edge || is_curved(own);
+    bool is_traced = is_edge || is_sampled_by_rays(view, corner, own);
     LightSource light = of_kind(light_at(Lights, push.light));
     uint end = end_of_kind(push.first_sample, push.end_sample);
     for (uint i = before + lane; i < count && place < listed; i += LANES) {

@@ -48,6 +48,16 @@ pub enum Error {
         /// The last pass recorded, when the device was lost.
         pass: Option<String>,
     },
+    /// A picture that came out with values that are no numbers, or infinite.
+    #[error(
+        "{odd} of the picture's {of} values are not finite, and it was not written: this is a fault of the program or the driver; please report the scene and the command"
+    )]
+    NotFinite {
+        /// Values that are not finite.
+        odd: usize,
+        /// All values.
+        of: usize,
+    },
     /// A comparison that the caller asked to be judged came out above its bound.
     #[error("{0}")]
     Comparison(String),
@@ -91,13 +101,13 @@ impl Error {
         }
     }
 
-    /// The process exit code: 1 comparison failed, 2 bad input, 3 no device or display, 4 device failure.
+    /// The process exit code: 1 comparison failed, 2 bad input, 3 no device or display, 4 device failure or a picture that is none.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Comparison(_) => 1,
             Self::Usage(_) | Self::Input { .. } | Self::Output { .. } => 2,
             Self::NoDevice(_) | Self::NoDisplay(_) => 3,
-            Self::OutOfMemory(_) | Self::Vulkan { .. } => 4,
+            Self::OutOfMemory(_) | Self::Vulkan { .. } | Self::NotFinite { .. } => 4,
         }
     }
 }

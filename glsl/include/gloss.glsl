@@ -32,6 +32,11 @@ struct GlossSlot {
 
 const uint NO_ENTRY = 0xffffffffu;
 
+// How many vertices tell well enough what a lobe of that exponent sends; 0: all are needed. Twin of `vertices_for` in src/passes/frame/gloss.rs.
+uint vertices_for(float exponent) {
+    return exponent > 100.0 ? 0u : uint(ceil(4.0 * sqrt(exponent + 1.0)));
+}
+
 // π times the Phong lobe's share of the BRDF.
 vec3 lobe_share(Reflectance material, vec3 mirror, vec3 toward) {
     return material.specular * (0.5 * (material.exponent + 2.0) * phong_lobe(mirror, toward, material.exponent));

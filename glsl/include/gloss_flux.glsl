@@ -9,6 +9,7 @@ struct GlossPart {
     uint first;       // vertex
     uint end;         // vertex; bounds the work of an invocation
     uint adds;        // 1: to what was found so far
+    uint most;        // vertices below a cluster at most; where it has more, some of them stand for all. 0: all are asked
 };
 
 // What is sent of one light, or of each of four.
@@ -23,13 +24,14 @@ void add(inout vec3 sum, vec3 first, vec3 second) {
 }
 
 // π times the lobes' radiance, times the cluster's area, W per unit of a light's emission: of light straight from it (ENTRY_POINTS == 1)
-// or from surfaces, at a run of deposits, added up. `shift` turns the index of a deposit into that of its vertex; in a whole all of each counts.
-void add_gloss_flux(inout GlossFlux flux, uvec2 run, bool is_whole, uint shift, vec3 toward, GlossPart part) {
-    for (uint i = run.x; i < run.y; ++i) {
+// or from surfaces, at every `step`th of a run of deposits, each of which stands for `area_m2`, added up. `shift` turns the index of a deposit
+// into that of its vertex; in a whole all of each counts.
+void add_gloss_flux(inout GlossFlux flux, uvec2 run, uint step, float area_m2, bool is_whole, uint shift, vec3 toward, GlossPart part) {
+    for (uint i = run.x; i < run.y; i += step) {
         GlossVertex vertex = gloss_vertices[i + shift];
         Reflectance material = materials[vertex.material];
         Deposit deposit = deposits[i];
-        vec3 throughput = part.area_m2 * share_of(deposit, is_whole) * deposit.throughput;
+        vec3 throughput = area_m2 * share_of(deposit, is_whole) * deposit.throughput;
         if (ENTRY_POINTS == 0u) {
             vec3 share = throughput * lobe_share(material, vertex.mirror, toward);
             uint path = path_of(deposit);
@@ -48,18 +50,36 @@ void add_gloss_flux(inout GlossFlux flux, uvec2 run, bool is_whole, uint shift, 
     }
 }
 
-// The same of the part below a cluster.
-GlossFlux gloss_flux_below(uint cluster, vec3 toward, GlossPart part) {
+// Base clusters that are gone through for each vertex that is asked, where not all are.
+const uint BASES = 4u;
+
+// The same of the part below a cluster. Where not all vertices are asked, every so manieth is, from a first one that `seed` names.
+GlossFlux gloss_flux_below(uint cluster, vec3 toward, GlossPart part, uint seed) {
     GlossFlux flux = GlossFlux(vec3[4](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0)));
+    uvec2 bases = base_ranges[cluster];
+    uint base_step = 1u;
+    uint step = 1u;
+    if (part.most != 0u) {
+        base_step = max(1u, (bases.y - bases.x) / (BASES * part.most));
+        // Deposits stand in the order of their base clusters.
+        uint deposit_count = deposit_runs[bases.y - 1u].end - deposit_runs[bases.x].first;
+        step = max(1u, deposit_count / (base_step * part.most));
+    }
+    bool is_sampled = base_step * step > 1u;
+    // They are so few that the first part takes them all.
+    if (is_sampled && part.first != 0u) return flux;
+    uint first_asked = seed % step;
+    float area_m2 = part.area_m2 * float(base_step * step);
     uint passed = 0u;
-    for (uint base = base_ranges[cluster].x; base < base_ranges[cluster].y; ++base) {
+    for (uint base = bases.x + (seed >> 16) % base_step; base < bases.y; base += base_step) {
         uint shift = gloss_shifts[base];
         if (shift == NO_ENTRY) continue;
         DepositRun deposits_here = deposit_runs[base];
         uint first = ENTRY_POINTS == 1u ? deposits_here.first : deposits_here.first_other;
         uint count = (ENTRY_POINTS == 1u ? deposits_here.first_other : deposits_here.end) - first;
         uvec2 run = clamp(uvec2(part.first, part.end), passed, passed + count) - passed;
-        add_gloss_flux(flux, first + run, deposits_here.is_whole != 0u, shift, toward, part);
+        if (is_sampled) run = uvec2((first_asked + step - passed % step) % step, count);
+        add_gloss_flux(flux, first + run, step, area_m2, deposits_here.is_whole != 0u, shift, toward, part);
         passed += count;
     }
     return flux;

@@ -5,7 +5,10 @@ struct GlossRay {
     uint target;     // cluster | material << cluster_bits; NO_TARGET where the ray left the scene
     float weight;    // (n+2)/(n+1)·cosθ
     uint direction;  // unit direction back towards the pixel, octahedral, two 16-bit integers
+    uint slot;       // that has what the surface there sends back by its lobe; NO_SLOT: its vertices are asked
 };
+
+const uint NO_SLOT = 0xffffffffu;
 
 // What a pixel shines, W/m²/sr.
 struct GlossShine {

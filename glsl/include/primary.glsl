@@ -30,18 +30,42 @@ PixelSurface seen_through(View view, vec2 point) {
 const float FLAT = 0.99999;
 bool is_curved(PixelSurface found) { return dot(found.normal, facing_normal(found.side)) < FLAT; }
 
-// The same where it is known which side the ray meets, without a ray: needs nothing of bvh.glsl but hit_position.
-PixelSurface seen_on(View view, vec2 point, uint side) {
-    vec3 direction = direction_through(view, point);
-    uint triangle = side >> 1;
+// Where the ray of an image point meets a triangle's plane, inside the triangle or not. No ray is traced.
+Hit hit_on_plane(View view, vec3 direction, uint triangle) {
     Corners corners = corners_of(triangle);
-    Surface surface = surface_at(triangle);
     vec3 across = cross(corners.p1 - corners.p0, corners.p2 - corners.p0);
     float t = dot(across, corners.p0 - view.position) / dot(across, direction);
     vec3 from_p0 = view.position - corners.p0 + t * direction;
     vec2 weights = vec2(dot(cross(from_p0, corners.p2 - corners.p0), across), dot(cross(corners.p1 - corners.p0, from_p0), across))
                  / dot(across, across);
-    Hit hit = Hit(t, triangle, vec3(1.0 - weights.x - weights.y, weights));
+    return Hit(t, triangle, vec3(1.0 - weights.x - weights.y, weights));
+}
+
+// Whether all rays through a pixel pass through the triangle of a side, by the pixel's corners: a triangle is convex.
+bool fills_pixel(View view, vec2 corner, uint side) {
+    bool fills = true;
+    for (uint i = 0u; i < 4u; ++i) {
+        Hit hit = hit_on_plane(view, direction_through(view, corner + vec2(i & 1u, i >> 1)), side >> 1);
+        vec3 weights = hit.barycentric;
+        // Not a number, and so false, where the ray runs along the plane.
+        fills = fills && hit.t > 0.0 && min(weights.x, min(weights.y, weights.z)) >= 0.0;
+    }
+    return fills;
+}
+
+// Whether samples of a pixel that shows no edge take camera rays: where the surface is curved, and where they may see more than one
+// triangle. The plane of one facet runs behind the next where the two meet concavely, and that one would shadow it.
+bool is_sampled_by_rays(View view, vec2 corner, PixelSurface found) {
+    return found.side != NO_SIDE && (is_curved(found) || !fills_pixel(view, corner, found.side));
+}
+
+// The same where it is known which side the ray meets, without a ray: needs nothing of bvh.glsl but hit_position.
+PixelSurface seen_on(View view, vec2 point, uint side) {
+    vec3 direction = direction_through(view, point);
+    uint triangle = side >> 1;
+    Surface surface = surface_at(triangle);
+    Hit hit = hit_on_plane(view, direction, triangle);
+    float t = hit.t;
     vec3 normal = normalize(hit.barycentric.x * surface.n0 + hit.barycentric.y * surface.n1 + hit.barycentric.z * surface.n2);
     return PixelSurface(hit_position(hit), side, (side & 1u) != 0u ? -normal : normal, view.pixel_area * t * t);
 }

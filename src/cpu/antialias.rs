@@ -1,6 +1,6 @@
 //! Twin of the antialiasing: which pixels show an edge, and what their samples see.
 
-use crate::cpu::primary::{Seen, seen_through};
+use crate::cpu::primary::{Seen, direction_through, seen_through};
 use crate::cpu::rays::Geometry;
 use crate::cpu::records::FACETS_ALIKE;
 use crate::cpu::sampling::sample_3d;
@@ -227,8 +227,24 @@ pub fn source(
 /// Cosine between shading and geometric normal below which a surface is curved.
 const FLAT: f64 = 0.99999;
 
+/// Whether all rays through a pixel pass through the triangle of a side, by the pixel's corners.
+fn fills_pixel(geometry: Geometry<'_>, view: &View, pixel: u32, side: u32) -> bool {
+    let [p0, p1, p2] = geometry.triangles[side as usize / 2].positions.map(Vec3::as_dvec3);
+    let across = (p1 - p0).cross(p2 - p0);
+    let eye = view.position.as_dvec3();
+    (0..4).all(|i| {
+        let point = [pixel % view.width + (i & 1), pixel / view.width + (i >> 1)].map(f64::from);
+        let direction = direction_through(view, point.into());
+        let t = across.dot(p0 - eye) / across.dot(direction);
+        let from_p0 = eye - p0 + t * direction;
+        let weights = [from_p0.cross(p2 - p0), (p1 - p0).cross(from_p0)]
+            .map(|part| part.dot(across) / across.length_squared());
+        t > 0.0 && weights[0] >= 0.0 && weights[1] >= 0.0 && weights[0] + weights[1] <= 1.0
+    })
+}
+
 /// What sample number `sample` of a pixel at a shadow's edge lights: where its ray meets the plane that the pixel's centre sees
-/// (the centre where it grazes that plane), or what the ray sees where the surface is curved.
+/// (the centre where it grazes that plane), or what the ray sees where the surface is curved or more than one triangle shows.
 pub fn shadow_sample(
     geometry: Geometry<'_>,
     view: &View,
@@ -237,7 +253,7 @@ pub fn shadow_sample(
     number: u32,
 ) -> Option<PixelSurface> {
     let normal = geometry.normal(centre.side).as_dvec3();
-    if centre.normal.as_dvec3().dot(normal) < FLAT {
+    if centre.normal.as_dvec3().dot(normal) < FLAT || !fills_pixel(geometry, view, pixel, centre.side) {
         let surface = |seen: Seen| PixelSurface {
             position: seen.hit.position.as_vec3(),
             side: seen.side,
@@ -247,11 +263,8 @@ pub fn shadow_sample(
         return sample(geometry, view, pixel, number).map(surface);
     }
     let corner = Vec3::new((pixel % view.width) as f32, (pixel / view.width) as f32, 0.0);
-    let point = (corner + sample_3d(number, pixel)).as_dvec3();
-    let across = point.x / f64::from(view.width) * 2.0 - 1.0;
-    let down = point.y / f64::from(view.height) * 2.0 - 1.0;
-    let [right, up, forward] = [view.right, view.up, view.forward].map(Vec3::as_dvec3);
-    let direction = forward + across * right - down * up;
+    let direction = direction_through(view, (corner + sample_3d(number, pixel)).as_dvec3().truncate());
+    let forward = view.forward.as_dvec3();
     let eye = view.position.as_dvec3();
     let to_centre = centre.position.as_dvec3() - eye;
     let depth = to_centre.dot(forward);

@@ -10,6 +10,7 @@ pub use photon_mapper::PhotonMapper;
 pub use traced_scene::{FirstHits, TracedScene};
 
 use crate::error::Result;
+use std::time::Instant;
 
 /// What a reference renderer has found so far: mean radiance of each pixel, W/m²/sr, row by row from the top, linear Rec.709.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +32,10 @@ pub trait Progressive {
     /// # Errors
     /// The device lacks memory or failed.
     fn add_samples(&mut self, per_pixel: u32) -> Result<()>;
-    /// Samples of each pixel so far.
+    /// When the time is up: [`Self::add_samples`] then takes no more than one sample of each pixel, cut short, and none where there is
+    /// one already. `None`: never.
+    fn set_deadline(&mut self, deadline: Option<Instant>);
+    /// Samples of each pixel so far, at the least.
     fn samples(&self) -> u32;
     /// Samples that share a cost: any number up to the next multiple takes about as long.
     fn round(&self) -> u32 {

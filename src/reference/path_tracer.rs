@@ -3,15 +3,16 @@
 use super::{Picture, Progressive, TracedScene};
 use crate::cpu::sampling::hash_pair;
 use crate::error::{Error, Result};
-use crate::gpu::Context;
+use crate::gpu::{Buffer, Context};
 use crate::metrics::half_noise;
 use crate::passes::precompute::{Chunks, Progress};
 use crate::passes::reference::path_trace::{
-    Accumulators, Job, PathTrace, RadianceSum, SampleMoments, TILE_LIMIT,
+    Accumulators, Job, PathTrace, RadianceSum, SampleMoments, TILE_LIMIT, TracedPath,
 };
 use crate::scene::Scene;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// Pixels whose worth of doubt the scale of the variance starts from, so that images of few pixels do not swing it.
 const SCALE_PRIOR: f64 = 16.0;
@@ -23,20 +24,31 @@ pub struct PathTracer {
     halves: [Half; 2],
     chunks: Chunks,
     device_ms: f64,
+    deadline: Option<Instant>,
 }
 
 /// One sequence of samples.
 struct Half {
     sums: Accumulators,
     seed: u32,
+    /// Of each pixel; where there is a cut, of the pixel with the fewest.
     samples: u32,
+    cut: Option<Cut>,
 }
 
-/// What was read back of a half.
+/// Where a half stood when the time was up.
+struct Cut {
+    /// Samples of each pixel, the unfinished ones included.
+    samples: Vec<u32>,
+    /// Pixels whose only sample is not finished, and what its path had found by then: direct and indirect light.
+    unfinished: Vec<(u32, [DVec3; 2])>,
+}
+
+/// What was read back of a half: sums of radiance and numbers of samples, pixel by pixel.
 struct Sums {
-    direct: Vec<RadianceSum>,
-    indirect: Vec<RadianceSum>,
-    samples: f64,
+    direct: Vec<DVec3>,
+    indirect: Vec<DVec3>,
+    samples: Vec<f64>,
 }
 
 impl PathTracer {
@@ -49,13 +61,15 @@ impl PathTracer {
         let scene = TracedScene::new(context, scene)?;
         let half = |number| {
             let sums = Accumulators::new(context, scene.pixel_count())?;
-            Ok(Half { sums, seed: hash_pair(scene.scene.quality.seed, number), samples: 0 })
+            let seed = hash_pair(scene.scene.quality.seed, number);
+            Ok(Half { sums, seed, samples: 0, cut: None })
         };
         Ok(Self {
             pass: PathTrace::new(context, &scene.buffers, &scene.view)?,
             halves: [half(0)?, half(1)?],
             chunks: Chunks::new(4, TILE_LIMIT),
             device_ms: 0.0,
+            deadline: None,
             scene,
         })
     }
@@ -69,19 +83,83 @@ impl PathTracer {
     }
 
     fn sums(&self) -> Result<[Sums; 2]> {
-        let read = |half: &Half| {
-            let (direct, indirect) = (half.sums.direct.read()?, half.sums.indirect.read()?);
-            Ok(Sums { direct, indirect, samples: f64::from(half.samples) })
+        Ok([self.halves[0].read()?, self.halves[1].read()?])
+    }
+
+    fn is_late(&self) -> bool {
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
+    /// Takes the samples of a half up to `goal` in each pixel, or fewer where the time is up: then that half is cut.
+    fn advance(&mut self, number: usize, goal: u32) -> Result<()> {
+        let half = &mut self.halves[number];
+        let (scene, from) = (&self.scene, half.samples);
+        let job = Job { scene: scene.lit(), view: &scene.view, seed: half.seed, sums: &half.sums };
+        let mut cut = Cut { samples: vec![goal; scene.pixel_count() as usize], unfinished: Vec::new() };
+        let mut is_cut = false;
+        self.chunks.run(PathTrace::tiles(&scene.view), |first, count| {
+            let tiles = first..first + count;
+            let is_late = self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
+            is_cut |= is_late;
+            // Every pixel gets one sample at the least.
+            let goal = if is_late { goal.min(from.max(1)) } else { goal };
+            let ran = self.pass.run(job, tiles.clone(), from..goal, self.deadline)?;
+            self.device_ms += ran.ms;
+            if is_late || !ran.is_complete {
+                PathTrace::pixels(&scene.view, tiles.clone())
+                    .flatten()
+                    .for_each(|pixel| cut.samples[pixel as usize] = goal);
+            }
+            if !ran.is_complete {
+                is_cut = true;
+                self.pass.standing(&scene.view, tiles)?.iter().for_each(|standing| cut.stop(standing));
+            }
+            Ok(ran.longest_ms)
+        })?;
+        half.samples = goal;
+        if is_cut {
+            half.samples = cut.samples.iter().copied().min().unwrap_or(goal);
+            half.cut = Some(cut);
+        }
+        Ok(())
+    }
+}
+
+impl Cut {
+    /// Takes a path that is not followed any further. Where it is the pixel's only one it counts as it stands: light that it would have
+    /// found later is missing.
+    fn stop(&mut self, (pixel, path): &(u32, TracedPath)) {
+        let samples = &mut self.samples[*pixel as usize];
+        if path.sample_index == 0 && *samples > 0 {
+            let found = [path.direct, path.indirect].map(Vec3::as_dvec3);
+            self.unfinished.push((*pixel, if path.depth > 0 { found } else { [DVec3::ZERO; 2] }));
+        }
+        *samples = path.sample_index.max(1).min(*samples);
+    }
+}
+
+impl Half {
+    fn read(&self) -> Result<Sums> {
+        let values = |sums: &Buffer| -> Result<Vec<DVec3>> {
+            Ok(sums.read::<RadianceSum>()?.iter().map(RadianceSum::value).collect())
         };
-        Ok([read(&self.halves[0])?, read(&self.halves[1])?])
+        let (mut direct, mut indirect) = (values(&self.sums.direct)?, values(&self.sums.indirect)?);
+        let Some(cut) = &self.cut else {
+            let samples = vec![f64::from(self.samples); direct.len()];
+            return Ok(Sums { direct, indirect, samples });
+        };
+        for &(pixel, found) in &cut.unfinished {
+            direct[pixel as usize] += found[0];
+            indirect[pixel as usize] += found[1];
+        }
+        Ok(Sums { direct, indirect, samples: cut.samples.iter().copied().map(f64::from).collect() })
     }
 }
 
 impl Sums {
     fn means(&self) -> Vec<DVec3> {
-        let samples = self.samples.max(1.0);
-        let both = self.direct.iter().zip(&self.indirect);
-        both.map(|(direct, indirect)| (direct.value() + indirect.value()) / samples).collect()
+        let both = self.direct.iter().zip(&self.indirect).zip(&self.samples);
+        both.map(|((direct, indirect), samples)| (direct + indirect) / samples.max(1.0)).collect()
     }
 }
 
@@ -93,17 +171,19 @@ impl Progressive for PathTracer {
     /// In turn for the two halves.
     fn add_samples(&mut self, per_pixel: u32) -> Result<()> {
         let total = self.samples() + per_pixel;
-        let (scene, tiles) = (&self.scene, PathTrace::tiles(&self.scene.view));
-        for (half, goal) in self.halves.iter_mut().zip([total.div_ceil(2), total / 2]) {
-            let job = Job { scene: scene.lit(), view: &scene.view, seed: half.seed, sums: &half.sums };
-            self.chunks.run(tiles, |first, count| {
-                let [ms, longest] = self.pass.run(job, first..first + count, half.samples..goal)?;
-                self.device_ms += ms;
-                Ok(longest)
-            })?;
-            half.samples = goal;
+        for (number, goal) in [(0, total.div_ceil(2)), (1, total / 2)] {
+            let is_first = number == 0 && self.halves[number].samples == 0;
+            // After a cut the halves are not in step.
+            if self.halves.iter().any(|half| half.cut.is_some()) || (self.is_late() && !is_first) {
+                break;
+            }
+            self.advance(number, goal)?;
         }
         Ok(())
+    }
+
+    fn set_deadline(&mut self, deadline: Option<Instant>) {
+        self.deadline = deadline;
     }
 
     fn samples(&self) -> u32 {
@@ -129,9 +209,10 @@ impl Progressive for PathTracer {
 
     fn picture(&self) -> Result<Picture> {
         let [a, b] = self.sums()?;
-        let total = (a.samples + b.samples).max(1.0);
-        let mean = |of: fn(&Sums) -> &[RadianceSum]| -> Vec<DVec3> {
-            of(&a).iter().zip(of(&b)).map(|(a, b)| (a.value() + b.value()) / total).collect()
+        let totals = a.samples.iter().zip(&b.samples).map(|(a, b)| (a + b).max(1.0));
+        let totals: Vec<f64> = totals.collect();
+        let mean = |of: fn(&Sums) -> &[DVec3]| -> Vec<DVec3> {
+            of(&a).iter().zip(of(&b)).zip(&totals).map(|((a, b), total)| (a + b) / total).collect()
         };
         let (direct, indirect) = (mean(|sums| &sums.direct), mean(|sums| &sums.indirect));
         let beauty = direct.iter().zip(&indirect).map(|(direct, indirect)| rounded(direct + indirect));
@@ -150,12 +231,12 @@ impl Progressive for PathTracer {
         if self.halves[1].samples < 2 {
             return Err(Error::Usage("the variance needs at least four samples of each pixel".into()));
         }
-        let [a, b] = self.sums()?.map(|sums| sums.means());
+        let sums = self.sums()?;
+        let [a, b] = [sums[0].means(), sums[1].means()];
         let mut spread = vec![DVec3::ZERO; a.len()];
-        for half in &self.halves {
+        for (half, sums) in self.halves.iter().zip(&sums) {
             let moments: Vec<SampleMoments> = half.sums.moments.read()?;
-            let samples = f64::from(half.samples);
-            for (spread, pixel) in spread.iter_mut().zip(&moments) {
+            for ((spread, pixel), samples) in spread.iter_mut().zip(&moments).zip(&sums.samples) {
                 // A quarter: of the mean of two halves, which differ by one sample at most.
                 *spread += 0.25 * pixel.squares.as_dvec3() / (samples * (samples - 1.0));
             }

@@ -20,6 +20,7 @@ use crate::scene::Scene;
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// Photon paths of a map; fewer where their photons would not fit.
 const PATHS: u32 = 1 << 17;
@@ -61,6 +62,7 @@ pub struct PhotonMapper {
     slots: u32,
     samples: u32,
     device_ms: f64,
+    deadline: Option<Instant>,
 }
 
 /// One sequence of photons and samples.
@@ -109,6 +111,7 @@ impl PhotonMapper {
             slots: 0,
             samples: 0,
             device_ms: 0.0,
+            deadline: None,
             scene,
         })
     }
@@ -215,12 +218,17 @@ impl Progressive for PhotonMapper {
         let goal = self.samples + per_pixel;
         let samples_a_map = self.samples_a_map();
         while self.samples < goal {
+            let is_late = self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
+            if is_late && self.samples > 0 {
+                break;
+            }
             if self.samples == self.maps * samples_a_map {
                 self.next_map()?;
             }
             let Some(points) = &self.points else { break };
             let half = &mut self.halves[(self.maps - 1) as usize % 2];
-            let count = (goal.min(self.maps * samples_a_map) - self.samples).min(SAMPLES_A_DISPATCH);
+            let most = if is_late { 1 } else { SAMPLES_A_DISPATCH };
+            let count = (goal.min(self.maps * samples_a_map) - self.samples).min(most);
             let samples = half.samples..half.samples + count;
             let (scene, view) = (self.scene.lit(), &self.scene.view);
             let ms = &mut self.device_ms;
@@ -229,6 +237,10 @@ impl Progressive for PhotonMapper {
             self.samples += count;
         }
         Ok(())
+    }
+
+    fn set_deadline(&mut self, deadline: Option<Instant>) {
+        self.deadline = deadline;
     }
 
     fn samples(&self) -> u32 {

@@ -91,8 +91,8 @@ impl Renderer {
         self.set_material(material, diffuse, specular, exponent)
     }
 
-    /// Changes what a material reflects: diffuse and specular albedo, scaled down where they reflect more than they receive,
-    /// and Phong exponent. Of an editable material, the picture is to the bit that of a cold start. Of others the paths were
+    /// Changes what a material reflects: diffuse and specular albedo, scaled down where they reflect more than
+    /// [`MOST_ALBEDO`](crate::scene::material::MOST_ALBEDO), and Phong exponent. Of an editable material, the picture is to the bit that of a cold start. Of others the paths were
     /// traced for what it was: far above that, indirect light is noisier and tends to come out low.
     ///
     /// # Errors
@@ -107,6 +107,7 @@ impl Renderer {
         let old = &self.scene.materials[material];
         let mut new = Material { diffuse, specular, exponent, ..old.clone() };
         new.conserve_energy();
+        new.bound_albedo();
         if new == *old {
             return Ok(());
         }

@@ -20,6 +20,7 @@ mod report;
 mod resize;
 mod resolution;
 mod scope;
+mod seen;
 mod shine;
 mod skips;
 mod steps;
@@ -123,7 +124,8 @@ impl Renderer {
     }
 
     /// Takes what the precomputation made, which began then.
-    fn of(context: &Arc<Context>, scene: Scene, mut made: Precomputed, start: Instant) -> Result<Self> {
+    fn of(context: &Arc<Context>, mut scene: Scene, mut made: Precomputed, start: Instant) -> Result<Self> {
+        let reach = seen::paths_to_view(&mut scene, &made)?;
         let size = scene.cameras[0].size;
         let pixels = size[0] * size[1];
         let antialias = Antialias::new(context, size, scene.quality.edge_samples)?;
@@ -202,6 +204,7 @@ impl Renderer {
             changes: Changes::ALL,
             skips: true,
         };
+        renderer.warn_of_few_paths(&reach)?;
         renderer.statistics.end_precomputation("tables for frames", start.elapsed());
         Ok(renderer)
     }

@@ -188,7 +188,7 @@ pub(super) fn precompute(
     }
     let cluster_tables = ClusterTables::new(&hvds, &trusted);
     let clusters = cluster_tables.upload(context)?;
-    let area_m2 = (strata.area_m2 / f64::from(quality.entry_points)) as f32;
+    let area_m2 = (strata.area_m2 / f64::from(quality.entry_points.max(1))) as f32;
     let mut entry_points = entry_points::place(context, &buffers, &clusters, &strata, seed)?;
     watch.lap("entry points");
 

@@ -36,8 +36,9 @@ impl Renderer {
         let splat = Splat::new(context, self.gather.point_count(), size)?;
         let compose = Compose::new(context, buffers, size, self.shine.is_some())?;
         let tonemap = Tonemap::new(context, pixel_count)?;
-        let (quality, cluster_bits) = (&self.scene.quality, self.gather.code.cluster_bits);
-        let of_gloss = |_| GlossPixels::new(context, buffers, pixel_count, quality.gloss_rays, cluster_bits);
+        let quality = &self.scene.quality;
+        let paths = (self.gather.code.cluster_bits, quality.entry_points > 0);
+        let of_gloss = |_| GlossPixels::new(context, buffers, pixel_count, quality.gloss_rays, paths);
         let of_gloss = self.shine.as_ref().map(of_gloss).transpose()?;
         let capacity = of_gloss.as_ref().map(|pixels| pixels.capacity);
         let layers = self.lights.new_layers(direct.point_count(), capacity)?;

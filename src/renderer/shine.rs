@@ -2,14 +2,17 @@
 
 use super::Stages;
 use super::lights::{GlossRoom, Lights};
+use super::resolution::outgoing_directions;
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Recorder};
-use crate::passes::frame::gloss::Gloss;
+use crate::passes::frame::gloss::{Gloss, vertices_for};
 use crate::passes::frame::gloss_pixels::{GlossPixels, Surroundings};
 use crate::passes::frame::hvds::Pyramid;
+use crate::passes::frame::slot_reads::SlotReads;
 use crate::passes::precompute::gloss::GlossTables;
 use crate::passes::{ClusterBuffers, SceneBuffers};
+use crate::scene::directions::Directions;
 use crate::scene::{Material, Scene};
 use crate::types::View;
 use glam::Vec3;
@@ -21,6 +24,8 @@ pub(super) struct Shine {
     pub(super) clusters: Gloss,
     /// In the picture.
     pub(super) pixels: GlossPixels,
+    /// What its rays read of the clusters.
+    reads: SlotReads,
     /// Materials that had a lobe, or might get one, when the paths were traced.
     may_shine: Vec<bool>,
     /// Some material has a lobe now.
@@ -39,9 +44,19 @@ impl Shine {
     ) -> Result<Self> {
         let quality = &scene.quality;
         let [width, height] = scene.cameras[0].size;
+        let directions = outgoing_directions(&scene.materials, Directions::new(quality.directions));
+        let mut clusters = Gloss::new(context, buffers, tables, path_count, area_m2)?;
+        clusters.most_asked = most_asked(&scene.materials);
         Ok(Self {
-            clusters: Gloss::new(context, buffers, tables, path_count, area_m2)?,
-            pixels: GlossPixels::new(context, buffers, width * height, quality.gloss_rays, cluster_bits)?,
+            reads: SlotReads::new(context, tables, directions)?,
+            clusters,
+            pixels: GlossPixels::new(
+                context,
+                buffers,
+                width * height,
+                quality.gloss_rays,
+                (cluster_bits, quality.entry_points > 0),
+            )?,
             may_shine: scene.materials.iter().map(Material::may_shine).collect(),
             shines: has_lobes(&scene.materials),
             seed: quality.seed,
@@ -65,6 +80,7 @@ impl Shine {
     /// Takes note of edited materials.
     pub(super) fn edited(&mut self, materials: &[Material]) {
         self.shines = has_lobes(materials);
+        self.clusters.most_asked = most_asked(materials);
     }
 
     /// Which pixels shine, and their rays.
@@ -76,7 +92,7 @@ impl Shine {
         pixels: &Buffer,
         view: &View,
     ) {
-        self.pixels.record_rays(rec, scene, clusters, pixels, view, self.seed);
+        self.pixels.record_rays(rec, scene, (clusters, &self.reads), pixels, view, self.seed);
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 
@@ -166,6 +182,12 @@ impl Shine {
         self.pixels.record(rec, around, &lights.without_hits(), of_lights);
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
+}
+
+/// Vertices that slots ask at most: twice what the sharpest lobe needs, because many rays read one.
+fn most_asked(materials: &[Material]) -> u32 {
+    let lobes = materials.iter().filter(|material| material.specular != Vec3::ZERO);
+    2 * vertices_for(lobes.map(|material| material.exponent).fold(0.0, f32::max))
 }
 
 fn has_lobes(materials: &[Material]) -> bool {

@@ -7,7 +7,7 @@ use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2};
 
 use super::builtin::{self, Files, Memory, utf8};
 use super::geometry::{Assembled, Mesh, assemble, too_many};
-use super::material::Override;
+use super::material::{MOST_ALBEDO, Override};
 use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
 use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
@@ -346,14 +346,33 @@ fn override_materials(
     let overridden: HashSet<&str> = overrides.iter().map(|change| change.name.as_str()).collect();
     let missing = undefined.into_iter().filter(|(index, _)| !overridden.contains(&*materials[*index].name));
     warnings.extend(missing.map(|(_, warning)| warning));
-    for material in materials {
+    for material in &mut *materials {
         if material.conserve_energy() {
+            // One warning will do.
+            material.bound_albedo();
             let name = &material.name;
-            warnings
-                .push(format!("material {name:?} reflected more than it receives: scaled to an albedo of 1"));
+            warnings.push(format!(
+                "material {name:?} reflected more than it receives: scaled to an albedo of {MOST_ALBEDO}"
+            ));
         }
     }
+    warnings.extend(bound_albedos(materials));
     Ok(())
+}
+
+/// Bounds what materials reflect. Returns a warning that names the first such material, if there is one.
+fn bound_albedos(materials: &mut [Material]) -> Option<String> {
+    let mut bounded =
+        materials.iter_mut().filter_map(|material| material.bound_albedo().then_some(&material.name));
+    let first = bounded.next()?;
+    let others = match bounded.count() {
+        0 => String::new(),
+        1 => " and one more".to_owned(),
+        count => format!(" and {count} more"),
+    };
+    Some(format!(
+        "material {first:?}{others} reflected all light or nearly all: scaled to an albedo of {MOST_ALBEDO}, because light between such surfaces hardly ends; state an albedo below that"
+    ))
 }
 
 pub(super) fn read_lights(file: &Path, root: &Node, origin: DVec3) -> Result<Vec<Light>> {

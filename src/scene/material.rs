@@ -9,6 +9,10 @@ use crate::Result;
 /// Diffuse albedo where a model states none.
 pub(super) const NEUTRAL: Vec3 = Vec3::splat(0.7);
 
+/// Largest albedo of a material, texel by texel and channel by channel. A path between surfaces of albedo ρ has 1/(1 − ρ) vertices in the
+/// mean, and does not end at 1. `docs/decisions.md` has what each bound costs.
+pub const MOST_ALBEDO: f32 = 0.99;
+
 /// BRDF `diffuse/π + specular·(exponent+2)/(2π)·cosⁿα`, linear Rec.709.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
@@ -52,6 +56,23 @@ impl Material {
         }
         // All channels alike keep the hue; the last bits keep the sum from rounding up again.
         let scale = (1.0 - 2.0 * f32::EPSILON) / albedo;
+        self.diffuse *= scale;
+        self.specular *= scale;
+        true
+    }
+
+    /// Scales a material that reflects more than [`MOST_ALBEDO`] where its image is brightest. True where that was needed.
+    pub fn bound_albedo(&mut self) -> bool {
+        // Without its image first: few materials need a look at all texels.
+        if (self.diffuse + self.specular).max_element() <= MOST_ALBEDO {
+            return false;
+        }
+        let texel = self.texture.as_ref().map_or(Vec3::ONE, |texture| texture.image.brightest());
+        let albedo = (self.diffuse * texel + self.specular).max_element();
+        if albedo <= MOST_ALBEDO {
+            return false;
+        }
+        let scale = MOST_ALBEDO * (1.0 - 2.0 * f32::EPSILON) / albedo;
         self.diffuse *= scale;
         self.specular *= scale;
         true

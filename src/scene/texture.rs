@@ -6,6 +6,7 @@ use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 
+use glam::Vec3;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::limits::{IMAGE_GROWTH, IMAGE_SIDE};
@@ -40,6 +41,22 @@ impl fmt::Debug for Image {
 }
 
 impl Image {
+    /// The largest value of each channel, linear.
+    pub fn brightest(&self) -> Vec3 {
+        let mut most = [0_u8; 3];
+        for code in &self.codes {
+            most = std::array::from_fn(|channel| most[channel].max(code[channel]));
+            if most == [u8::MAX; 3] {
+                break;
+            }
+        }
+        let linear = |code: u8| match f32::from(code) / 255.0 {
+            value if value <= 0.040_45 => value / 12.92,
+            value => ((value + 0.055) / 1.055).powf(2.4),
+        };
+        most.map(linear).into()
+    }
+
     /// Decodes a PNG, JPEG or TGA, and says whether transparency was left out. Grey becomes colour, 16 bits become 8. The contents
     /// decide what it is; a TGA is told by the ending of `name`.
     ///

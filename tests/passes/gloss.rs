@@ -1,7 +1,9 @@
 //! Surfaces that shine: the tables, and the light that clusters send towards directions.
 
 use crate::common::assert_silent;
-use crate::gloss_readers::{gathered_slots_equal_the_twin, pixels_of_what_shines_equal_the_twin};
+use crate::gloss_readers::{
+    gathered_slots_equal_the_twin, pixels_of_what_shines_equal_the_twin, pixels_read_the_slots_of_broad_lobes,
+};
 use crate::world::{Random, SUM, World, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu::direct::lit_samples;
@@ -375,6 +377,7 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
     assert!(bits() == among_others);
     gathered_slots_equal_the_twin(&shining, &gloss, &fluxes);
     let around = (&runs_buffer, &deposits_buffer, &gloss_lights[..]);
+    pixels_read_the_slots_of_broad_lobes(&shining, &gloss, (around.0, around.1));
     pixels_of_what_shines_equal_the_twin(&shining, &gloss, around, &emitting("hits"), sent);
     assert_silent(&world.context);
 }

@@ -14,6 +14,7 @@ use lightpaths::passes::frame::gloss::Gloss;
 use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, GlossShine, LOBE_RAYS, Surroundings};
 use lightpaths::passes::frame::hvds::deposit_runs;
 use lightpaths::passes::frame::primary::Primary;
+use lightpaths::passes::frame::slot_reads::SlotReads;
 use lightpaths::passes::precompute::gather_rays;
 use lightpaths::passes::{OneLight, light_sources};
 use lightpaths::scene::{Camera, Light, LightKind};
@@ -78,7 +79,8 @@ fn shining_pixels_equal_the_twin_in(world: World) {
         let primary = Primary::new(&world.context, count as u32).unwrap();
         world.context.run(|rec| primary.record(rec, &world.buffers, &view)).unwrap();
         let pixels: Vec<PixelSurface> = primary.pixels.read().unwrap();
-        let pass = GlossPixels::new(&world.context, &world.buffers, count as u32, most, bits).unwrap();
+        let pass =
+            GlossPixels::new(&world.context, &world.buffers, count as u32, most, (bits, true)).unwrap();
         let samples = most.div_ceil(LOBE_RAYS);
         let layers: Vec<Buffer> = lights
             .iter()
@@ -93,12 +95,13 @@ fn shining_pixels_equal_the_twin_in(world: World) {
             deposit_runs: &runs,
             deposits: &deposits,
         };
+        let slots = SlotReads::none(&world.context).unwrap();
         let highlights: Vec<_> = lights.iter().map(|light| light.emission).zip(&layers).collect();
         world
             .context
             .run(|rec| {
                 let scene = &world.buffers;
-                pass.record_rays(rec, scene, &world.clusters, &primary.pixels, &view, SEED);
+                pass.record_rays(rec, scene, (&world.clusters, &slots), &primary.pixels, &view, SEED);
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 let mut open = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
                 for (index, (light, layer)) in (0..).zip(lights.iter().zip(&layers)) {

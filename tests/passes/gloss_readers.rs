@@ -1,6 +1,6 @@
 //! Who reads what surfaces send by their lobes: gather rays, through slots, and rays of shining pixels.
 
-use crate::gloss::{HEMISPHERE, SEED, Shining};
+use crate::gloss::{DIRECTIONS, HEMISPHERE, SEED, Shining};
 use crate::world::{Random, SUM, assert_near};
 use glam::{DVec2, DVec3, Vec3};
 use lightpaths::cpu::gather;
@@ -9,13 +9,16 @@ use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::gloss::{Gloss, GlossLight};
-use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, GlossShine, LOBE_RAYS, Surroundings};
+use lightpaths::passes::frame::gloss_pixels::{
+    GlossPixels, GlossRay, GlossShine, LOBE_RAYS, NO_SLOT, Surroundings,
+};
 use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::frame::primary::Primary;
+use lightpaths::passes::frame::slot_reads::SlotReads;
 use lightpaths::passes::precompute::gather_rays::RayTable;
 use lightpaths::passes::precompute::ray_bundles::BundleCode;
 use lightpaths::scene::Camera;
-use lightpaths::types::{NO_TARGET, PixelSurface, RayBundle, Record, View};
+use lightpaths::types::{NO_CLUSTER, NO_TARGET, PixelSurface, RayBundle, Record, View};
 use std::f64::consts::PI;
 
 /// What records gather where rays read slots: albedo times irradiance of the slot's cluster, and what the slot has over its area.
@@ -105,7 +108,8 @@ pub(crate) fn pixels_of_what_shines_equal_the_twin(
     let clusters = world.hvds.cluster_count() as usize;
     let inverse_areas: Vec<f32> = (0..clusters).map(|_| 1.0 + random.unit()).collect();
     let bits = shining.code.cluster_bits;
-    let pass = GlossPixels::new(context, &world.buffers, count, LOBE_RAYS, bits).unwrap();
+    let pass = GlossPixels::new(context, &world.buffers, count, LOBE_RAYS, (bits, true)).unwrap();
+    let slots = SlotReads::none(context).unwrap();
     let around = Surroundings {
         scene: &world.buffers,
         pixels: &primary.pixels,
@@ -119,7 +123,7 @@ pub(crate) fn pixels_of_what_shines_equal_the_twin(
         .run(|rec| {
             primary.record(rec, &world.buffers, &view);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            pass.record_rays(rec, &world.buffers, &world.clusters, &primary.pixels, &view, SEED);
+            pass.record_rays(rec, &world.buffers, (&world.clusters, &slots), &primary.pixels, &view, SEED);
             rec.barrier(COMPUTE_TO_COMPUTE);
             pass.record(rec, around, lights, [hits, &[]]);
         })
@@ -146,6 +150,98 @@ pub(crate) fn pixels_of_what_shines_equal_the_twin(
         assert_near(found[pixel].indirect, twin, SUM, 1e-3 * twin.max_element(), "pixel");
     }
     assert!(lit > 20, "{lit} pixels see what shines");
+}
+
+/// Rays of shining pixels that meet broad lobes read the slots that gather rays read, of the cluster that they meet or of one that holds it,
+/// towards where they come from; and their pixels show what these hold.
+pub(crate) fn pixels_read_the_slots_of_broad_lobes(
+    shining: &Shining,
+    gloss: &Gloss,
+    around: (&Buffer, &Buffer),
+) {
+    let (world, context) = (&shining.world, &shining.world.context);
+    let camera = Camera {
+        name: String::new(),
+        position: Vec3::new(0.1, 0.05, 0.45),
+        target: Vec3::new(-0.1, 0.0, -0.4),
+        up: Vec3::Y,
+        fov_y_degrees: 80.0,
+        size: [29, 23],
+    };
+    let (view, count) = (View::from(&camera), camera.size[0] * camera.size[1]);
+    let primary = Primary::new(context, count).unwrap();
+    let clusters = world.hvds.cluster_count() as usize;
+    let bits = shining.code.cluster_bits;
+    let materials = world.reflectances();
+    let exponents: Vec<f32> = materials[..2].iter().map(|material| material.exponent).collect();
+    let between = 0.5 * (exponents[0] + exponents[1]);
+    assert!(exponents.iter().any(|&n| n < between) && exponents.iter().any(|&n| n > between));
+    let mut slots = SlotReads::new(context, &shining.tables, DIRECTIONS).unwrap();
+    slots.most_exponent = between;
+    let fluxes: Vec<Vec3> = gloss.fluxes.read().unwrap();
+    let irradiance = Buffer::from_slice(context, "irradiance", &vec![Vec3::ZERO; clusters]).unwrap();
+    let inverse_areas = Buffer::from_slice(context, "inverse areas", &vec![1.0_f32; clusters]).unwrap();
+    let pass = GlossPixels::new(context, &world.buffers, count, LOBE_RAYS, (bits, true)).unwrap();
+    let around = Surroundings {
+        scene: &world.buffers,
+        pixels: &primary.pixels,
+        irradiance: &irradiance,
+        inverse_areas: &inverse_areas,
+        gloss,
+        deposit_runs: around.0,
+        deposits: around.1,
+    };
+    context
+        .run(|rec| {
+            primary.record(rec, &world.buffers, &view);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            pass.record_rays(rec, &world.buffers, (&world.clusters, &slots), &primary.pixels, &view, SEED);
+            rec.barrier(COMPUTE_TO_COMPUTE);
+            pass.record(rec, around, &[], [&[], &[]]);
+        })
+        .unwrap();
+    let pixels: Vec<PixelSurface> = primary.pixels.read().unwrap();
+    let rays: Vec<GlossRay> = pass.rays.read().unwrap();
+    let found: Vec<GlossShine> = pass.radiance.read().unwrap();
+    let shines = |material: u32| materials[material as usize].specular != Vec3::ZERO;
+    let listed = (0..count as usize)
+        .filter(|&pixel| shines(shining.material_of(pixels[pixel].side) as u32))
+        .zip(rays.chunks_exact(LOBE_RAYS as usize));
+    let (mut broad, mut read, mut off) = (0, 0, 0);
+    for (pixel, rays) in listed {
+        let mut sum = DVec3::ZERO;
+        for ray in rays.iter().filter(|ray| ray.target != NO_TARGET) {
+            let (cluster, material) = (ray.target & ((1 << bits) - 1), ray.target >> bits);
+            if !shines(material) || materials[material as usize].exponent > between {
+                assert_eq!(ray.slot, NO_SLOT);
+                continue;
+            }
+            broad += 1;
+            if ray.slot == NO_SLOT {
+                continue;
+            }
+            read += 1;
+            let slot = &shining.tables.slots[ray.slot as usize];
+            // Of the cluster itself, one in it or one that holds it.
+            let holds = |mut cluster: u32, within: u32| {
+                while cluster != NO_CLUSTER && cluster != within {
+                    cluster = world.hvds.parents[cluster as usize];
+                }
+                cluster != NO_CLUSTER
+            };
+            assert!(holds(cluster, slot.cluster) || holds(slot.cluster, cluster));
+            let bins =
+                [unpack_direction(ray.direction), slot.direction.as_dvec3()].map(|d| DIRECTIONS.bin(d));
+            // A direction by the border of two bins.
+            off += usize::from(bins[0] != bins[1]);
+            sum += f64::from(ray.weight) * fluxes[ray.slot as usize].as_dvec3();
+        }
+        let specular = materials[shining.material_of(pixels[pixel].side)].specular.as_dvec3();
+        let twin = specular * sum / (f64::from(LOBE_RAYS) * PI);
+        assert_near(found[pixel].indirect, twin, SUM, 1e-3 * twin.max_element(), "pixel");
+    }
+    assert!(broad > 100 && 2 * read > broad, "{read} of {broad} rays read slots");
+    assert!(50 * off <= read, "{off} of {read} in another bin");
 }
 
 /// A unit direction in two 16-bit integers of the octahedral map.

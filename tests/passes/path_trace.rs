@@ -94,7 +94,7 @@ fn samples_equal_the_twin_in(world: &World) {
                     seed: SEED,
                     sums: &sums,
                 };
-                pass.run(job, tile..tile + 1, samples.clone()).unwrap();
+                pass.run(job, tile..tile + 1, samples.clone(), None).unwrap();
             }
         }
         let direct: Vec<RadianceSum> = sums.direct.read().unwrap();

@@ -13,6 +13,7 @@ use lightpaths::passes::frame::direct::Direct;
 use lightpaths::passes::frame::form_factors::FormFactors;
 use lightpaths::passes::frame::gloss_pixels::GlossPixels;
 use lightpaths::passes::frame::primary::Primary;
+use lightpaths::passes::frame::slot_reads::SlotReads;
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
 use lightpaths::passes::precompute::light_paths;
@@ -131,9 +132,10 @@ fn kernels_of_frames_say_it_in(world: &mut World, is_cut: bool) {
     });
 
     let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
-    let pass = GlossPixels::new(&context, &world.buffers, PIXELS, 4, code.cluster_bits).unwrap();
+    let pass = GlossPixels::new(&context, &world.buffers, PIXELS, 4, (code.cluster_bits, true)).unwrap();
+    let slots = SlotReads::none(&context).unwrap();
     assert_said(world, is_cut, "gloss_rays", |world, rec| {
-        pass.record_rays(rec, &world.buffers, &world.clusters, &primary.pixels, &view, 5);
+        pass.record_rays(rec, &world.buffers, (&world.clusters, &slots), &primary.pixels, &view, 5);
     });
     let layer = Buffer::storage(&context, "layer", 4 * u64::from(pass.capacity)).unwrap();
     assert_said(world, is_cut, "highlights", |world, rec| {

@@ -139,3 +139,22 @@ fn editable_surfaces_shine_alike() {
     assert!(refused.to_string().contains("editable = true"), "{refused}");
     assert_silent(&context());
 }
+
+/// Without light paths nothing is known of what surfaces send to each other: highlights are all that a glossy surface adds, and they are
+/// those of the whole picture.
+#[test]
+fn direct_light_alone_is_that_of_the_whole_picture() {
+    for exponent in [2.0, 20.0, 400.0] {
+        let scene = shining(exponent, false);
+        let whole = render(scene.clone(), QUALITY);
+        let alone = render(scene, Quality { entry_points: 0, cache_points: 0, ..QUALITY });
+        let direct = alone.layer(Layer::Direct).unwrap();
+        assert!(direct.as_flattened().iter().all(|value| value.is_finite()), "exponent {exponent}");
+        assert!(direct == whole.layer(Layer::Direct).unwrap(), "exponent {exponent}");
+        let beauty = alone.layer(Layer::Beauty).unwrap();
+        for (beauty, direct) in beauty.as_flattened().iter().zip(direct.as_flattened()) {
+            assert!((beauty - direct).abs() <= 1e-6 * direct, "{beauty} instead of {direct}");
+        }
+    }
+    assert_silent(&context());
+}

@@ -8,6 +8,8 @@ mod common;
 mod corner;
 mod direct;
 mod energy;
+mod facets;
+mod few_paths;
 mod form_factors;
 mod gloss;
 mod hidden_light;

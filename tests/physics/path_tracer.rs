@@ -9,6 +9,7 @@ use lightpaths::renderer::Silent;
 use lightpaths::scene::{LightKind, Material, Scene, Triangle, shapes};
 use lightpaths::types::Reflectance;
 use std::f64::consts::PI;
+use std::time::{Duration, Instant};
 
 pub(crate) fn trace(mut scene: Scene, size: [u32; 2], samples: u32) -> PathTracer {
     scene.cameras[0].size = size;
@@ -268,4 +269,46 @@ fn albedo(material: &Reflectance, outgoing: DVec3) -> f64 {
         }
     }
     2.0 * PI * sum / f64::from(steps * steps)
+}
+
+/// Nothing ends paths between walls that absorb nothing: the clock does. Every pixel has something to show by then.
+#[test]
+fn a_deadline_ends_paths_that_never_end() {
+    for albedo in [1.0, 0.5] {
+        let mut scene = shapes::closed_box(Vec3::ONE, albedo);
+        scene.cameras[0].size = [24, 17];
+        let mut tracer = PathTracer::new(&context(), scene, &mut Silent).unwrap();
+        tracer.set_deadline(Some(Instant::now()));
+        tracer.add_samples(1 << 20).unwrap();
+        assert_eq!(tracer.samples(), 1);
+        let picture = tracer.picture().unwrap();
+        let is_lit = |pixel: &[f32; 3]| pixel.iter().all(|value| value.is_finite() && *value > 0.0);
+        assert!(picture.beauty.iter().all(is_lit), "{:?}", picture.beauty);
+        assert_eq!(tracer.noise().unwrap(), None);
+        // The time stays up.
+        tracer.add_samples(1).unwrap();
+        assert_eq!(tracer.picture().unwrap(), picture);
+    }
+    assert_silent(&context());
+}
+
+/// A deadline that comes while samples are taken leaves pixels with different numbers of them, each of which is right in the mean.
+#[test]
+fn a_deadline_between_samples_keeps_the_mean() {
+    let mut scene = shapes::closed_box(Vec3::ONE, 0.5);
+    scene.cameras[0].size = [16, 16];
+    let mean = |tracer: &PathTracer| {
+        let picture = tracer.picture().unwrap();
+        picture.beauty.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / picture.beauty.len() as f64
+    };
+    let expected = mean(&trace(scene.clone(), [16, 16], 64));
+    let mut tracer = PathTracer::new(&context(), scene, &mut Silent).unwrap();
+    tracer.add_samples(32).unwrap();
+    let before = tracer.samples();
+    tracer.set_deadline(Some(Instant::now() + Duration::from_millis(50)));
+    tracer.add_samples(1 << 20).unwrap();
+    assert!(tracer.samples() >= before && tracer.samples() < 1 << 20);
+    let found = mean(&tracer);
+    assert!((found / expected - 1.0).abs() < 0.03, "{found} instead of {expected}");
+    assert_silent(&context());
 }

@@ -121,6 +121,7 @@ fn edit(scene: &mut Scene, dice: &mut Dice) {
         _ => material.diffuse = dice.vector(),
     }
     material.conserve_energy();
+    material.bound_albedo();
 }
 
 /// Edits a scene over and over, saving and loading after each time; every other time what was loaded first is saved again.

@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 use image::{DynamicImage, ImageFormat, Rgb, RgbImage, RgbaImage};
 use lightpaths::Result;
 use lightpaths::cpu::textures::{linear, pack_colour, sample, unpack_colour};
+use lightpaths::scene::material::MOST_ALBEDO;
 use lightpaths::scene::{Image, LoadOptions, Scene, Texture};
 use std::sync::Arc;
 
@@ -18,7 +19,7 @@ usemtl wall\nf 1/1 2/2 3/3 4/4\n";
 const MTL: &str = "newmtl wall\nmap_Kd a.png\n";
 
 /// Two texels beside each other, and two below them.
-const CODES: [[u8; 3]; 4] = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [128, 64, 32]];
+const CODES: [[u8; 3]; 4] = [[252, 0, 0], [0, 252, 0], [0, 0, 252], [128, 64, 32]];
 
 fn pixels() -> RgbImage {
     RgbImage::from_fn(2, 2, |x, y| Rgb(CODES[(2 * y + x) as usize]))
@@ -254,4 +255,46 @@ fn packed_colours_are_near_and_exact_at_the_ends() {
         let bound = value.sqrt() / 1023.0 + 0.25 / 1023.0_f64.powi(2);
         assert!(error.max_element() <= bound, "{value}: {error}");
     }
+}
+
+/// What reflects all that it receives is bounded where the scene is loaded, whatever states it; an image counts by its brightest texel.
+#[test]
+fn albedos_are_bounded_and_one_warning_names_the_first() {
+    let most = MOST_ALBEDO;
+    let load = |mtl: &str, more: &str, texel: u8| {
+        let image = RgbImage::from_pixel(2, 2, Rgb([texel, texel / 2, 0]));
+        let image: &[(&str, &[u8])] = &[("a.png", &encoded(image, ImageFormat::Png))];
+        load_with(&(good_toml() + more), SQUARE, mtl, image, &LoadOptions::default()).unwrap()
+    };
+    let white = "newmtl wall\nKd 1 1 1\n";
+    let image = "newmtl wall\nKd 1 1 1\nmap_Kd a.png\n";
+    let shiny = "newmtl wall\nKd 0.6 0.6 0.5\nKs 0.395 0.395 0.395\nNs 10\n";
+    let grey = "newmtl wall\nKd 0.5 0.5 0.5\n";
+    let override_white = "[[material]]\nname = \"wall\"\ndiffuse = [1.0, 0.2, 0.0]\n";
+    let override_shiny = "[[material]]\nname = \"wall\"\nspecular = [0.5, 0.5, 0.5]\nexponent = 5.0\n";
+    for (mtl, more, texel) in [
+        (white, "", 0),
+        (image, "", 255),
+        (shiny, "", 0),
+        (grey, override_white, 0),
+        (grey, override_shiny, 0),
+    ] {
+        let scene = load(mtl, more, texel);
+        let material = &scene.materials[0];
+        let texel = material.texture.as_ref().map_or(Vec3::ONE, |texture| texture.image.brightest());
+        let albedo = (material.diffuse * texel + material.specular).max_element();
+        assert!(albedo <= most && albedo > most - 1e-5, "{albedo}");
+        let told: Vec<_> = scene.warnings.iter().filter(|warning| warning.contains("0.99")).collect();
+        assert!(told.len() == 1 && told[0].contains("\"wall\""), "{:?}", scene.warnings);
+    }
+    for (mtl, more, texel) in [(grey, "", 0), (image, "", 250), ("newmtl wall\nKd 0.99 0.5 0\n", "", 0)] {
+        let scene = load(mtl, more, texel);
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    }
+    // Of several materials the first is named, and the others are counted.
+    let two = SQUARE.replace("f 1/1", "f 1/1 2/2 3/3\nusemtl other\nf 1/1");
+    let mtl = format!("{white}newmtl other\nKd 1 1 1\n");
+    let scene = load_with(&good_toml(), &two, &mtl, &[], &LoadOptions::default()).unwrap();
+    let told = scene.warnings.iter().filter(|warning| warning.contains("and one more")).count();
+    assert_eq!((told, scene.warnings.len()), (1, 1), "{:?}", scene.warnings);
 }

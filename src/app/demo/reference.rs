@@ -95,6 +95,7 @@ impl Reference {
         wanted.document.finish(&mut scene.materials);
         for material in &mut scene.materials {
             material.conserve_energy();
+            material.bound_albedo();
         }
         if let Some(orders) = &self.orders {
             // Where the thread has failed, what it found says so.

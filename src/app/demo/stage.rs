@@ -148,6 +148,10 @@ impl Preparing {
         let lights = wanted.document.lights.iter().map(|entry| entry.light.clone()).collect::<Vec<_>>();
         let mut materials = materials.to_vec();
         wanted.document.finish(&mut materials);
+        // As the renderer that is to come will have them.
+        for material in &mut materials {
+            material.bound_albedo();
+        }
         self.preview.frame(&wanted.camera, &lights, &materials, wanted.exposure_stops)
     }
 }

@@ -268,7 +268,7 @@ impl Render {
         let beauty = &rendered.layers[0].pixels;
         let odd = beauty.iter().flatten().filter(|value| !value.is_finite()).count();
         if odd > 0 {
-            self.device_args.warn(&format!("{odd} values of the image are not finite"));
+            return Err(Error::NotFinite { odd, of: 3 * beauty.len() });
         }
         if format == Format::Png {
             return output.write(|out| write_png(out, rendered.size, &rendered.display));

@@ -1,6 +1,6 @@
 //! Methods that take samples until a budget is spent.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::{Aov, Rendered, layer};
 use crate::app::args::device_label;
@@ -37,6 +37,10 @@ pub(super) fn render(
     exposure_stops: f32,
     progress: &mut dyn Progress,
 ) -> Result<Rendered> {
+    // The variance needs a few samples, however long they take.
+    let has_deadline = !aovs.contains(&Aov::Variance);
+    let allowed = budget.seconds.filter(|_| has_deadline).and_then(|s| Duration::try_from_secs_f32(s).ok());
+    renderer.set_deadline(allowed.and_then(|allowed| Instant::now().checked_add(allowed)));
     let seconds = spend(&mut renderer, budget, progress)?;
     let picture = renderer.picture()?;
     let hits = match aovs.iter().any(|aov| matches!(aov, Aov::Albedo | Aov::Normal | Aov::Depth)) {

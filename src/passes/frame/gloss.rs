@@ -80,6 +80,8 @@ gpu_struct! {
         pub end: u32,
         /// 1: adds to what was found so far.
         pub adds: u32,
+        /// Vertices below a cluster at most: where it has more, some of them stand for all. 0: all are asked.
+        pub most: u32,
     }
 }
 
@@ -121,6 +123,15 @@ const MOST_TURNS: u32 = 1 << 13;
 
 /// Lights that one dispatch takes where as many are due: lobes are evaluated once for all of them.
 const LIGHTS: usize = 4;
+
+/// Exponent above which a lobe is so sharp that few vertices of a cluster send anything in one direction, and all are asked.
+const BROAD: f32 = 100.0;
+
+/// How many vertices of a cluster tell well enough what a lobe of that exponent sends; 0: all are needed. With so many the noise of a cluster
+/// is about that of the smallest, which hold no more.
+pub fn vertices_for(exponent: f32) -> u32 {
+    if exponent > BROAD { 0 } else { (4.0 * (exponent + 1.0).sqrt()).ceil() as u32 }
+}
 
 /// Marks a vertex that is no entry point that may shine, and a base cluster without vertices that may.
 pub const NO_ENTRY: u32 = u32::MAX;
@@ -200,6 +211,8 @@ pub struct Gloss {
     pub base_ranges: Buffer,
     /// Vertices of a base cluster at most.
     most_vertices: u32,
+    /// Vertices that are asked below a cluster at most; 0, as at first: all.
+    pub most_asked: u32,
     /// Slots that are no sums: the first so many.
     pub leaf_count: u32,
     /// Slots that are sums, by level.
@@ -242,6 +255,7 @@ impl Gloss {
             shifts: Buffer::from_slice(context, "gloss shifts", &tables.shifts)?,
             base_ranges: Buffer::from_slice(context, "base ranges", &tables.base_ranges)?,
             most_vertices: tables.most_vertices,
+            most_asked: 0,
             leaf_count: tables.leaf_count,
             sums: tables.sums.clone(),
             first_children: Buffer::from_slice(context, "gloss first children", &tables.first_children)?,
@@ -264,7 +278,11 @@ impl Gloss {
         let area_m2 = self.area_m2;
         let dispatch = |entry_points, lights: &'a [GlossLight<'a>], (first, end)| {
             let (beam_count, adds) = (lights[0].samples, u32::from(entry_points || first > 0));
-            Dispatch { entry_points, part: GlossPart { area_m2, beam_count, first, end, adds }, lights }
+            Dispatch {
+                entry_points,
+                part: GlossPart { area_m2, beam_count, first, end, adds, most: self.most_asked },
+                lights,
+            }
         };
         let groups = due.chunks_exact(LIGHTS);
         let single = groups.remainder().chunks(1);

@@ -8,6 +8,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::gloss::{Gloss, GlossLight, GlossPart, VertexKernels};
 use crate::passes::frame::light_sum::LightSum;
 use crate::passes::frame::prefix_sum::PrefixSum;
+use crate::passes::frame::slot_reads::SlotReads;
 use crate::passes::precompute::gather_rays::LEAST_ENTRY_POINTS;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::types::{Grid, PixelSurface, View};
@@ -23,6 +24,8 @@ gpu_struct! {
         pub weight: f32,
         /// Unit direction back towards the pixel: octahedral, two 16-bit integers.
         pub direction: u32,
+        /// That has what the surface there sends back by its lobe; [`NO_SLOT`]: its vertices are asked.
+        pub slot: u32,
     }
 }
 
@@ -71,6 +74,12 @@ gpu_struct! {
         pub cluster_bits: u32,
         /// Clusters with fewer of them are not trusted.
         pub least_entry_points: f32,
+        /// 0: the picture is direct light alone, and no ray is traced.
+        pub traces: u32,
+        /// Outgoing directions of clusters along an edge of their square.
+        pub side: u32,
+        /// Exponent of the sharpest lobe that these resolve.
+        pub most_exponent: f32,
     }
 }
 
@@ -115,6 +124,8 @@ pub const LAYOUTS: &[Layout] = &[
     GlossPixelsPush::LAYOUT,
 ];
 
+/// A ray that reads no slot.
+pub const NO_SLOT: u32 = u32::MAX;
 /// Rays from each sample (`glsl/include/gloss_rays.glsl`).
 pub const LOBE_RAYS: u32 = 4;
 /// There is room for all the samples of so large a share of the pixels: where more shine, each gets fewer.
@@ -160,6 +171,8 @@ pub struct GlossPixels {
     /// Samples that there is room for.
     pub capacity: u32,
     cluster_bits: u32,
+    /// False where there are no light paths: clusters then hold no light that a ray could read.
+    has_paths: bool,
     pub(super) offsets: Buffer,
     pub(super) pixels: Buffer,
     /// `PixelSurface`s, pixel by pixel.
@@ -183,7 +196,7 @@ impl GlossPixels {
     pub const STEM: &str = "gloss_pixels";
 
     /// Makes room for an image of that size, with `most_rays` for each shining pixel, in fours; `cluster_bits` wide are clusters in
-    /// targets of rays.
+    /// targets of rays. Without light paths the pixels show highlights alone, and no ray is traced.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -192,7 +205,7 @@ impl GlossPixels {
         scene: &SceneBuffers,
         pixel_count: u32,
         most_rays: u32,
-        cluster_bits: u32,
+        (cluster_bits, has_paths): (u32, bool),
     ) -> Result<Self> {
         let textures = &scene.textures;
         let most_samples = most_rays.div_ceil(LOBE_RAYS);
@@ -214,6 +227,7 @@ impl GlossPixels {
             most_samples,
             capacity,
             cluster_bits,
+            has_paths,
             offsets: Buffer::storage(context, "gloss offsets", 4 * (u64::from(pixel_count) + 1))?,
             pixels: Buffer::storage(context, "gloss pixels", 4 * u64::from(pixel_count))?,
             samples: room("gloss samples", size_of::<PixelSurface>() as u64)?,
@@ -234,7 +248,7 @@ impl GlossPixels {
         &self,
         rec: &mut Recorder,
         scene: &SceneBuffers,
-        clusters: &ClusterBuffers,
+        (clusters, slots): (&ClusterBuffers, &SlotReads),
         pixels: &Buffer,
         view: &View,
         seed: u32,
@@ -276,6 +290,9 @@ impl GlossPixels {
                 seed,
                 cluster_bits: self.cluster_bits,
                 least_entry_points: LEAST_ENTRY_POINTS,
+                traces: u32::from(self.has_paths),
+                side: slots.directions.side,
+                most_exponent: slots.most_exponent,
             },
             &scene.textures.after([
                 ("Nodes", &scene.nodes),
@@ -293,6 +310,8 @@ impl GlossPixels {
                 ("GlossRays", &self.rays),
                 ("GlossColours", &self.colours),
                 ("CutShort", &scene.cut_short),
+                ("FirstReads", &slots.first),
+                ("SlotReads", &slots.reads),
             ]),
         );
     }
@@ -309,6 +328,7 @@ impl GlossPixels {
         let Surroundings { scene, pixels, irradiance, inverse_areas, gloss, deposit_runs, deposits } = around;
         let (pixel_count, most_samples, capacity) = (self.pixel_count, self.most_samples, self.capacity);
         let cluster_bits = self.cluster_bits;
+        let (due, hits) = if self.has_paths { (due, hits) } else { Default::default() };
         let mut pass = rec.pass(Self::STEM);
         self.sum.record(&mut pass, highlights, capacity, 1.0, &self.highlights);
         for dispatch in gloss.dispatches(due) {
@@ -358,6 +378,9 @@ impl GlossPixels {
                 ("Highlights", &self.highlights),
                 ("GlossRadiance", &self.radiance),
                 ("GlossColours", &self.colours),
+                ("InverseAreas", inverse_areas),
+                ("GlossSlots", &gloss.slots),
+                ("GlossFluxes", &gloss.fluxes),
             ],
         );
     }

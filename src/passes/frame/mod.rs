@@ -22,6 +22,7 @@ pub mod pixel_colours;
 pub mod prefix_sum;
 pub mod primary;
 pub mod shafts;
+pub mod slot_reads;
 pub mod splat;
 mod splat_room;
 pub mod tile_sort;

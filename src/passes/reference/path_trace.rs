@@ -9,6 +9,7 @@ use crate::types::{CUT_SHORT, View};
 use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
+use std::time::Instant;
 
 gpu_struct! {
     /// A sum and what rounding took from it.
@@ -124,6 +125,17 @@ impl Accumulators {
     }
 }
 
+/// What [`PathTrace::run`] has done.
+#[derive(Clone, Copy, Debug)]
+pub struct Ran {
+    /// Device time of all dispatches, milliseconds.
+    pub ms: f64,
+    /// And of the longest.
+    pub longest_ms: f64,
+    /// False where the time was up before all samples were taken.
+    pub is_complete: bool,
+}
+
 /// The pipeline, and the paths under way.
 pub struct PathTrace {
     context: Arc<Context>,
@@ -169,14 +181,20 @@ impl PathTrace {
         view.width.div_ceil(TILE) * view.height.div_ceil(TILE)
     }
 
-    /// Takes some samples of a sequence in each pixel of some tiles, at most [`TILE_LIMIT`]. Returns the device time of all its
-    /// dispatches and of the longest, milliseconds.
+    /// Takes some samples of a sequence in each pixel of some tiles, at most [`TILE_LIMIT`]. After the deadline it ends with the
+    /// dispatch under way.
     ///
     /// # Errors
     /// The device failed.
-    pub fn run(&self, job: Job<'_>, tiles: Range<u32>, samples: Range<u32>) -> Result<[f64; 2]> {
+    pub fn run(
+        &self,
+        job: Job<'_>,
+        tiles: Range<u32>,
+        samples: Range<u32>,
+        deadline: Option<Instant>,
+    ) -> Result<Ran> {
         let mut first_sample = samples.start;
-        let (mut sum, mut longest) = (0.0, 0.0_f64);
+        let mut ran = Ran { ms: 0.0, longest_ms: 0.0, is_complete: true };
         while !samples.is_empty() {
             let push = PathTracePush {
                 view: *job.view,
@@ -189,16 +207,41 @@ impl PathTrace {
                 rounds: (RAYS_A_DISPATCH / (1 + job.scene.light_count)).max(1),
             };
             let ((), timings) = self.context.run(|rec| self.record(rec, job, &push))?;
-            sum += timings[0].ms;
-            longest = longest.max(timings[0].ms);
+            ran.ms += timings[0].ms;
+            ran.longest_ms = ran.longest_ms.max(timings[0].ms);
             let unfinished = self.unfinished.read::<u32>()?[0];
             turns::refuse(unfinished & CUT_SHORT != 0, Self::STEM, push.light_count)?;
             if unfinished == 0 {
                 break;
             }
+            if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+                ran.is_complete = false;
+                break;
+            }
             first_sample = RESUME;
         }
-        Ok([sum, longest])
+        Ok(ran)
+    }
+
+    /// Where the paths of the pixels of these tiles stand, the last that were run: each pixel and its path.
+    ///
+    /// # Errors
+    /// The device failed.
+    pub fn standing(&self, view: &View, tiles: Range<u32>) -> Result<Vec<(u32, TracedPath)>> {
+        let paths: Vec<TracedPath> = self.paths.read_range(0, tiles.len() * (TILE * TILE) as usize)?;
+        Ok(Self::pixels(view, tiles).zip(paths).filter_map(|(pixel, path)| Some((pixel?, path))).collect())
+    }
+
+    /// The pixels of some tiles; none for a place beyond the image.
+    pub fn pixels(view: &View, tiles: Range<u32>) -> impl Iterator<Item = Option<u32>> + use<> {
+        let (width, height) = (view.width, view.height);
+        let across = width.div_ceil(TILE);
+        tiles.flat_map(move |tile| (0..TILE * TILE).map(move |place| (tile, place))).map(
+            move |(tile, place)| {
+                let [x, y] = [tile % across * TILE + place % TILE, tile / across * TILE + place / TILE];
+                (x < width && y < height).then_some(y * width + x)
+            },
+        )
     }
 
     fn record(&self, rec: &mut Recorder, job: Job<'_>, push: &PathTracePush) {

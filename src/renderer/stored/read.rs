@@ -120,7 +120,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     Ok(Precomputed {
         surfaces,
         hvds,
-        area_m2: (numbers.all_area_m2 / f64::from(quality.entry_points)) as f32,
+        area_m2: (numbers.all_area_m2 / f64::from(quality.entry_points.max(1))) as f32,
         all_area_m2: numbers.all_area_m2,
         entry_points: contents.entry_points,
         paths: contents.paths,

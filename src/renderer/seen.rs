@@ -1,0 +1,172 @@
+//! What the first camera sees of the scene, by a few rays: whether the settings resolve it, and which light paths reach it.
+
+use super::Renderer;
+use super::precompute::Precomputed;
+use super::resolution::{self, FEWEST};
+use crate::cpu::brdf::luminance;
+use crate::error::Result;
+use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_TRANSFER};
+use crate::passes::frame::form_factors::FormFactors;
+use crate::passes::precompute::rays::{RayAnswer, RayQuery};
+use crate::scene::Scene;
+use crate::types::{NO_CLUSTER, View};
+use glam::Vec3;
+use std::collections::HashSet;
+use std::f32::consts::TAU;
+
+/// Camera rays, across and down.
+const RAYS: [u32; 2] = [32, 24];
+/// Rays from each point that they meet, spread over its hemisphere.
+const AROUND: u32 = 16;
+/// Levels from a base cluster to the one that stands for what is around a point.
+const LEVELS: u32 = 3;
+/// Lights that are looked at, the first that are on.
+const LIGHTS: usize = 16;
+/// A light that brings less of all light than that is left out.
+const SLIGHT: f64 = 0.02;
+
+/// What the camera sees.
+pub(super) struct Seen {
+    /// Clusters, [`LEVELS`] above the base, that hold a point of it.
+    clusters: HashSet<u32>,
+    /// How far each point has no other surface before it, metres, in order.
+    clearances: Vec<f32>,
+}
+
+impl Seen {
+    /// Traces the rays.
+    ///
+    /// # Errors
+    /// The device lacks memory or failed.
+    pub(super) fn new(scene: &Scene, made: &Precomputed) -> Result<Self> {
+        let view = View::from(&scene.cameras[0]);
+        let [columns, rows] = RAYS;
+        let query = |index: u32| {
+            let part = |place: u32, count: u32| (place as f32 + 0.5) / count as f32 * 2.0 - 1.0;
+            let (x, y) = (part(index % columns, columns), part(index / columns, rows));
+            RayQuery { origin: view.position, direction: view.forward + x * view.right - y * view.up }
+        };
+        let queries: Vec<RayQuery> = (0..columns * rows).map(query).collect();
+        let answers = made.closed.rays.trace(&made.buffers, &queries)?;
+        let clear = 1e-5 * (scene.bounds().1 - scene.bounds().0).length();
+        let (mut clusters, mut around) = (HashSet::new(), Vec::new());
+        for (query, answer) in queries.iter().zip(&answers).filter(|(_, answer)| answer.t >= 0.0) {
+            let (surface, is_back) = (&made.surfaces[answer.side as usize / 2], answer.side % 2 == 1);
+            let (position, normal) = (query.origin + answer.t * query.direction, surface.normal_of(is_back));
+            let cell = made.hvds.grid.index_of(made.hvds.grid.cell_of(position, normal));
+            let Some(cluster) = made.hvds.base_cluster(cell, surface.side_code(is_back), position) else {
+                continue;
+            };
+            clusters.insert(above(made, cluster));
+            around.extend(hemisphere(position + clear * normal, normal));
+        }
+        let answers = made.closed.rays.trace(&made.buffers, &around)?;
+        let nearest = |answers: &[RayAnswer]| {
+            let met = answers.iter().filter(|answer| answer.t >= 0.0).map(|answer| answer.t);
+            met.fold(f32::INFINITY, f32::min)
+        };
+        let mut clearances: Vec<f32> = answers.chunks_exact(AROUND as usize).map(nearest).collect();
+        clearances.sort_by(f32::total_cmp);
+        Ok(Self { clusters, clearances })
+    }
+
+    /// How far half of what is seen has no other surface before it, metres.
+    pub(super) fn room(&self) -> f64 {
+        self.clearances.get(self.clearances.len() / 2).map_or(f64::INFINITY, |&room| f64::from(room))
+    }
+
+    /// Which light paths bring light to what is seen, after a reflection at least.
+    pub(super) fn paths(&self, made: &Precomputed) -> Vec<bool> {
+        let mut reach = vec![false; made.entry_points.len()];
+        for (cluster, runs) in (0..).zip(made.paths.first_deposits.windows(3).step_by(2)) {
+            if self.clusters.contains(&above(made, cluster)) {
+                let deposits = &made.paths.deposits[runs[1] as usize..runs[2] as usize];
+                deposits.iter().for_each(|deposit| reach[deposit.path() as usize] = true);
+            }
+        }
+        reach
+    }
+}
+
+/// Which light paths bring light to what the first camera sees; warns where the settings do not resolve that. None where there are no paths.
+pub(super) fn paths_to_view(scene: &mut Scene, made: &Precomputed) -> Result<Vec<bool>> {
+    if made.entry_points.is_empty() {
+        return Ok(Vec::new());
+    }
+    let seen = Seen::new(scene, made)?;
+    // One warning will do.
+    if resolution::wide_cells(made.room, &made.hvds.grid, scene.quality.cells).is_none() {
+        scene.warnings.extend(resolution::wide_cells_in_view(
+            seen.room(),
+            &made.hvds.grid,
+            scene.quality.cells,
+        ));
+    }
+    Ok(seen.paths(made))
+}
+
+fn above(made: &Precomputed, mut cluster: u32) -> u32 {
+    for _ in 0..LEVELS {
+        match made.hvds.parents[cluster as usize] {
+            NO_CLUSTER => break,
+            parent => cluster = parent,
+        }
+    }
+    cluster
+}
+
+/// Rays to all sides of a surface. Unit directions.
+fn hemisphere(origin: Vec3, normal: Vec3) -> impl Iterator<Item = RayQuery> {
+    /// Of a turn: neighbours along a spiral lie apart.
+    const GOLDEN: f32 = 0.381_966;
+    let (tangent, bitangent) = normal.any_orthonormal_pair();
+    (0..AROUND).map(move |index| {
+        let height = (index as f32 + 0.5) / AROUND as f32;
+        let (sine, cosine) = (TAU * GOLDEN * index as f32).sin_cos();
+        let across = (1.0 - height * height).sqrt();
+        RayQuery { origin, direction: height * normal + across * (cosine * tangent + sine * bitangent) }
+    })
+}
+
+impl Renderer {
+    /// Warns of lights that few light paths carry to what the camera sees. `reach` of the paths, as [`Seen::paths`] finds it.
+    pub(super) fn warn_of_few_paths(&mut self, reach: &[bool]) -> Result<()> {
+        if reach.is_empty() {
+            return Ok(());
+        }
+        self.find_near_lamps()?;
+        let mut lights = self.lights.without_factors();
+        lights.truncate(LIGHTS);
+        self.context.run(|rec| {
+            let mut pass = rec.pass(FormFactors::STEM);
+            for &(light, factors) in &lights {
+                self.form_factors.record(&mut pass, &self.buffers, light, factors);
+                pass.barrier(COMPUTE_TO_COMPUTE);
+                if let Some((near, count)) = self.lights.near(light.index) {
+                    self.near_lamps.record(&mut pass, near, *count, factors);
+                }
+                pass.barrier(COMPUTE_TO_TRANSFER);
+            }
+        })?;
+        self.buffers.refuse_cut_short("form factors", 0)?;
+        let mut carried = Vec::new();
+        for (light, factors) in lights {
+            let factors: Vec<f32> = factors.read_range(0, reach.len())?;
+            let brings = factors.iter().zip(self.form_factors.weights()).zip(reach);
+            let brings = brings.map(|((factor, weight), reaches)| match reaches {
+                true => f64::from(factor * weight),
+                false => 0.0,
+            });
+            let (sum, squares) =
+                brings.fold((0.0, 0.0), |(sum, squares), flux| (sum + flux, squares + flux * flux));
+            let flux = sum * luminance(self.scene.lights[light.index as usize].kind.emission());
+            carried.push((light.index as usize, flux, sum * sum / squares));
+        }
+        let all: f64 = carried.iter().map(|(_, flux, _)| flux).sum();
+        let few = carried.into_iter().filter(|(_, flux, count)| *count < FEWEST && *flux > SLIGHT * all);
+        let warnings: Vec<String> =
+            few.map(|(light, _, count)| resolution::few_paths(&self.scene, light, count)).collect();
+        self.scene.warnings.extend(warnings);
+        Ok(())
+    }
+}

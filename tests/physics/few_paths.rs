@@ -1,0 +1,71 @@
+//! Settings that are too coarse for a light are told, and others are not.
+
+use crate::common::{assert_silent, context};
+use crate::{SMALL, render};
+use glam::Vec3;
+use lightpaths::scene::{LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
+
+/// A room of 5 × 2.6 × 4 m whose wall has a square window of that width, through which the sun shines; on a ground of that width, if any.
+fn room(window: f32, ground: f32) -> Scene {
+    let mut scene = shapes::closed_box(Vec3::new(5.0, 2.6, 4.0), 0.75);
+    scene.triangles.retain(|triangle| !triangle.positions.iter().all(|corner| corner.x < -2.49));
+    let mut quad = |corners: [Vec3; 4]| {
+        let [a, b, c, d] = corners;
+        for positions in [[a, b, c], [a, c, d]] {
+            let mut made = Triangle { positions, normals: [Vec3::X; 3], material: 0 };
+            made.normals = [made.geometric_normal(); 3];
+            scene.triangles.push(made);
+        }
+    };
+    let half = 0.5 * window;
+    let mut wall = |low: [f32; 2], high: [f32; 2]| {
+        let corner = |y, z| Vec3::new(-2.5, y, z);
+        quad([
+            corner(low[0], low[1]),
+            corner(high[0], low[1]),
+            corner(high[0], high[1]),
+            corner(low[0], high[1]),
+        ]);
+    };
+    wall([-1.3, -2.0], [-half, 2.0]);
+    wall([half, -2.0], [1.3, 2.0]);
+    wall([-half, -2.0], [half, -half]);
+    wall([-half, half], [half, 2.0]);
+    if ground > 0.0 {
+        let corner = |x: f32, z: f32| Vec3::new(x * ground, -1.31, z * ground);
+        quad([corner(-0.5, -0.5), corner(-0.5, 0.5), corner(0.5, 0.5), corner(0.5, -0.5)]);
+    }
+    let camera = &mut scene.cameras[0];
+    (camera.position, camera.target) = (Vec3::new(2.2, 0.1, 1.8), Vec3::new(-0.6, -0.4, -0.6));
+    (camera.fov_y_degrees, camera.size) = (70.0, [24, 18]);
+    scene.lights[0].kind =
+        LightKind::Directional { direction: Vec3::new(1.0, -0.7, -0.15), irradiance: Vec3::splat(100.0) };
+    scene
+}
+
+fn warnings(scene: Scene, quality: &Quality) -> Vec<String> {
+    let about = |warning: &&String| warning.contains("quality.entry_points") || warning.contains("cells are");
+    render(scene, quality.clone()).scene().warnings.iter().filter(about).cloned().collect()
+}
+
+#[test]
+fn a_light_that_few_entry_points_carry_is_told() {
+    let quality = Quality { entry_points: 100_000, ..SMALL };
+    let told = warnings(room(0.1, 0.0), &quality);
+    assert!(told.len() == 1 && told[0].contains("--set quality.entry_points="), "{told:?}");
+    assert_eq!(warnings(room(1.2, 0.0), &quality), Vec::<String>::new());
+    // Of many more a small window is right, too.
+    let value = told[0].rsplit('=').next().unwrap().trim_end_matches(')').parse().unwrap();
+    assert!((800_000..4_000_000).contains(&value), "{told:?}");
+    // Entry points outside do not help a camera inside.
+    let told = warnings(room(0.3, 60.0), &quality);
+    assert!(!told.is_empty(), "a small building on a large ground");
+    assert_silent(&context());
+}
+
+#[test]
+fn built_in_scenes_are_resolved() {
+    let scene = Scene::load("box", &LoadOptions::default()).unwrap();
+    assert_eq!(warnings(scene, &Quality::DRAFT), Vec::<String>::new());
+    assert_silent(&context());
+}

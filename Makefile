@@ -4,7 +4,7 @@ CARGO ?= cargo
 # rustup puts cargo here; a shell that was open before the installation does not know yet.
 export PATH := $(PATH):$(HOME)/.cargo/bin
 
-.PHONY: help run demo screenshots test stress soak fuzz lint audit bench tables figures film scale peers spirv setup clean
+.PHONY: help run demo screenshots test stress soak fuzz lint audit mutants bench tables figures film scale peers spirv setup clean
 
 help:
 	@echo 'make run    build, render the Box to out/box.png and time it'
@@ -14,6 +14,7 @@ help:
 	@echo 'make stress full sizes of the tests of docs/numerics.md, and scenes of ten million triangles, every call and allocation that fails (8 GB of memory, forty minutes on two cores)'
 	@echo 'make soak   eight renders at once at the paper'"'"'s settings, then an hour of edits'
 	@echo 'make fuzz   readers of files from strangers, SECONDS=60 each (needs a nightly compiler)'
+	@echo 'make mutants small faults in the code, and which of them the tests see (hours; needs python3 and glslc)'
 	@echo 'make audit  advisories against the crates that are used (needs a network)'
 	@echo 'make lint   formatting, lints, documentation, tree checks, licences'
 	@echo 'make bench  times of this tree against another commit, BASE=HEAD~1, in turns'
@@ -81,6 +82,15 @@ READERS ?= toml film obj mtl texture image stored
 fuzz:
 	@scripts/setup.sh
 	@SECONDS_EACH='$(SECONDS)' scripts/fuzz.sh $(READERS)
+
+# How many faults in Rust and in GLSL.
+MUTANTS ?= --rust 150 --glsl 40
+
+mutants:
+	@scripts/setup.sh --tests
+	@scripts/mutants.py build $(MUTANTS)
+	@scripts/mutants.py run
+	@scripts/mutants.py report
 
 # What `make bench` compares with, and options of `time`, e.g. `make bench BASE=v0.1.0 BENCH='atrium --frames 9 --lights 1'`.
 BASE ?= HEAD~1

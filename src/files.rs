@@ -41,6 +41,32 @@ pub(crate) fn too_long(bytes: impl fmt::Display, most_bytes: u64) -> String {
     format!("has {bytes} bytes, {most_bytes} at most can be read: is it the right file?")
 }
 
+/// Bytes that are read without a look at how much memory is free.
+const SMALL_BYTES: u64 = 1 << 30;
+
+/// An empty list with room for so many bytes. A file may have holes: its length costs whoever made it nothing.
+///
+/// # Errors
+/// There is not that much memory, in words that follow the file's name.
+pub(crate) fn room_for(bytes: u64) -> Result<Vec<u8>, String> {
+    let refusal = || format!("has {bytes} bytes, more than there is memory for: is it the right file?");
+    // Systems give out more memory than they have, and end the process that uses it.
+    if bytes > SMALL_BYTES && free_bytes().is_some_and(|free| bytes > free) {
+        return Err(refusal());
+    }
+    let mut room = Vec::new();
+    let count = usize::try_from(bytes).map_err(|_| refusal())?;
+    room.try_reserve_exact(count).map_err(|_| refusal())?;
+    Ok(room)
+}
+
+/// Memory that can be used without swapping. `None` where the system does not tell.
+fn free_bytes() -> Option<u64> {
+    let text = fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
+}
+
 /// The bytes of a regular file that has `most_bytes` at most.
 ///
 /// # Errors
@@ -56,7 +82,7 @@ pub(crate) fn read(path: &Path, most_bytes: u64) -> Result<Vec<u8>, Unread> {
     if about.len() > most_bytes {
         return Err(Unread::Because(too_long(about.len(), most_bytes)));
     }
-    let mut bytes = Vec::with_capacity(about.len() as usize);
+    let mut bytes = room_for(about.len()).map_err(Unread::Because)?;
     // It may have grown since, and some that the system makes up say that they have no length.
     File::open(path)?.take(most_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most_bytes {
@@ -132,6 +158,9 @@ mod tests {
         // Without a byte on the disk, yet as long as it says.
         File::create(&file).and_then(|file| file.set_len(1 << 40)).expect("files may have holes");
         assert!(read(&file, 1 << 20).is_err());
+        // Where so much may be read, but cannot be held.
+        let refusal = read(&file, u64::MAX).expect_err("it has a terabyte").to_string();
+        assert!(refusal.starts_with("has 1099511627776 bytes, more than there is memory for"), "{refusal}");
         assert_eq!(read(&folder.path().join("b"), 1), Err(Unread::Missing));
         assert!(read(folder.path(), 1).expect_err("no file").to_string().contains("directory"));
     }

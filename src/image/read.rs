@@ -86,8 +86,10 @@ fn read_png(bytes: &[u8]) -> std::result::Result<Picture, String> {
     decoder.set_ignore_iccp_chunk(true);
     decoder.set_ignore_text_chunk(true);
     let header = decoder.read_header_info().map_err(say)?;
-    let (size, decoded) = (header.size(), header.raw_bytes());
-    check_size([size.0 as usize, size.1 as usize], decoded.saturating_mul(8), bytes.len())?;
+    let size = [header.width as usize, header.height as usize];
+    // Sides first: the number of bytes of what is larger may not be a number.
+    check_size(size, 0, bytes.len())?;
+    check_size(size, header.raw_bytes().saturating_mul(8), bytes.len())?;
     let mut reader = decoder.read_info().map_err(say)?;
     if let Some(palette) = reader.info().palette.as_ref().map(|palette| palette.len())
         && (palette % 3 != 0 || palette == 0 || palette > 768)

@@ -3,7 +3,7 @@
 mod share;
 mod video;
 
-use std::collections::HashSet;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -16,7 +16,7 @@ use super::{overlap, picture};
 use crate::error::{Error, Result};
 use crate::image::ExrLayer;
 use crate::renderer::{Layer, Renderer};
-use crate::scene::film;
+use crate::scene::{Scene, film};
 use share::Share;
 use video::Video;
 
@@ -71,11 +71,7 @@ impl Film {
         let store = self.cache_args.store()?;
         let (film, scene) = film::Film::load(&self.film, &self.scene_args.options())?;
         let share = self.frames.unwrap_or_default().of(film.frame_count)?;
-        let names: HashSet<_> = share.clone().map(|frame| self.frame_name(frame, &film)).collect();
-        let video = self.job(&film).map(|job| job.file_name());
-        let is_written = |name: &str| names.contains(name) || video.as_deref() == Some(name);
-        let inputs = scene.inputs.iter().map(PathBuf::as_path).chain(self.cache_args.path());
-        overlap::refuse_in_folder(&self.output, is_written, &inputs.collect::<Vec<_>>())?;
+        self.refuse_inputs(&film, &scene, &share)?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let context = self.device_args.open()?;
         create_folder(&self.output)?;
@@ -113,6 +109,18 @@ impl Film {
             device_label(&context),
         ))?;
         self.make_video(&film, share.len() == film.frame_count as usize)
+    }
+
+    /// Refuses frames and a video that would replace an input.
+    fn refuse_inputs(&self, film: &film::Film, scene: &Scene, share: &Range<u32>) -> Result<()> {
+        let video = self.job(film).map(|job| job.file_name());
+        let is_frame = |name: &str| {
+            let number = name.split(['-', '.']).nth(1).and_then(|number| number.parse().ok());
+            number.is_some_and(|frame| share.contains(&frame) && self.frame_name(frame, film) == name)
+        };
+        let is_written = |name: &str| is_frame(name) || video.as_deref() == Some(name);
+        let inputs = scene.inputs.iter().map(PathBuf::as_path).chain(self.cache_args.path());
+        overlap::refuse_in_folder(&self.output, is_written, &inputs.collect::<Vec<_>>())
     }
 
     fn frame_name(&self, frame: u32, film: &film::Film) -> String {

@@ -1,10 +1,11 @@
 // Tone map: radiance to sRGB codes. The exact sRGB curve up to SHOULDER, so that mid-grey and what diffuse surfaces show stay
-// where sRGB puts them; above it a shoulder of continuous slope that reaches white only at infinity. Deterministic.
+// where sRGB puts them; above it a shoulder of continuous slope that reaches white only at infinity. Rounding is dithered, so that dark gradients show no bands. Deterministic.
 // One invocation = one pixel. In: radiance (W/m²/sr), exposure. Out: R | G << 8 | B << 16 | 255 << 24.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 #include "include/dispatch.glsl"
+#include "include/sampling.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -19,17 +20,34 @@ layout(scalar, push_constant) uniform Push { TonemapPush push; };
 
 const float SHOULDER = 0.8;
 
-uint display_value(float linear) {
+// The code of a linear value before it is rounded, 0..=255. Negative values and NaN give 0.
+float display_code(float linear) {
     float beyond = (linear - SHOULDER) / (1.0 - SHOULDER);
     float toned = linear > SHOULDER ? 1.0 - (1.0 - SHOULDER) / (1.0 + beyond) : linear;
+    // White is white, whatever the device's pow makes of 1.
+    if (toned >= 1.0) return 255.0;
     float code = toned <= 0.0031308 ? 12.92 * toned : 1.055 * pow(toned, 1.0 / 2.4) - 0.055;
-    // Negative values and NaN give 0.
-    return code > 0.0 ? uint(min(255.0 * code + 0.5, 255.0)) : 0u;
+    return code > 0.0 ? min(255.0 * code, 255.0) : 0.0;
+}
+
+// Uniform in [0, 1), of 16 bits: a sum with a code is exact.
+float dither_noise(uint pixel, uint channel) { return float(hash(3u * pixel + channel) >> 16) / 65536.0; }
+
+// Rounds a code up or down, so that the mean over pixels is the code. The noise is triangular, the difference of a pixel's
+// uniform number and its right neighbour's: it changes fast from pixel to pixel. Towards black and white, where a
+// triangle's foot would be cut off and shift the mean, it narrows to the uniform number alone; these two are exact.
+uint dithered(float code, uint pixel, uint channel) {
+    float width = clamp(2.0 * min(code, 255.0 - code), 0.0, 1.0);
+    float noise = dither_noise(pixel, channel) + width * (0.5 - dither_noise(pixel + 1u, channel));
+    return uint(clamp(floor(code + noise), 0.0, 255.0));
 }
 
 void main() {
     uint index = flat_invocation();
     if (index >= push.pixel_count) return;
     vec3 value = push.scale * radiance[index];
-    display[index] = display_value(value.r) | (display_value(value.g) << 8) | (display_value(value.b) << 16) | 0xff000000u;
+    uint red = dithered(display_code(value.r), index, 0u);
+    uint green = dithered(display_code(value.g), index, 1u);
+    uint blue = dithered(display_code(value.b), index, 2u);
+    display[index] = red | (green << 8) | (blue << 16) | 0xff000000u;
 }

@@ -48,15 +48,24 @@ pub enum Error {
         /// The last pass recorded, when the device was lost.
         pass: Option<String>,
     },
-    /// A picture that came out with values that are no numbers, or infinite.
+    /// A picture came out with values that are infinite or no numbers.
     #[error(
-        "{odd} of the picture's {of} values are not finite, and it was not written: this is a fault of the program or the driver; please report the scene and the command"
+        "{count} {} of the picture{} {} not finite, the first at ({}, {}) from the top left: {}, {}, {}; nothing was written. \
+         This is a fault of the program: report it with the scene, and try --method path",
+        if *.count == 1 { "pixel" } else { "pixels" },
+        if .layer.is_empty() { String::new() } else { format!("'s layer `{}`", .layer) },
+        if *.count == 1 { "is" } else { "are" },
+        .first[0], .first[1], .value[0], .value[1], .value[2],
     )]
     NotFinite {
-        /// Values that are not finite.
-        odd: usize,
-        /// All values.
-        of: usize,
+        /// Layer of the picture; empty for the main one.
+        layer: String,
+        /// How many pixels.
+        count: usize,
+        /// Column and row of the first.
+        first: [usize; 2],
+        /// Its values.
+        value: [f32; 3],
     },
     /// A comparison that the caller asked to be judged came out above its bound.
     #[error("{0}")]
@@ -101,7 +110,8 @@ impl Error {
         }
     }
 
-    /// The process exit code: 1 comparison failed, 2 bad input, 3 no device or display, 4 device failure or a picture that is none.
+    /// The process exit code: 1 comparison failed, 2 bad input, 3 no device or display, 4 device failure or a picture
+    /// that is not finite.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Comparison(_) => 1,

@@ -1,9 +1,13 @@
-//! Reading files that somebody else may have made: regular ones alone, and no more of one than there may be.
+//! Reading files that somebody else may have made: regular ones alone, and no more of one than there may be. Decoders of other
+//! crates run guarded.
 
+use std::cell::Cell;
 use std::fmt;
 use std::fs::{self, File};
 use std::io::{self, Read};
+use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
+use std::sync::Once;
 
 /// Why a file was not read. It reads as what follows the file's name.
 #[derive(Debug, PartialEq, Eq)]
@@ -37,6 +41,32 @@ pub(crate) fn too_long(bytes: impl fmt::Display, most_bytes: u64) -> String {
     format!("has {bytes} bytes, {most_bytes} at most can be read: is it the right file?")
 }
 
+/// Bytes that are read without a look at how much memory is free.
+const SMALL_BYTES: u64 = 1 << 30;
+
+/// An empty list with room for so many bytes. A file may have holes: its length costs whoever made it nothing.
+///
+/// # Errors
+/// There is not that much memory, in words that follow the file's name.
+pub(crate) fn room_for(bytes: u64) -> Result<Vec<u8>, String> {
+    let refusal = || format!("has {bytes} bytes, more than there is memory for: is it the right file?");
+    // Systems give out more memory than they have, and end the process that uses it.
+    if bytes > SMALL_BYTES && free_bytes().is_some_and(|free| bytes > free) {
+        return Err(refusal());
+    }
+    let mut room = Vec::new();
+    let count = usize::try_from(bytes).map_err(|_| refusal())?;
+    room.try_reserve_exact(count).map_err(|_| refusal())?;
+    Ok(room)
+}
+
+/// Memory that can be used without swapping. `None` where the system does not tell.
+fn free_bytes() -> Option<u64> {
+    let text = fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
+}
+
 /// The bytes of a regular file that has `most_bytes` at most.
 ///
 /// # Errors
@@ -52,7 +82,7 @@ pub(crate) fn read(path: &Path, most_bytes: u64) -> Result<Vec<u8>, Unread> {
     if about.len() > most_bytes {
         return Err(Unread::Because(too_long(about.len(), most_bytes)));
     }
-    let mut bytes = Vec::with_capacity(about.len() as usize);
+    let mut bytes = room_for(about.len()).map_err(Unread::Because)?;
     // It may have grown since, and some that the system makes up say that they have no length.
     File::open(path)?.take(most_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most_bytes {
@@ -62,9 +92,60 @@ pub(crate) fn read(path: &Path, most_bytes: u64) -> Result<Vec<u8>, Unread> {
     }
 }
 
+thread_local! {
+    /// Whether panics of this thread are caught, and so not printed.
+    static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Characters of a panic's message that are quoted.
+const PANIC_CHARACTERS: usize = 100;
+
+/// What `work` returns. `work` reads bytes from a stranger through a decoder of another crate, called `name` in messages ("PNG", "images").
+///
+/// # Errors
+/// As `work`. If the decoder panics, the error says that the file is damaged, in words that follow its name. The panic of this thread is
+/// not printed; those of threads that the decoder starts are.
+pub(crate) fn guarded<T>(name: &str, work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let print = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !IS_GUARDED.get() {
+                print(info);
+            }
+        }));
+    });
+    let was_guarded = IS_GUARDED.replace(true);
+    // Whatever `work` had under way is dropped with it: nobody sees it half done.
+    let result = panic::catch_unwind(AssertUnwindSafe(work));
+    IS_GUARDED.set(was_guarded);
+    result.unwrap_or_else(|payload| {
+        let text = payload.downcast_ref::<String>().map(String::as_str);
+        let text = text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no message");
+        let text: String =
+            text.chars().take(PANIC_CHARACTERS).map(|c| if c.is_control() { ' ' } else { c }).collect();
+        Err(format!("is damaged: the decoder of {name} failed ({text}): save it anew"))
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn panics_of_decoders_are_errors_in_one_line() {
+        assert_eq!(guarded("PNG", || Ok(7)), Ok(7));
+        assert_eq!(guarded("PNG", || Err::<(), _>("is none".to_owned())), Err("is none".to_owned()));
+        let [zero, long] = [0_usize, 300];
+        let divided = guarded("PNG", || Ok(1 / zero)).expect_err("it panics");
+        assert!(divided.starts_with("is damaged: the decoder of PNG failed (attempt to divide"), "{divided}");
+        let text = guarded("GIF", || -> Result<(), String> { panic!("{}\n\u{1b}", "x".repeat(long)) });
+        let text = text.expect_err("it panics");
+        assert!(text.len() < 200 && !text.contains(char::is_control), "{text:?}");
+        // One inside another, after which panics are printed again.
+        let inner = guarded("GIF", || Ok(guarded("PNG", || Ok([1, 2][long])).is_err() && IS_GUARDED.get()));
+        assert_eq!((inner, IS_GUARDED.get()), (Ok(true), false));
+    }
 
     #[test]
     fn no_more_is_read_than_there_may_be() {
@@ -77,6 +158,9 @@ mod tests {
         // Without a byte on the disk, yet as long as it says.
         File::create(&file).and_then(|file| file.set_len(1 << 40)).expect("files may have holes");
         assert!(read(&file, 1 << 20).is_err());
+        // Where so much may be read, but cannot be held.
+        let refusal = read(&file, u64::MAX).expect_err("it has a terabyte").to_string();
+        assert!(refusal.starts_with("has 1099511627776 bytes, more than there is memory for"), "{refusal}");
         assert_eq!(read(&folder.path().join("b"), 1), Err(Unread::Missing));
         assert!(read(folder.path(), 1).expect_err("no file").to_string().contains("directory"));
     }

@@ -1,6 +1,6 @@
 //! Arguments that several commands share.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{Context, ContextOptions};
 use crate::renderer::{Progress, Renderer, Store};
 use crate::scene::{LoadOptions, Quality, Scene};
-use crate::stored::{Folder, is_foreign};
+use crate::stored::{Folder, misnamed};
 
 /// Largest image side in pixels; what a device can hold is asked of the device.
 const SIZE_MAX: u32 = 16_384;
@@ -60,20 +60,19 @@ impl CacheArgs {
                     Err(Error::Usage("--cache-limit is for a folder, and --cache names a file".into()))
                 }
                 // It would be written over.
-                None if is_foreign(path) => Err(Error::input(
-                    path,
-                    "holds no light paths: --cache takes a folder, or a file that `precompute` wrote",
-                )),
-                None => Ok(Some(Store::File(path.clone()))),
+                None => match misnamed(path) {
+                    Some(why) => Err(Error::input(path, format!("--cache: {why}"))),
+                    None => Ok(Some(Store::File(path.clone()))),
+                },
             };
         }
         let limit_bytes = self.cache_limit.unwrap_or(CACHE_LIMIT);
         Ok(Some(Store::Folder(Folder { path: path.clone(), limit_bytes })))
     }
 
-    /// Whether it was asked for.
-    pub(super) fn is_given(&self) -> bool {
-        self.cache.is_some()
+    /// The file or folder as the user named it.
+    pub(super) fn path(&self) -> Option<&Path> {
+        self.cache.as_deref()
     }
 }
 
@@ -145,7 +144,7 @@ impl DeviceArgs {
     /// Passes on what the validation layers had to say, which is nothing unless the program has a fault.
     pub(super) fn report_validation(&self, context: &Context) {
         for message in context.take_validation_messages() {
-            note(&format!("lightpaths: validation: {}\n", message.replace('\n', " ")));
+            note(&format!("lightpaths: validation: {}", message.replace('\n', " ")));
         }
     }
 
@@ -157,7 +156,7 @@ impl DeviceArgs {
     /// Says on stderr how far the work is.
     pub(super) fn say(&self, message: &str) {
         if !self.quiet {
-            note(&format!("lightpaths: {message}\n"));
+            note(&format!("lightpaths: {message}"));
         }
     }
 
@@ -189,7 +188,7 @@ impl DeviceArgs {
     /// Says something on stderr that the result does not depend on.
     pub(super) fn warn(&self, message: &str) {
         if !self.quiet {
-            note(&format!("lightpaths: warning: {message}\n"));
+            note(&format!("lightpaths: warning: {message}"));
         }
     }
 }
@@ -205,7 +204,7 @@ fn parse_size(text: &str) -> std::result::Result<[u32; 2], String> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     match sides {
         Some(size @ [1..=SIZE_MAX, 1..=SIZE_MAX]) => Ok(size),
-        Some(_) => Err(format!("each side must be 1 to {SIZE_MAX} pixels")),
+        Some(_) => Err(format!("each side must be 1 to {SIZE_MAX} pixels, as in 640x480")),
         None => Err("expected WIDTHxHEIGHT, as in 640x480".to_owned()),
     }
 }
@@ -223,22 +222,6 @@ fn parse_bytes(text: &str) -> std::result::Result<u64, String> {
     bytes.ok_or_else(|| "expected a number of bytes, as in 500M or 8G".to_owned())
 }
 
-/// Refuses a number that is not finite.
-pub(super) fn parse_finite(text: &str) -> std::result::Result<f32, String> {
-    match text.parse::<f32>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err("expected a finite number".to_owned()),
-    }
-}
-
-/// Takes a length of time that can be waited for.
-pub(super) fn parse_seconds(text: &str) -> std::result::Result<f32, String> {
-    match text.parse::<f32>() {
-        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
-        _ => Err("expected a positive number of seconds".to_owned()),
-    }
-}
-
 /// The name of the device as tables and files show it: nobody shall mistake a processor for a GPU.
 pub(super) fn device_label(context: &Context) -> String {
     format!("{}{}", context.name(), if context.is_cpu() { " (a CPU)" } else { "" })
@@ -251,19 +234,6 @@ pub(super) fn shell_word(word: &str) -> String {
         word.to_owned()
     } else {
         format!("'{}'", word.replace('\'', r"'\''"))
-    }
-}
-
-/// Refuses two outputs under one name.
-pub(super) fn refuse_same_output(
-    first: Option<&std::path::Path>,
-    second: Option<&std::path::Path>,
-) -> Result<()> {
-    match (first, second) {
-        (Some(a), Some(b)) if a == b => {
-            Err(Error::Usage(format!("{} is named for two outputs", a.display())))
-        }
-        _ => Ok(()),
     }
 }
 
@@ -287,14 +257,6 @@ mod tests {
         }
         for bad in ["", "G", "-1G", "+1G", "1.5G", "1T", "99999999999G"] {
             assert!(parse_bytes(bad).is_err(), "{bad}");
-        }
-    }
-
-    #[test]
-    fn numbers_must_be_finite() {
-        assert_eq!(parse_finite("-1.5"), Ok(-1.5));
-        for bad in ["nan", "inf", "1e99", "", "one"] {
-            assert!(parse_finite(bad).is_err(), "{bad}");
         }
     }
 }

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use super::args::parse_finite;
-use super::heatmap;
+use super::numbers::{parse_bound, parse_finite};
 use super::output::OutputFile;
+use super::{heatmap, overlap};
 use crate::cpu::tonemap::display_value;
 use crate::error::{Error, Result};
 use crate::image::{self, Picture, write_png};
@@ -15,8 +15,9 @@ use crate::metrics::{self, Comparison, PIXELS_PER_DEGREE, ZTest};
 /// Compare an image with a reference
 ///
 /// relMSE is the mean of (v-r)²/(r+0.01)² over pixels and channels, SMAPE the mean of |v-r|/((|v|+|r|)/2), FLIP the mean of
-/// LDR-FLIP at 67 pixels a degree. FLIP judges what is displayed: an EXR is exposed and tone mapped as `render` does for a PNG, a
-/// PNG is taken as it is. The other figures are of linear values.
+/// LDR-FLIP at 67 pixels a degree. FLIP judges what is displayed: an EXR is exposed and tone mapped as `render` does for a PNG, but
+/// not dithered, a PNG is taken as it is. The other figures are of linear values. EXR files are compared in their display window: pixels lie where the
+/// data window says, and all others are black.
 #[derive(Debug, Args)]
 pub(super) struct Compare {
     /// The image to judge: .exr or .png
@@ -64,11 +65,12 @@ enum HeatmapOf {
 
 impl Compare {
     pub(super) fn run(self) -> Result<()> {
+        overlap::refuse_inputs(self.heatmap.as_deref(), &[&self.image, &self.reference])?;
         let heatmap = self.heatmap.as_deref().map(OutputFile::check).transpose()?;
         let reference_layer = self.reference_layer.as_deref().or(self.layer.as_deref());
         let image = read_finite(&self.image, self.layer.as_deref())?;
         let reference = read_finite(&self.reference, reference_layer)?;
-        same_size((&self.image, image.size), (&self.reference, reference.size))?;
+        same_window((&self.image, &image), (&self.reference, &reference))?;
 
         let stops = self.exposure.unwrap_or(0.0);
         let [shown, shown_reference] = [&image, &reference].map(|picture| display(picture, stops));
@@ -101,7 +103,7 @@ impl Compare {
             if self.json { json(&comparison, z_test.as_ref()) } else { text(&comparison, z_test.as_ref()) };
         super::print(&text)?;
         if let Some(scale) = scale {
-            super::note(&format!("lightpaths: heat map: {scale}\n"));
+            super::note(&format!("lightpaths: heat map: {scale}"));
         }
         match self.max_relmse {
             Some(bound) if comparison.relmse > bound => Err(Error::Comparison(format!(
@@ -117,7 +119,10 @@ impl Compare {
         let reference_layer = self.reference_variance_layer.as_deref().unwrap_or(layer);
         let read = |path: &Path, size: [u32; 2], layer: &str| {
             let variance = read_finite(path, Some(layer))?;
-            same_size((path, size), (path, variance.size))?;
+            if variance.size != size {
+                let ([w, h], [vw, vh]) = (size, variance.size);
+                return Err(Error::input(path, format!("is {w}x{h} pixels, its layer `{layer}` {vw}x{vh}")));
+            }
             match variance.pixels.iter().flatten().any(|&value| value < 0.0) {
                 true => Err(Error::input(path, format!("layer `{layer}` holds negative variances"))),
                 false => Ok(variance.pixels),
@@ -146,13 +151,23 @@ fn read_finite(path: &Path, layer: Option<&str>) -> Result<Picture> {
     }
 }
 
-fn same_size((image, [w, h]): (&Path, [u32; 2]), (reference, [rw, rh]): (&Path, [u32; 2])) -> Result<()> {
-    if [w, h] == [rw, rh] {
-        return Ok(());
+/// Refuses pictures that do not lie in one window.
+fn same_window((image, a): (&Path, &Picture), (reference, b): (&Path, &Picture)) -> Result<()> {
+    let ([w, h], [rw, rh]) = (a.size, b.size);
+    let reference = reference.display();
+    if [w, h] != [rw, rh] {
+        let message = format!("is {w}x{h} pixels, but {reference} is {rw}x{rh}; render both at one size");
+        return Err(Error::input(image, message));
     }
-    let message =
-        format!("is {w}x{h} pixels, but {} is {rw}x{rh}; render both at one size", reference.display());
-    Err(Error::input(image, message))
+    match (a.origin, b.origin) {
+        (Some([x, y]), Some([rx, ry])) if [x, y] != [rx, ry] => {
+            let message = format!(
+                "has its display window at ({x}, {y}), but {reference} has it at ({rx}, {ry}); write both with one display window"
+            );
+            Err(Error::input(image, message))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The sRGB values that a viewer sees, 0..=1.
@@ -207,11 +222,4 @@ fn json(comparison: &Comparison, z_test: Option<&ZTest>) -> String {
     }
     let figures: Vec<String> = figures.iter().map(|(name, value)| format!("\"{name}\": {value}")).collect();
     format!("{{{}}}\n", figures.join(", "))
-}
-
-fn parse_bound(text: &str) -> std::result::Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(bound) if bound.is_finite() && bound >= 0.0 => Ok(bound),
-        _ => Err("expected a finite number, not below 0".to_owned()),
-    }
 }

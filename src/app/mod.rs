@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand, exit codes and one-line errors as promised to scripts.
 
+use std::borrow::Cow;
 use std::ffi::OsString;
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -18,7 +19,10 @@ mod film;
 mod heatmap;
 mod info;
 mod interrupt;
+mod numbers;
 mod output;
+mod overlap;
+mod picture;
 mod plot;
 mod precompute;
 mod progress;
@@ -74,7 +78,8 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Err(refusal) => match refusal.kind() {
             ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => print(&refusal.render().to_string()),
             ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-                note(&refusal.render().to_string());
+                // The program's own text, of many lines.
+                let _ = io::stderr().lock().write_all(refusal.render().to_string().as_bytes());
                 return ExitCode::from(2);
             }
             _ => Err(Error::Usage(one_line(&refusal.render().to_string()))),
@@ -83,7 +88,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            note(&format!("lightpaths: {}\n", error.to_string().replace('\n', " ")));
+            note(&format!("lightpaths: {}", error.to_string().replace('\n', " ")));
             ExitCode::from(error.exit_code())
         }
     }
@@ -100,6 +105,7 @@ fn one_line(message: &str) -> String {
 
 /// Writes results to stdout. A reader that has gone away (`lightpaths time | head`) is no error.
 fn print(text: &str) -> Result<()> {
+    let text: String = text.split('\n').map(escaped).collect::<Vec<_>>().join("\n");
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
@@ -109,9 +115,36 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Writes to stderr; if that fails there is nobody left to tell.
-fn note(text: &str) {
-    let _ = io::stderr().lock().write_all(text.as_bytes());
+/// Writes one result to stdout: a line, whatever names are in it.
+fn print_line(line: &str) -> Result<()> {
+    print(&(escaped(line).into_owned() + "\n"))
+}
+
+/// Writes a line to stderr; if that fails there is nobody left to tell.
+fn note(line: &str) {
+    let line = escaped(line).into_owned() + "\n";
+    let _ = io::stderr().lock().write_all(line.as_bytes());
+}
+
+/// The line as a terminal may get it. Names of layers, files, materials and lights come from files that anybody may have made: a
+/// control character in one moves the cursor, renames the window or hides what follows.
+fn escaped(line: &str) -> Cow<'_, str> {
+    /// Embeddings, overrides and isolates show text in another order than it has.
+    fn is_unsafe(c: char) -> bool {
+        c.is_control() || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    }
+    if !line.contains(is_unsafe) {
+        return line.into();
+    }
+    let escape = |mut out: String, c: char| {
+        if is_unsafe(c) {
+            out.extend(c.escape_default())
+        } else {
+            out.push(c)
+        }
+        out
+    };
+    line.chars().fold(String::new(), escape).into()
 }
 
 #[cfg(test)]
@@ -122,6 +155,20 @@ mod tests {
     fn the_arguments_are_consistent() {
         use clap::CommandFactory;
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn terminals_get_no_control_characters_and_all_other_text() {
+        for text in ["plain", "Größe 10 µm²", "光の道", "שלום", "e\u{301}", "👩\u{200d}🚀", "a\\nb"]
+        {
+            assert_eq!(escaped(text), text);
+        }
+        assert_eq!(escaped("a\u{1b}[2Jb"), "a\\u{1b}[2Jb");
+        assert_eq!(escaped("a\nb\rc\td"), "a\\nb\\rc\\td");
+        for c in (0..=0x9f).filter_map(char::from_u32).chain(['\u{202e}', '\u{2028}', '\u{2067}']) {
+            let escaped = escaped(&format!("x{c}y")).into_owned();
+            assert_eq!(escaped.chars().count() == 3, (' '..='~').contains(&c), "{escaped}");
+        }
     }
 
     #[test]

@@ -87,7 +87,7 @@ impl OutputFile {
     }
 
     fn temporary(&self) -> io::Result<Temporary> {
-        Temporary::create(self.folder())
+        Temporary::beside(&self.target)
     }
 
     fn failed(&self, error: &io::Error) -> Error {
@@ -167,5 +167,37 @@ mod tests {
         OutputFile::check(&link).unwrap().write(|writer| writer.write_all(b"2")).unwrap();
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read_to_string(&ours).unwrap(), "2");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_is_replaced_keeps_its_mode() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        fs::write(&path, "").unwrap();
+        for mode in [0o600, 0o640, 0o666, 0o755, 0o777, 0o400] {
+            fs::set_permissions(&path, PermissionsExt::from_mode(mode)).unwrap();
+            let output = OutputFile::check(&path).unwrap();
+            let found = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
+            output
+                .write(|writer| {
+                    let own = listing(folder.path()).into_iter().find(|name| name != "a").unwrap();
+                    let own = found(&folder.path().join(own));
+                    assert_eq!(own & 0o077 & !mode, 0, "{mode:o} is {own:o} on the way");
+                    writer.write_all(b"1")
+                })
+                .unwrap();
+            assert_eq!(found(&path), mode, "{mode:o}");
+            output
+                .write_by_name(|temporary| {
+                    // As a program that puts a file of its own in the place.
+                    fs::remove_file(temporary).unwrap();
+                    fs::write(temporary, "2").unwrap();
+                    Ok(true)
+                })
+                .unwrap();
+            assert_eq!((found(&path), fs::read_to_string(&path).unwrap()), (mode, "2".to_owned()));
+        }
     }
 }

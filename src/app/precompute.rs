@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::args::{DeviceArgs, SceneArgs, device_label};
 use super::output::OutputFile;
+use super::overlap;
 use crate::error::{Error, Result};
 use crate::renderer::Renderer;
 
@@ -32,6 +33,7 @@ impl Precompute {
     pub(super) fn run(self) -> Result<()> {
         OutputFile::check(&self.output)?;
         let scene = self.scene_args.load(&self.scene)?;
+        overlap::refuse_inputs([&*self.output], &scene.inputs)?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         if scene.quality.entry_points == 0 {
             return Err(Error::Usage("without entry points there are no light paths to keep".to_owned()));
@@ -44,8 +46,8 @@ impl Precompute {
         let (scene, written) = Renderer::store(&context, scene, &file, progress.as_mut())?;
         scene.warnings.iter().skip(said).for_each(|warning| self.device_args.warn(warning));
         self.device_args.report_validation(&context);
-        super::print(&format!(
-            "{}: light paths of {}, {:.1} MiB, precompute {:.2} s, {}\n",
+        super::print_line(&format!(
+            "{}: light paths of {}, {:.1} MiB, precompute {:.2} s, {}",
             self.output.display(),
             scene.name,
             written.bytes as f64 / f64::from(1 << 20),

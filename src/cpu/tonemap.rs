@@ -1,20 +1,55 @@
 //! Twin of the tone map.
 
+use super::sampling::hash;
+
 /// Below this display value the tone map is the identity; above it, highlights roll off.
 const SHOULDER: f32 = 0.8;
 
 /// The 8-bit sRGB code of a linear value: the exact sRGB curve up to 0.8, so that mid-grey and everything a
 /// diffuse surface shows stay where sRGB puts them; above it a shoulder of continuous slope that reaches white
 /// only at infinity, so that highlights keep their shape. Negative values and NaN give 0.
+///
+/// Rounded to the nearest code: for measures. Pictures are [`dithered`].
 pub fn display_value(linear: f32) -> u8 {
+    (display_code(linear) + 0.5) as u8
+}
+
+/// The code before it is rounded, 0..=255.
+fn display_code(linear: f32) -> f32 {
     let toned = if linear > SHOULDER {
         let beyond = (linear - SHOULDER) / (1.0 - SHOULDER);
         1.0 - (1.0 - SHOULDER) / (1.0 + beyond)
     } else {
         linear
     };
-    // The cast saturates, and takes NaN to 0.
-    (255.0 * srgb_from_linear(toned) + 0.5) as u8
+    // White is white, whatever a device's `pow` makes of 1.
+    if toned >= 1.0 {
+        return 255.0;
+    }
+    let code = 255.0 * srgb_from_linear(toned);
+    if code > 0.0 { code.min(255.0) } else { 0.0 }
+}
+
+/// Uniform in [0, 1), of 16 bits: a sum with a code is exact.
+fn dither_noise(pixel: u32, channel: u32) -> f32 {
+    (hash(pixel.wrapping_mul(3).wrapping_add(channel)) >> 16) as f32 / 65_536.0
+}
+
+/// The sRGB codes R, G, B, 255 of a pixel, given by its place in the picture: as [`display_value`], but rounded up or down so
+/// that the mean over an area is what the values are. Gradients of less than a code a pixel show no bands.
+///
+/// The noise is triangular, the difference of a pixel's uniform number and its right neighbour's, so that it changes fast
+/// from pixel to pixel. Towards black and white, where a triangle's foot would be cut off and shift the mean, it
+/// narrows to the uniform number alone. Black and white are exact. The same picture always has the same codes.
+pub fn dithered(pixel: u32, linear: [f32; 3]) -> [u8; 4] {
+    let [r, g, b] = [0, 1, 2].map(|channel| {
+        let code = display_code(linear[channel as usize]);
+        let width = (2.0 * code.min(255.0 - code)).clamp(0.0, 1.0);
+        let next = dither_noise(pixel.wrapping_add(1), channel);
+        let noise = dither_noise(pixel, channel) + width * (0.5 - next);
+        (code + noise).floor().clamp(0.0, 255.0) as u8
+    });
+    [r, g, b, 255]
 }
 
 /// The sRGB transfer function (IEC 61966-2-1).
@@ -43,5 +78,65 @@ mod tests {
         assert!((slope(0.7) - slope(0.82)).abs() < 40.0, "the shoulder starts without a kink");
         assert_eq!([f32::NAN, -1.0, f32::NEG_INFINITY].map(display_value), [0; 3]);
         assert_eq!([f32::INFINITY, f32::MAX].map(display_value), [255; 2]);
+    }
+
+    /// Codes of an area of one value, each channel by itself.
+    fn area(linear: f32, size: u32) -> Vec<[u8; 3]> {
+        (0..size * size).map(|pixel| dithered(pixel, [linear; 3])).map(|[r, g, b, _]| [r, g, b]).collect()
+    }
+
+    #[test]
+    fn dithering_keeps_the_mean_and_stays_within_a_code() {
+        for step in 0..400 {
+            let linear = 1.3 * (step as f32 / 400.0).powi(3);
+            let (code, area) = (f64::from(display_code(linear)), area(linear, 48));
+            for channel in 0..3 {
+                let codes = area.iter().map(|codes| f64::from(codes[channel]));
+                let mean = codes.clone().sum::<f64>() / area.len() as f64;
+                assert!((mean - code).abs() < 0.05, "{linear}: {mean}, {code} expected");
+                assert!(codes.clone().all(|found| (found - code).abs() < 1.5), "{linear}");
+            }
+        }
+    }
+
+    #[test]
+    fn black_and_white_are_exact_and_channels_differ() {
+        for linear in [0.0, -1.0, f32::NAN, f32::NEG_INFINITY] {
+            assert!(area(linear, 256).iter().all(|&codes| codes == [0; 3]), "{linear}");
+        }
+        for linear in [f32::INFINITY, f32::MAX, 1e12] {
+            assert!(area(linear, 256).iter().all(|&codes| codes == [255; 3]), "{linear}");
+        }
+        let area = area(0.01, 64);
+        let coloured = area.iter().filter(|[r, g, b]| r != g || g != b).count();
+        assert!(coloured > area.len() / 4, "grey noise would be twice as visible");
+        assert_eq!(area, self::area(0.01, 64), "the same bytes");
+    }
+
+    /// A dark gradient across 1024 pixels: 40 codes, each some 25 pixels wide, with hard borders unless dithered.
+    #[test]
+    fn a_dark_ramp_has_no_bands() {
+        const WIDTH: usize = 1024;
+        const HEIGHT: usize = 128;
+        let linear = |x: usize| 0.02 * x as f32 / WIDTH as f32;
+        let column = |x: usize| -> Vec<u8> {
+            (0..HEIGHT).map(|y| dithered((y * WIDTH + x) as u32, [linear(x); 3])[0]).collect()
+        };
+        let mean = |codes: &[u8]| codes.iter().map(|&code| f64::from(code)).sum::<f64>() / HEIGHT as f64;
+        let mut before = 0.0;
+        for x in 0..WIDTH {
+            let (codes, code) = (column(x), display_code(linear(x)));
+            // Where all rows had one code there would be a band, and a border where they all change at once.
+            if code >= 1.0 {
+                let same = codes.iter().filter(|&&found| found == display_value(linear(x))).count();
+                assert!(same < HEIGHT * 9 / 10, "{same} of {HEIGHT} rows have one code at {x}");
+            }
+            let step = mean(&codes) - before;
+            assert!(step.abs() < 0.5, "a step of {step} codes at {x}");
+            before = mean(&codes);
+        }
+        let plain: Vec<u8> = (WIDTH / 2..WIDTH).map(|x| display_value(linear(x))).collect();
+        let longest = plain.chunk_by(|a, b| a == b).map(<[u8]>::len).max();
+        assert!(longest > Some(20), "without noise the ramp has bands");
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! Pixels are linear Rec.709, row-major from the top left. The same pixels always give the same bytes.
 
+mod layers;
 mod read;
 
 pub use read::{Picture, parse, read};

@@ -3,17 +3,18 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use exr::prelude::{ReadChannels, ReadLayers};
-
+use super::layers::{choose, read_groups};
 use crate::error::{Error, Result};
-use crate::files::{self, Unread};
+use crate::files::{self, Unread, guarded};
 
 /// An image, or one layer of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Width and height in pixels.
+    /// Width and height in pixels: of an EXR those of its display window.
     pub size: [u32; 2],
-    /// Linear values, row by row from the top.
+    /// Where the display window of an EXR begins. `None` for a PNG, which lies nowhere in particular.
+    pub origin: Option<[i32; 2]>,
+    /// Linear values, row by row from the top. Black where the data window of an EXR does not reach.
     pub pixels: Vec<[f32; 3]>,
     /// The sRGB values as the file has them, 0..=1, where it is a display image (a PNG).
     pub display: Option<Vec<[f32; 3]>>,
@@ -23,16 +24,10 @@ pub struct Picture {
 const MOST_BYTES: u64 = 16 << 30;
 /// Width and height at most, pixels: what we write ourselves.
 const MOST_SIDE: usize = 16_384;
-/// Bytes that an image has when decoded for each byte of its file, at most: zlib's best is 1032, and grey PNGs of one bit a pixel grow
-/// eightfold.
-const MOST_GROWTH: usize = 8256;
-
-/// Layers that stand for the whole image where a file has several and none is asked for, best first. Empty: channels without a prefix.
-const MAIN_LAYERS: [&str; 4] = ["", "combined", "rgba", "beauty"];
-
-/// Names of the three components, in lower case, in order of preference; a layer of one component is grey.
-const COMPONENTS: [[&str; 3]; 4] =
-    [["r", "g", "b"], ["red", "green", "blue"], ["x", "y", "z"], ["u", "v", "w"]];
+/// Bytes that zlib makes of a byte, at most.
+const ZLIB_GROWTH: usize = 1032;
+/// Bytes that an image has when decoded for each byte of its file, at most: grey PNGs of one bit a pixel grow eightfold beside.
+const MOST_GROWTH: usize = 8 * ZLIB_GROWTH;
 
 /// Reads a PNG, or of an EXR the layer of that name (none: the image itself). The content decides which it is, not the name.
 ///
@@ -55,162 +50,76 @@ pub fn parse(bytes: &[u8], layer: Option<&str>) -> std::result::Result<Picture, 
     if bytes.starts_with(b"\x89PNG") {
         return match layer {
             Some(layer) => Err(format!("a PNG has no layers, `{layer}` was asked for; use an EXR")),
-            None => read_png(bytes).map_err(|e| format!("is no readable PNG: {e}")),
+            None => guarded("PNG", || read_png(bytes).map_err(|e| format!("is no readable PNG: {e}"))),
         };
     }
     if !bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
         return Err("is neither an EXR nor a PNG".to_owned());
     }
-    let groups = read_groups(bytes).map_err(|e| format!("is no readable EXR: {e}"))?;
-    choose(groups, layer)
+    guarded("EXR", || {
+        let groups = read_groups(bytes).map_err(|e| format!("is no readable EXR: {e}"))?;
+        choose(groups, layer, bytes.len())
+    })
 }
 
-/// A named group of channels.
-struct Group {
-    name: String,
-    size: [u32; 2],
-    /// Name of the component in lower case, and its values.
-    channels: Vec<(String, Vec<f32>)>,
-}
-
-/// Refuses sizes beyond what images have, and those that so many bytes cannot hold, before there is memory for them.
-fn check_size(
+/// Refuses sizes beyond what images have, and files too small for what they would be when decoded, before there is memory for it.
+pub(super) fn check_size(
     [width, height]: [usize; 2],
-    pixel_bytes: usize,
+    decoded_bytes: usize,
     file_bytes: usize,
 ) -> std::result::Result<(), String> {
     if width.min(height) == 0 || width.max(height) > MOST_SIDE {
         return Err(format!("it is {width}×{height} pixels large, 1 to {MOST_SIDE} either way expected"));
     }
-    if (width * height).saturating_mul(pixel_bytes) > file_bytes.saturating_mul(MOST_GROWTH) {
-        return Err(format!("{file_bytes} bytes cannot hold {width}×{height} pixels"));
+    if decoded_bytes > file_bytes.saturating_mul(MOST_GROWTH) {
+        return Err(format!("it is damaged: {file_bytes} bytes cannot hold {width}×{height} pixels"));
     }
     Ok(())
 }
 
-fn read_groups(bytes: &[u8]) -> std::result::Result<Vec<Group>, String> {
-    let say = |error: exr::error::Error| error.to_string();
-    let about = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(say)?;
-    let mut pixel_bytes = 0;
-    for header in &about.headers {
-        // Layers are held together.
-        pixel_bytes += header.channels.bytes_per_pixel;
-        let size = [header.layer_size.0, header.layer_size.1];
-        check_size(size, pixel_bytes, bytes.len())?;
-    }
-    let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
-    let image = reader.all_layers().all_attributes().from_buffered(Cursor::new(bytes)).map_err(say)?;
-    let is_single = image.layer_data.len() == 1;
-    let mut groups: Vec<Group> = Vec::new();
-    for layer in &image.layer_data {
-        let size = [layer.size.0 as u32, layer.size.1 as u32];
-        // Parts carry names of their own; some programs repeat them in the channels.
-        let part = layer.attributes.layer_name.as_ref().filter(|_| !is_single).map(ToString::to_string);
-        for channel in &layer.channel_data.list {
-            let full = channel.name.to_string();
-            let (prefix, component) = full.rsplit_once('.').unwrap_or(("", &full));
-            let name = match &part {
-                Some(part) if prefix.is_empty() => part.clone(),
-                Some(part) if !prefix.starts_with(part.as_str()) => format!("{part}.{prefix}"),
-                _ => prefix.to_owned(),
-            };
-            let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
-            let channel = (component.to_lowercase(), values);
-            match groups.iter_mut().find(|group| group.name == name && group.size == size) {
-                Some(group) => group.channels.push(channel),
-                None => groups.push(Group { name, size, channels: vec![channel] }),
-            }
-        }
-    }
-    Ok(groups)
-}
-
-impl Group {
-    /// Whether a user who asks for `wanted` means this group: its name, or the last parts of it.
-    fn answers(&self, wanted: &str) -> bool {
-        let (name, wanted) = (self.name.to_lowercase(), wanted.to_lowercase());
-        name == wanted || name.ends_with(&format!(".{wanted}"))
-    }
-
-    fn pixels(&self) -> Option<Vec<[f32; 3]>> {
-        let values = |name: &str| self.channels.iter().find(|(n, _)| n == name).map(|(_, values)| values);
-        for [a, b, c] in COMPONENTS {
-            if let (Some(a), Some(b), Some(c)) = (values(a), values(b), values(c)) {
-                return Some((0..a.len()).map(|i| [a[i], b[i], c[i]]).collect());
-            }
-        }
-        let mut colors = self.channels.iter().filter(|(name, _)| name != "a");
-        match (colors.next(), colors.next()) {
-            (Some((_, values)), None) => Some(values.iter().map(|&value| [value; 3]).collect()),
-            _ => None,
-        }
-    }
-}
-
-fn choose(groups: Vec<Group>, layer: Option<&str>) -> std::result::Result<Picture, String> {
-    let exact = |wanted: &str| groups.iter().find(|group| group.name == wanted);
-    let found: Vec<&Group> = match layer {
-        Some(wanted) => match exact(wanted) {
-            Some(group) => vec![group],
-            None => groups.iter().filter(|group| group.answers(wanted)).collect(),
-        },
-        None if groups.len() == 1 => groups.iter().collect(),
-        None => {
-            let mut by_name = MAIN_LAYERS.iter().map(|name| -> Vec<&Group> {
-                groups.iter().filter(|group| group.answers(name) && group.pixels().is_some()).collect()
-            });
-            by_name.find(|found| !found.is_empty()).unwrap_or_default()
-        }
-    };
-    let names = groups.iter().map(|group| match group.name.as_str() {
-        "" => "(no name)".to_owned(),
-        name => format!("`{name}`"),
-    });
-    let names = names.collect::<Vec<_>>().join(", ");
-    let asked = layer.map_or("an image without a layer name".to_owned(), |layer| format!("layer `{layer}`"));
-    match found.as_slice() {
-        [] => Err(format!("{asked} was expected, found the layers {names}; name one")),
-        [group] => match group.pixels() {
-            Some(pixels) => Ok(Picture { size: group.size, pixels, display: None }),
-            None => {
-                let channels: Vec<&str> = group.channels.iter().map(|(name, _)| name.as_str()).collect();
-                Err(format!(
-                    "{asked}: R, G and B or one channel were expected, found {}",
-                    channels.join(", ")
-                ))
-            }
-        },
-        _ => Err(format!("{asked} is ambiguous among {names}; give more of its name")),
-    }
-}
-
+/// What is damaged is named where the decoder would panic, or go on regardless.
 fn read_png(bytes: &[u8]) -> std::result::Result<Picture, String> {
     let say = |error: png::DecodingError| error.to_string();
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::EXPAND);
+    // Nobody reads these, and a few kilobytes of them are gigabytes when decompressed.
+    decoder.set_ignore_iccp_chunk(true);
+    decoder.set_ignore_text_chunk(true);
+    let header = decoder.read_header_info().map_err(say)?;
+    let size = [header.width as usize, header.height as usize];
+    // Sides first: the number of bytes of what is larger may not be a number.
+    check_size(size, 0, bytes.len())?;
+    check_size(size, header.raw_bytes().saturating_mul(8), bytes.len())?;
     let mut reader = decoder.read_info().map_err(say)?;
-    let (width, height) = reader.info().size();
-    check_size([width as usize, height as usize], 1, bytes.len())?;
-    let mut bytes = vec![0; reader.output_buffer_size().ok_or("it is too large")?];
-    let frame = reader.next_frame(&mut bytes).map_err(say)?;
-    bytes.truncate(frame.buffer_size());
-    let values: Vec<f32> = match frame.bit_depth {
-        png::BitDepth::Sixteen => {
-            let codes = bytes.as_chunks::<2>().0;
-            codes.iter().map(|&code| f32::from(u16::from_be_bytes(code)) / 65_535.0).collect()
-        }
-        _ => bytes.iter().map(|&code| f32::from(code) / 255.0).collect(),
-    };
+    if let Some(palette) = reader.info().palette.as_ref().map(|palette| palette.len())
+        && (palette % 3 != 0 || palette == 0 || palette > 768)
+    {
+        return Err(format!(
+            "its palette is damaged: it has {palette} bytes, a multiple of 3 up to 768 expected"
+        ));
+    }
+    let mut codes = vec![0; reader.output_buffer_size().ok_or("it is too large")?];
+    let frame = reader.next_frame(&mut codes).map_err(say)?;
+    codes.truncate(frame.buffer_size());
     let samples = frame.color_type.samples();
-    let display: Vec<[f32; 3]> = values
-        .chunks_exact(samples)
-        .map(|pixel| if samples < 3 { [pixel[0]; 3] } else { [pixel[0], pixel[1], pixel[2]] })
-        .collect();
+    let triple =
+        |values: &dyn Fn(usize) -> f32| if samples < 3 { [values(0); 3] } else { [0, 1, 2].map(values) };
+    let display: Vec<[f32; 3]> = match frame.bit_depth {
+        png::BitDepth::Sixteen => {
+            let value = |code: [u8; 2]| f32::from(u16::from_be_bytes(code)) / 65_535.0;
+            let pixels = codes.as_chunks().0.chunks_exact(samples);
+            pixels.map(|pixel| triple(&|sample| value(pixel[sample]))).collect()
+        }
+        _ => {
+            let pixels = codes.chunks_exact(samples);
+            pixels.map(|pixel| triple(&|sample| f32::from(pixel[sample]) / 255.0)).collect()
+        }
+    };
     let linear = |value: f32| {
         if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
     };
     let pixels = display.iter().map(|pixel| pixel.map(linear)).collect();
-    Ok(Picture { size: [frame.width, frame.height], pixels, display: Some(display) })
+    Ok(Picture { size: [frame.width, frame.height], origin: None, pixels, display: Some(display) })
 }
 
 #[cfg(test)]
@@ -246,7 +155,10 @@ mod tests {
         ];
         let file = file(|out| write_exr(out, SIZE, &layers).unwrap());
         let read = |layer| read(file.path(), layer);
-        assert_eq!(read(None).unwrap(), Picture { size: SIZE, pixels: beauty, display: None });
+        assert_eq!(
+            read(None).unwrap(),
+            Picture { size: SIZE, origin: Some([0, 0]), pixels: beauty, display: None }
+        );
         assert_eq!(read(Some("direct")).unwrap().pixels, direct);
         let grey: Vec<[f32; 3]> = depth.iter().map(|pixel| [pixel[0]; 3]).collect();
         assert_eq!(read(Some("depth")).unwrap().pixels, grey);
@@ -313,5 +225,29 @@ mod tests {
             assert!(read(broken.path(), None).unwrap_err().to_string().contains("is no readable"));
         }
         assert!(read(Path::new("no/such.exr"), None).unwrap_err().to_string().contains("no/such.exr"));
+    }
+
+    /// Palettes of every length: whole colours are read, and others refused by name, on one line.
+    #[test]
+    fn damaged_palettes_are_named() {
+        for length in 0..=770_usize {
+            let mut bytes = Vec::new();
+            let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+            encoder.set_color(png::ColorType::Indexed);
+            encoder.set_palette(vec![51; length]);
+            let mut writer = encoder.write_header().unwrap();
+            writer.write_image_data(&[0, 0]).unwrap();
+            writer.finish().unwrap();
+            let read = parse(&bytes, None);
+            if length % 3 == 0 && (3..=768).contains(&length) {
+                assert_eq!(read.unwrap().display.unwrap(), [[0.2; 3]; 2], "{length} bytes");
+            } else {
+                let line = read.unwrap_err();
+                assert!(
+                    ["alette", "PLTE"].iter().any(|word| line.contains(word)) && !line.contains('\n'),
+                    "{length} bytes: {line}"
+                );
+            }
+        }
     }
 }

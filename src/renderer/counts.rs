@@ -1,4 +1,4 @@
-//! What the precomputation found, in numbers for people.
+//! What the precomputation found, in numbers for people, and what it took.
 
 use super::Statistics;
 use crate::passes::precompute::cache_points::Placement;
@@ -6,6 +6,27 @@ use crate::passes::precompute::gather_rays::Hemisphere;
 use crate::passes::precompute::path_orders::LightPaths;
 use crate::scene::{Scene, Triangle, hvds::Hvds};
 use crate::types::Surface;
+use std::time::Instant;
+
+/// Measures the stages as they pass.
+pub(super) struct Watch {
+    pub(super) start: Instant,
+    lap: Instant,
+    pub(super) stages: Vec<(String, f64)>,
+}
+
+impl Watch {
+    pub(super) fn start() -> Self {
+        let now = Instant::now();
+        Self { start: now, lap: now, stages: Vec::new() }
+    }
+
+    pub(super) fn lap(&mut self, stage: &str) {
+        let now = Instant::now();
+        self.stages.push((stage.into(), (now - self.lap).as_secs_f64()));
+        self.lap = now;
+    }
+}
 
 /// Notes what came out.
 pub(super) fn note(

@@ -1,8 +1,9 @@
 //! The precomputation, in the paper's order. [Yue §1, §2]
 
+use super::Statistics;
 use super::closed_places::{ClosedPlaces, lost_lights};
+use super::counts::{self, Watch};
 use super::resolution::{blurred, outgoing_directions, room, uncovered, undersampled, wide_cells};
-use super::{Statistics, counts};
 use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
@@ -27,8 +28,8 @@ use crate::passes::{ClusterBuffers, ClusterTables, SceneBuffers};
 use crate::scene::directions::Directions;
 use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces, wholes::NEARBY};
 use crate::types::{CachePoint, PathVertex, Surface};
+use std::borrow::Cow;
 use std::sync::Arc;
-use std::time::Instant;
 
 /// Cells of the finest level along an axis for each that was asked for: where surfaces are nearer than a cell, clusters are
 /// smaller than one.
@@ -87,26 +88,6 @@ pub(super) struct Precomputed {
     pub(super) statistics: Statistics,
 }
 
-/// Measures the stages as they pass.
-struct Watch {
-    start: Instant,
-    lap: Instant,
-    stages: Vec<(String, f64)>,
-}
-
-impl Watch {
-    fn start() -> Self {
-        let now = Instant::now();
-        Self { start: now, lap: now, stages: Vec::new() }
-    }
-
-    fn lap(&mut self, stage: &str) {
-        let now = Instant::now();
-        self.stages.push((stage.into(), (now - self.lap).as_secs_f64()));
-        self.lap = now;
-    }
-}
-
 /// Traces everything that no light edit will change. Reorders the scene's triangles to BVH order.
 pub(super) fn precompute(
     context: &Arc<Context>,
@@ -133,9 +114,16 @@ pub(super) fn precompute(
     let lengths = [(high - low).length(), clear_distance(&bvh.nodes[0])];
     let seed = quality.seed;
     let has_gaps = quality.gap_rounds > 0;
+    // Direct light alone: nothing will read a cluster, and clusters cost most of the time.
+    let is_direct = quality.entry_points == 0 && quality.cache_points == 0;
+    let clustered =
+        if is_direct { surfaces::one_side(&surfaces).into() } else { Cow::Borrowed(&surfaces[..]) };
     let build = |cells| {
         let build = if has_gaps { Hvds::build_split } else { Hvds::build };
-        let mut hvds = build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells);
+        let mut hvds = build(&scene.triangles, &clustered, grid::grid(low, high, cells), cells);
+        if is_direct {
+            return Ok(hvds);
+        }
         let geometry = geometry(&scene.triangles, &surfaces, &solids, &hvds, lengths);
         let open = open_shares::open_shares(&geometry, (&tracer, &buffers), seed)?;
         hvds.leave_out_buried(&open);
@@ -174,9 +162,9 @@ pub(super) fn precompute(
     let [resolved, parted] =
         narrow_gaps::resolved((high - low).length(), hvds.grid.cell_size() as f32, hemisphere);
     let told: Vec<String> = undersampled(scene, &gaps, resolved, strata.area_m2, cell_size).collect();
-    scene.warnings.extend(told);
     let room = room(&hvds.pieces, &clearances);
-    scene.warnings.extend(wide_cells(room, &hvds.grid, quality.cells));
+    let told = told.into_iter().chain(wide_cells(room, &hvds.grid, quality.cells));
+    scene.warnings.extend(told.filter(|_| !is_direct));
     if quality.occlusion {
         let (rays, in_clusters) = ((&tracer, &buffers), &strata.in_clusters);
         let mut mixed =

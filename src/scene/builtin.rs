@@ -79,6 +79,11 @@ impl Files {
         }
     }
 
+    /// The path of a file that was read from the disk, `None` for files that are not there.
+    pub(super) fn on_disk(&self, file: &Path) -> Option<PathBuf> {
+        matches!(self, Self::Disk(_)).then(|| file.to_owned())
+    }
+
     /// Where a file really is, links followed; fails where that is not among these.
     pub(super) fn locate(&self, path: &Path) -> std::result::Result<PathBuf, String> {
         let folder = match self {

@@ -42,8 +42,8 @@ impl Scene {
     pub fn load(spec: &str, options: &LoadOptions) -> Result<Self> {
         let (mut source, others) = Source::prepare(spec, options)?;
         let file = source.file.clone();
-        let mut warnings = Vec::new();
-        let Models { meshes, mut materials, undefined } = source.load_models(&mut warnings)?;
+        let (mut warnings, mut inputs) = (Vec::new(), source.inputs());
+        let Models { meshes, mut materials, undefined } = source.load_models(&mut warnings, &mut inputs)?;
         let Assembled { triangles, coordinates, origin } =
             assemble(&meshes, &mut warnings).map_err(|message| Error::input(&file, message))?;
         source.complete(|| fit::View::new(&triangles, origin), &mut warnings)?;
@@ -74,6 +74,7 @@ impl Scene {
             quality,
             origin,
             places: Vec::new(),
+            inputs,
             warnings,
         };
         scene.choose_camera(options)?;
@@ -166,6 +167,12 @@ impl Source {
         others.iter().try_for_each(|setting| setting.apply(&mut self.root, chosen))
     }
 
+    /// The file that the user named, where it was read as a scene file.
+    fn inputs(&self) -> Vec<PathBuf> {
+        let file = if self.is_bare { None } else { self.files.on_disk(&self.file) };
+        file.into_iter().collect()
+    }
+
     fn choose_preset(&mut self, preset: &str) {
         let node = |kind| Node { origin: Origin::Flag("--preset".to_owned()), kind };
         let mut quality = node(Kind::Table(vec![("preset".to_owned(), node(Kind::Text(preset.to_owned())))]));
@@ -175,7 +182,7 @@ impl Source {
         self.root.set("quality", quality);
     }
 
-    fn load_models(&self, warnings: &mut Vec<String>) -> Result<Models> {
+    fn load_models(&self, warnings: &mut Vec<String>, inputs: &mut Vec<PathBuf>) -> Result<Models> {
         let sections = Section::list(&self.file, &self.root, "model", limits::MODELS)?;
         if sections.is_empty() {
             return Err(Error::input(
@@ -185,7 +192,7 @@ impl Source {
         }
         let mut all = Models::default();
         let mut triangles = 0;
-        let mut reading = Reading::new(self.files.clone(), warnings);
+        let mut reading = Reading::new(self.files.clone(), warnings, inputs);
         for section in &sections {
             section.only(&["file", "built_in", "triangles", "translate", "rotate", "scale"])?;
             let transform = read_transform(section)?;
@@ -225,7 +232,8 @@ impl Source {
             Files::Disk(Some(_)) if is_users => (Files::Disk(None), Files::beside(&path)),
             files => (files.clone(), files.clone()),
         };
-        let bytes = named.read(&path, limits::OBJ_BYTES).map_err(|message| match self.is_bare {
+        reading.files = named;
+        let bytes = reading.read(&path, limits::OBJ_BYTES).map_err(|message| match self.is_bare {
             true => Error::input(&path, message),
             false => section.fault_at("file", format!("{:?} {message}", path.display())),
         })?;

@@ -4,6 +4,7 @@
 //! subtracted), so that f32 coordinates keep their precision however far from the origin a model lies.
 
 use glam::{DVec3, Vec2, Vec3};
+use std::path::PathBuf;
 
 pub mod builtin;
 pub mod bvh;
@@ -97,6 +98,8 @@ pub struct Scene {
     pub quality: Quality,
     /// What was subtracted from all coordinates at load, world metres.
     pub origin: DVec3,
+    /// Files on disk that the scene was read from: scene file, models, materials, images. No output may replace them.
+    pub inputs: Vec<PathBuf>,
     /// What was repaired or chosen at load, one sentence each, for stderr.
     pub warnings: Vec<String>,
 }

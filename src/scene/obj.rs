@@ -42,7 +42,7 @@ pub(super) fn load(reading: &mut Reading, path: &Path, text: &str) -> Result<Mod
     for (line, library) in &checked.libraries {
         let file = path.with_file_name("").join(library);
         let fault = |what| Error::input_at(path, *line, format!("mtllib: {:?} {what}", file.display()));
-        let text = utf8(&file, reading.files.read(&file, MTL_BYTES).map_err(fault)?)?;
+        let text = utf8(&file, reading.read(&file, MTL_BYTES).map_err(fault)?)?;
         definitions.extend(mtl::load(reading, &file, &text)?);
         keep_last(&mut definitions);
         if definitions.len() > MATERIALS {

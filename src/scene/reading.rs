@@ -1,28 +1,39 @@
 //! What is under way while the models of a scene are read.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::builtin::Files;
 use super::limits;
 use super::texture::Image;
+use crate::files::guarded;
 
 /// Where files come from, what was said of them, and what they may still hold.
 pub(super) struct Reading<'a> {
     pub(super) files: Files,
     pub(super) warnings: &'a mut Vec<String>,
+    /// Files on disk that were read: [`super::Scene::inputs`].
+    inputs: &'a mut Vec<PathBuf>,
     /// Of all images so far.
     texels: u64,
 }
 
 impl<'a> Reading<'a> {
-    pub(super) fn new(files: Files, warnings: &'a mut Vec<String>) -> Self {
-        Self { files, warnings, texels: 0 }
+    pub(super) fn new(files: Files, warnings: &'a mut Vec<String>, inputs: &'a mut Vec<PathBuf>) -> Self {
+        Self { files, warnings, inputs, texels: 0 }
+    }
+
+    /// Reads a file, and lists it as an input. Fails in words that follow the file's name.
+    pub(super) fn read(&mut self, file: &Path, most_bytes: u64) -> Result<Vec<u8>, String> {
+        let bytes = self.files.read(file, most_bytes)?;
+        self.inputs.extend(self.files.on_disk(file));
+        Ok(bytes)
     }
 
     /// Reads an image, and says whether transparency was left out. Fails in words that follow the file's name.
     pub(super) fn image(&mut self, file: &Path) -> Result<(Image, bool), String> {
-        let bytes = self.files.read(file, limits::IMAGE_BYTES)?;
-        let decoded = Image::decode(file, &bytes, limits::TEXELS - self.texels)?;
+        let bytes = self.read(file, limits::IMAGE_BYTES)?;
+        let left = limits::TEXELS - self.texels;
+        let decoded = guarded("images", || Image::decode(file, &bytes, left))?;
         self.texels += decoded.0.codes.len() as u64;
         Ok(decoded)
     }

@@ -90,6 +90,7 @@ fn scene(name: &str, triangles: Vec<Triangle>, material: Material, light: Light,
         places: Vec::new(),
         quality: Quality::default(),
         origin: DVec3::ZERO,
+        inputs: Vec::new(),
         warnings: Vec::new(),
     }
 }

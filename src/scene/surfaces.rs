@@ -43,6 +43,20 @@ pub fn surface(triangle: &Triangle, active: [bool; 2]) -> types::Surface {
     }
 }
 
+/// The surfaces, of which the first active side alone stays active.
+pub fn one_side(surfaces: &[types::Surface]) -> Vec<types::Surface> {
+    let mut surfaces = surfaces.to_vec();
+    let mut is_first = true;
+    for surface in &mut surfaces {
+        for back in [false, true] {
+            if surface.side_is_active(back) && !std::mem::take(&mut is_first) {
+                surface.deactivate_side(back);
+            }
+        }
+    }
+    surfaces
+}
+
 /// Sides that have some part of the scene in front of them, as [front, back] of each triangle. The others, such as the
 /// outside of a room's walls, receive no indirect light and pass none on, wherever the lights stand.
 pub fn sides_that_see_something(triangles: &[Triangle]) -> Vec<[bool; 2]> {

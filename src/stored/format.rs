@@ -155,7 +155,7 @@ impl<'a> Writer<'a> {
     pub fn write(&self, file: &Path, key: &Key) -> io::Result<()> {
         let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or(Path::new("."));
-        let temporary = Temporary::create(folder)?;
+        let temporary = Temporary::beside(file)?;
         let mut out = BufWriter::new(temporary.file());
         out.write_all(&self.head(key))?;
         for (_, bytes) in &self.sections {

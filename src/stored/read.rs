@@ -33,19 +33,60 @@ fn name(bytes: &[u8]) -> Result<&str, Refusal> {
     name.filter(|_| padding.iter().all(|&byte| byte == 0)).ok_or_else(|| Refusal::damaged("a name is none"))
 }
 
-/// Whether a file begins as another program's does, or somebody's text; no if it cannot be read.
-pub fn is_foreign(file: &Path) -> bool {
+/// Why a file that a user named is not one to read and to replace, in words that follow its name. `None` for a file of light paths,
+/// damaged or not, and for one that cannot be looked at. Nothing is read but its first bytes.
+pub fn misnamed(file: &Path) -> Option<String> {
+    let (length, start) = glance(file)?;
+    if !MAGIC.starts_with(&start[..start.len().min(MAGIC.len())]) {
+        return Some("holds no light paths: name a folder, or a file that `precompute` wrote".to_owned());
+    }
+    if length > MOST_BYTES {
+        return Some(files::too_long(length, MOST_BYTES));
+    }
+    let odd = |header: &Header| ![BYTE_ORDER, BYTE_ORDER.swap_bytes()].contains(&header.byte_order);
+    if split::<Header>(&start).is_some_and(|(header, _)| odd(&header)) {
+        return Some("holds no light paths: its first bytes alone are those of such a file".to_owned());
+    }
+    // A file that was cut off is made anew. What is longer holds something else beside.
+    match split::<Header>(&start) {
+        Some((header, _)) if is_known(&header) && header.file_bytes < length => Some(format!(
+            "{}: remove it, or name another file",
+            Refusal::damaged(wrong_length(length, &header))
+        )),
+        _ => files::room_for(length).err(),
+    }
+}
+
+/// Length and first bytes of a regular file.
+fn glance(file: &Path) -> Option<(u64, Vec<u8>)> {
+    let length = fs::metadata(file).ok().filter(fs::Metadata::is_file)?.len();
     let mut start = Vec::new();
-    let read = fs::File::open(file).and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut start));
-    read.is_ok() && !MAGIC.starts_with(&start)
+    fs::File::open(file).ok()?.take(size_of::<Header>() as u64).read_to_end(&mut start).ok()?;
+    Some((length, start))
+}
+
+fn is_known(header: &Header) -> bool {
+    header.magic == MAGIC && header.byte_order == BYTE_ORDER && header.version == VERSION
+}
+
+fn wrong_length(length: u64, header: &Header) -> String {
+    format!("it has {length} bytes instead of {}", header.file_bytes)
 }
 
 impl<'a> File<'a> {
     /// The bytes of a file, to be parsed.
     ///
     /// # Errors
-    /// [`Refusal::Missing`] or [`Refusal::Unreadable`].
+    /// [`Refusal::Missing`], [`Refusal::Unreadable`], or [`Refusal::Damaged`] where the length is not what the file's start says.
     pub fn bytes(file: &Path) -> Result<Vec<u8>, Refusal> {
+        // Before there is memory for it.
+        if let Some((length, start)) = glance(file)
+            && let Some((header, _)) = split::<Header>(&start)
+            && is_known(&header)
+            && header.file_bytes != length
+        {
+            return Err(Refusal::Damaged(wrong_length(length, &header)));
+        }
         files::read(file, MOST_BYTES).map_err(|unread| match unread {
             Unread::Missing => Refusal::Missing,
             Unread::Because(why) => Refusal::Unreadable(why),
@@ -82,8 +123,7 @@ impl<'a> File<'a> {
             return Err(Refusal::Foreign(format!("has form {version}, and this program's is {VERSION}")));
         }
         if header.file_bytes != bytes.len() as u64 {
-            let (found, told) = (bytes.len(), header.file_bytes);
-            return Err(Refusal::damaged(format!("it has {found} bytes instead of {told}")));
+            return Err(Refusal::Damaged(wrong_length(bytes.len() as u64, &header)));
         }
         if header.dependency_count.max(header.section_count) > MOST_ENTRIES {
             return Err(Refusal::damaged("its tables are too long"));

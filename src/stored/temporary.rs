@@ -1,6 +1,6 @@
 //! Files on the way to their final names.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -20,16 +20,23 @@ pub struct Temporary {
 }
 
 impl Temporary {
-    /// Creates one in that folder.
+    /// Creates one in the folder of `target`, the file that it is to become or to replace.
     ///
     /// # Errors
     /// What the system said.
-    pub fn create(folder: &Path) -> io::Result<Self> {
+    pub fn beside(target: &Path) -> io::Result<Self> {
+        let folder = match target.parent() {
+            Some(folder) if folder != Path::new("") => folder,
+            _ => Path::new("."),
+        };
         let mut builder = tempfile::Builder::new();
         builder.prefix(PREFIX).suffix(".part");
-        // Temporary files are private by default; this one becomes an ordinary file, subject to the umask.
+        // Temporary files are private by default. This one becomes an ordinary file, subject to the umask. What replaces
+        // a private file is private from the start; `persist` restores its mode whatever the umask.
         #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(
+            mode(target).map_or(0o666, |mode| mode | 0o600),
+        ));
         let mut live = live();
         let file = builder.tempfile_in(folder)?;
         live.push(file.path().to_owned());
@@ -46,7 +53,7 @@ impl Temporary {
         self.held().path()
     }
 
-    /// Gives it its name, in the place of what has it.
+    /// Gives it its name, in the place of what has it, whose permissions it takes over.
     ///
     /// # Errors
     /// What the system said; the file is gone then.
@@ -54,12 +61,23 @@ impl Temporary {
         let mut live = live();
         let Some(file) = self.file.take() else { return Ok(()) };
         live.retain(|path| path != file.path());
+        #[cfg(unix)]
+        if let Some(mode) = mode(target) {
+            fs::set_permissions(file.path(), std::os::unix::fs::PermissionsExt::from_mode(mode))?;
+        }
         file.persist(target).map(drop).map_err(|error| error.error)
     }
 
     fn held(&self) -> &NamedTempFile {
         self.file.as_ref().expect("taken only when it goes")
     }
+}
+
+/// Permissions of a file for its owner, its group and others. `None` if there is no such file.
+#[cfg(unix)]
+fn mode(file: &Path) -> Option<u32> {
+    use std::os::unix::fs::PermissionsExt;
+    fs::metadata(file).ok().map(|found| found.permissions().mode() & 0o777)
 }
 
 impl Drop for Temporary {
@@ -77,7 +95,7 @@ pub fn remove_temporaries() -> impl Sized {
     let live = live();
     for path in &*live {
         // There is nobody left to tell.
-        let _ = std::fs::remove_file(path);
+        let _ = fs::remove_file(path);
     }
     live
 }

@@ -149,3 +149,35 @@ fn wrong_inputs_are_refused_and_named() {
         assert_eq!(listing(&folder), before, "{arguments:?}");
     }
 }
+
+/// A file of 4×3 pixels whose data window lies in another place within a display window of 12×9.
+fn exr_at(folder: &TempDir, name: &str, display: [i32; 2], [x, y]: [i32; 2]) {
+    use exr::prelude::*;
+    let channel = |name: &str| AnyChannel::new(name, FlatSamples::F32((0..12).map(|i| i as f32).collect()));
+    let channels = AnyChannels::sort(["R", "G", "B"].map(channel).into_iter().collect());
+    let attributes = LayerAttributes { layer_position: Vec2(x, y), ..LayerAttributes::default() };
+    let layer = Layer::new(Vec2(4, 3), attributes, Encoding::FAST_LOSSLESS, channels);
+    let window = IntegerBounds::new(Vec2(display[0], display[1]), Vec2(12, 9));
+    let image = Image::from_layers(ImageAttributes::new(window), vec![layer]);
+    image.write().to_file(folder.path().join(name)).unwrap();
+}
+
+#[test]
+fn pixels_of_an_exr_are_compared_where_they_lie() {
+    let folder = images();
+    exr_at(&folder, "left.exr", [0, 0], [1, 1]);
+    exr_at(&folder, "right.exr", [0, 0], [5, 1]);
+    exr_at(&folder, "same.exr", [0, 0], [1, 1]);
+    exr_at(&folder, "moved.exr", [3, 0], [4, 1]);
+    exr_at(&folder, "outside.exr", [0, 0], [40, 1]);
+    assert_eq!(figures(&folder, "left.exr same.exr")["rmse"], 0.0);
+    // Both are apart from where the other is black: the mean square of 0..12 twice, over 108 pixels.
+    let squares = f64::from((0..12).map(|i| i * i).sum::<i32>());
+    assert_close(&figures(&folder, "left.exr right.exr")["rmse"], (2.0 * squares / 108.0).sqrt());
+    let refused = |arguments: &str, words: &[&str]| {
+        let arguments = format!("compare {arguments}");
+        assert_refused(&run(&folder, &arguments.split(' ').collect::<Vec<_>>()), 2, words);
+    };
+    refused("left.exr moved.exr", &["left.exr", "moved.exr", "display window", "(3, 0)"]);
+    refused("left.exr outside.exr", &["outside.exr", "outside of its display window"]);
+}

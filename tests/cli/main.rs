@@ -7,6 +7,7 @@ mod compare;
 mod exact;
 mod film;
 mod lights;
+mod outputs;
 mod profile;
 mod scale;
 mod stored;

@@ -108,3 +108,36 @@ fn what_cannot_be_kept_is_refused() {
     assert_refused(&precompute(&folder, &cube, "no/such/folder"), 2, &["no folder", "create it first"]);
     assert_refused(&precompute(&folder, &cube, "."), 2, &["is a folder"]);
 }
+
+/// A file with holes costs its maker nothing; what is read of it would.
+#[test]
+fn a_file_that_is_longer_than_it_says_is_refused_and_stays() {
+    let (folder, cube) = (tempfile::tempdir().unwrap(), cube());
+    assert!(precompute(&folder, &cube, "cube.paths").status.success());
+    let file = folder.path().join("cube.paths");
+    let whole = fs::metadata(&file).unwrap().len();
+    for length in [whole + 1, 40 << 30, 65 << 30] {
+        fs::File::options().write(true).open(&file).unwrap().set_len(length).unwrap();
+        let output = render_cube(&folder, &cube, &["-o", "a.exr", "--cache", "cube.paths"]).output().unwrap();
+        assert_refused(&output, 2, &["cube.paths", &length.to_string()]);
+        assert_eq!(fs::metadata(&file).unwrap().len(), length);
+    }
+    // Nothing but the mark of such a file, and holes.
+    fs::write(&file, "lpstored").unwrap();
+    fs::File::options().write(true).open(&file).unwrap().set_len(40 << 30).unwrap();
+    let output = render_cube(&folder, &cube, &["-o", "a.exr", "--cache", "cube.paths"]).output().unwrap();
+    assert_refused(&output, 2, &["cube.paths"]);
+    fs::File::create(&file).unwrap().set_len(40 << 30).unwrap();
+    let output = render_cube(&folder, &cube, &["-o", "a.exr", "--cache", "cube.paths"]).output().unwrap();
+    assert_refused(&output, 2, &["cube.paths", "holds no light paths"]);
+    // In a folder it is found by its name: made anew.
+    let keep = || render_cube(&folder, &cube, &["-o", "a.exr", "--cache", "cache"]).output().unwrap();
+    assert!(keep().status.success());
+    let kept = &paths_in(&folder)[0];
+    fs::File::options().write(true).open(kept).unwrap().set_len(40 << 30).unwrap();
+    let output = keep();
+    assert!(
+        output.status.success() && stderr(&output).contains("is damaged: it has 42949672960 bytes"),
+        "{output:?}"
+    );
+}

@@ -113,12 +113,17 @@ fn display_codes_equal_the_twin() {
         let pass = Tonemap::new(&context, pixels).unwrap();
         context.run(|rec| pass.record(rec, &radiance, exposure)).unwrap();
         let codes: Vec<[u8; 4]> = pass.display.read().unwrap();
-        for (code, value) in codes.iter().flat_map(|code| &code[..3]).zip(&values) {
-            let twin = cpu::tonemap::display_value(value * exposure.exp2());
+        let mut different = 0;
+        for (index, (codes, values)) in codes.iter().zip(values.as_chunks::<3>().0).enumerate() {
+            let scaled = values.map(|value| value * exposure.exp2());
+            let twin = cpu::tonemap::dithered(index as u32, scaled);
             // The device's pow is good to some units in the last place: a code's border may move.
-            assert!(code.abs_diff(twin) <= 1, "{value} at {exposure}: {code}, {twin} by the twin");
+            let is_near = codes.iter().zip(twin).all(|(code, twin)| code.abs_diff(twin) <= 1);
+            assert!(is_near && codes[3] == 255, "{values:?} at {exposure}: {codes:?}, {twin:?} by the twin");
+            different += usize::from(*codes != twin);
         }
-        assert!(codes.iter().all(|code| code[3] == 255));
+        // Another noise would move a third of the codes.
+        assert!(different <= codes.len() / 100, "{different} of {}", codes.len());
     }
     assert_silent(&context);
 }

@@ -3,7 +3,7 @@
 use crate::common::{assert_silent, context};
 use crate::world::textured;
 use glam::Vec3;
-use lightpaths::renderer::{Preview, Renderer, Silent};
+use lightpaths::renderer::{Layer, Preview, Renderer, Silent};
 use lightpaths::scene::{Camera, Light, LightKind, Quality, Scene, shapes};
 
 fn scene() -> Scene {
@@ -49,6 +49,30 @@ fn direct_light_is_what_the_renderer_shows_of_it() {
         assert!(fewer == expected, "{what}: one light, another size");
         let lit = fewer.iter().filter(|pixel| *pixel & 0xff_ffff != 0).count();
         assert!(lit > fewer.len() / 2, "{what}: {lit} pixels are lit");
+    }
+    assert_silent(&context());
+}
+
+/// A renderer without light paths builds next to no clusters; what it shows of direct light stays.
+#[test]
+fn direct_light_needs_neither_light_paths_nor_clusters() {
+    for (what, scene) in [("plain", scene()), ("textured", textured(scene()))] {
+        let show = |quality: Quality| {
+            let scene = Scene { quality, ..scene.clone() };
+            let mut renderer = Renderer::new(&context(), scene, &mut Silent).unwrap();
+            renderer.frame().unwrap();
+            (renderer.layer(Layer::Direct).unwrap(), renderer)
+        };
+        for edge_samples in [0, 8] {
+            let quality = Quality { edge_samples, ..scene.quality.clone() };
+            let (expected, all) = show(quality.clone());
+            let (direct, alone) = show(Quality { entry_points: 0, cache_points: 0, ..quality });
+            assert!(direct == expected, "{what}: {edge_samples} edge samples");
+            assert!(alone.layer(Layer::Beauty).unwrap() == expected, "{what}: there is no other light");
+            let clusters = |renderer: &Renderer| renderer.statistics().unwrap().counts["clusters"];
+            assert!(clusters(&alone) * 10 < clusters(&all), "{what}: {}", clusters(&alone));
+            assert_eq!(alone.scene().warnings, scene.warnings, "{what}: nothing is said of indirect light");
+        }
     }
     assert_silent(&context());
 }

@@ -155,3 +155,73 @@ fn make_corpus() {
     lightpaths::image::write_png(&mut png, [2, 1], &[[0, 128, 255, 255], [10, 11, 12, 255]]).unwrap();
     std::fs::write(folder.join("image/good.png"), png).unwrap();
 }
+
+/// The chunks of a PNG: kind and contents.
+fn chunks(png: &[u8]) -> Vec<([u8; 4], Vec<u8>)> {
+    let mut all = Vec::new();
+    let mut rest = &png[8..];
+    while !rest.is_empty() {
+        let length = u32::from_be_bytes(rest[..4].try_into().unwrap()) as usize;
+        all.push((rest[4..8].try_into().unwrap(), rest[8..8 + length].to_vec()));
+        rest = &rest[12 + length..];
+    }
+    all
+}
+
+/// A PNG of one pixel, with a chunk before its pixels.
+fn png_with(kind: &[u8; 4], contents: &[u8]) -> Vec<u8> {
+    let mut png = Vec::new();
+    let mut encoder = png::Encoder::new(&mut png, 1, 1);
+    encoder.set_color(png::ColorType::Rgb);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_chunk(png::chunk::ChunkType(*kind), contents).unwrap();
+    writer.write_image_data(&[10, 20, 30]).unwrap();
+    writer.finish().unwrap();
+    png
+}
+
+/// A stream of zlib that is 64 MiB of zeros when decompressed.
+fn zeros() -> Vec<u8> {
+    let (width, height) = (1 << 14, 1 << 12);
+    let mut png = Vec::new();
+    let mut encoder = png::Encoder::new(&mut png, width, height);
+    encoder.set_compression(png::Compression::High);
+    encoder.set_filter(png::Filter::NoFilter);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&vec![0; (width * height) as usize]).unwrap();
+    writer.finish().unwrap();
+    chunks(&png).into_iter().filter(|(kind, _)| kind == b"IDAT").flat_map(|(_, data)| data).collect()
+}
+
+/// Nobody looks at colour profiles and texts: they are not decompressed.
+#[test]
+fn what_an_image_has_beside_its_pixels_takes_no_memory() {
+    let zeros = zeros();
+    assert!(zeros.len() < 100_000, "{} bytes", zeros.len());
+    for (kind, start) in
+        [(b"iCCP", &b"profile\0\0"[..]), (b"zTXt", b"Comment\0\0"), (b"iTXt", b"Comment\0\x01\0\0\0")]
+    {
+        let png = png_with(kind, &[start, &zeros].concat());
+        let (picture, peak) = peak(|| lightpaths::image::parse(&png, None));
+        let name = String::from_utf8_lossy(kind);
+        assert_eq!(picture.unwrap().size, [1, 1], "{name}");
+        assert!(peak < 2 << 20, "{name}: {} bytes took {peak}", png.len());
+    }
+}
+
+/// Sizes that a file of that length cannot have are refused before there is memory for them.
+#[test]
+fn images_that_say_they_are_large_take_no_memory() {
+    for (color, depth) in [(0, 1), (0, 16), (2, 8), (3, 8), (6, 16)] {
+        let header =
+            [&16_384_u32.to_be_bytes()[..], &16_384_u32.to_be_bytes(), &[depth, color, 0, 0, 0]].concat();
+        let mut png = b"\x89PNG\r\n\x1a\n".to_vec();
+        for (kind, data) in
+            [(b"IHDR", &header[..]), (b"PLTE", &[7; 6]), (b"IDAT", &zeros()[..999]), (b"IEND", &[])]
+        {
+            png.extend([&(data.len() as u32).to_be_bytes()[..], kind, data, &[0; 4]].concat());
+        }
+        let (refusal, peak) = peak(|| readers::image(&png));
+        assert!(!refusal && peak < 4 << 20, "kind {color} of {depth} bits: {} bytes took {peak}", png.len());
+    }
+}

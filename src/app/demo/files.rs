@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::session::{CHANGED, Session};
 use crate::app::output::OutputFile;
+use crate::app::picture;
 use crate::error::{Error, Result};
-use crate::image::{ExrLayer, write_exr, write_png};
+use crate::image::ExrLayer;
 use crate::renderer::Layer;
 use crate::scene::{Light, save::Edited, save::leads_outside};
 
@@ -82,13 +83,13 @@ pub(super) fn save_picture(session: &Session, scene_to: &str) -> Result<String> 
     let exr = png.with_extension("exr");
     let outputs = [OutputFile::check(&png)?, OutputFile::check(&exr)?];
     let display = renderer.display()?;
-    outputs[0].write(|out| write_png(out, size, &display))?;
     let [beauty, direct, indirect] = [Layer::Beauty, Layer::Direct, Layer::Indirect];
     let layers = [renderer.layer(beauty)?, renderer.layer(direct)?, renderer.layer(indirect)?];
+    picture::write_png(&outputs[0], size, &layers[0], &display)?;
     let named = ["", "direct", "indirect"].into_iter().zip(&layers);
     let named = named.map(|(name, pixels)| ExrLayer { name, channels: &["R", "G", "B"], pixels });
     let named: Vec<_> = named.collect();
-    outputs[1].write(|out| write_exr(out, size, &named))?;
+    picture::write_exr(&outputs[1], size, &named)?;
     Ok(format!("saved {} and {}", png.display(), exr.display()))
 }
 

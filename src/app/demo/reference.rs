@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use super::session::{Session, Wanted};
 use super::stage::Wake;
-use crate::cpu::tonemap::display_value;
+use crate::cpu::tonemap::dithered;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::passes::precompute::Silent;
@@ -52,11 +52,8 @@ impl Found {
     pub(super) fn display(&self, exposure_stops: f32) -> Vec<[u8; 4]> {
         let scale = 0.5 * exposure_stops.exp2();
         let both = self.halves[0].iter().zip(&self.halves[1]);
-        both.map(|(a, b)| {
-            let [r, g, b] = [0, 1, 2].map(|channel| display_value(scale * (a[channel] + b[channel])));
-            [r, g, b, 255]
-        })
-        .collect()
+        let linear = both.map(|(a, b)| [0, 1, 2].map(|channel| scale * (a[channel] + b[channel])));
+        (0..).zip(linear).map(|(pixel, linear)| dithered(pixel, linear)).collect()
     }
 }
 

@@ -3,17 +3,20 @@
 mod share;
 mod video;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 
-use super::args::{CacheArgs, DeviceArgs, SceneArgs, device_label, parse_finite};
+use super::args::{CacheArgs, DeviceArgs, SceneArgs, device_label};
+use super::numbers::parse_finite;
 use super::output::{OutputFile, create_folder};
+use super::{overlap, picture};
 use crate::error::{Error, Result};
-use crate::image::{ExrLayer, write_exr, write_png};
+use crate::image::ExrLayer;
 use crate::renderer::{Layer, Renderer};
-use crate::scene::film;
+use crate::scene::{Scene, film};
 use share::Share;
 use video::Video;
 
@@ -67,8 +70,9 @@ impl Film {
         }
         let store = self.cache_args.store()?;
         let (film, scene) = film::Film::load(&self.film, &self.scene_args.options())?;
-        scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let share = self.frames.unwrap_or_default().of(film.frame_count)?;
+        self.refuse_inputs(&film, &scene, &share)?;
+        scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let context = self.device_args.open()?;
         create_folder(&self.output)?;
         OutputFile::check(&self.frame_path(share.start, &film))?;
@@ -93,8 +97,8 @@ impl Film {
         progress.finish();
         self.device_args.report_validation(&context);
         let [width, height] = renderer.size();
-        super::print(&format!(
-            "{}: frames {} to {} of {}, {width}x{height}, precompute {:.2} s, {}, {:.2} s with writing, {}\n",
+        super::print_line(&format!(
+            "{}: frames {} to {} of {}, {width}x{height}, precompute {:.2} s, {}, {:.2} s with writing, {}",
             self.output.display(),
             share.start,
             share.end - 1,
@@ -107,40 +111,56 @@ impl Film {
         self.make_video(&film, share.len() == film.frame_count as usize)
     }
 
-    fn frame_path(&self, frame: u32, film: &film::Film) -> PathBuf {
+    /// Refuses frames and a video that would replace an input.
+    fn refuse_inputs(&self, film: &film::Film, scene: &Scene, share: &Range<u32>) -> Result<()> {
+        let video = self.job(film).map(|job| job.file_name());
+        let is_frame = |name: &str| {
+            let number = name.split(['-', '.']).nth(1).and_then(|number| number.parse().ok());
+            number.is_some_and(|frame| share.contains(&frame) && self.frame_name(frame, film) == name)
+        };
+        let is_written = |name: &str| is_frame(name) || video.as_deref() == Some(name);
+        let inputs = scene.inputs.iter().map(PathBuf::as_path).chain(self.cache_args.path());
+        overlap::refuse_in_folder(&self.output, is_written, &inputs.collect::<Vec<_>>())
+    }
+
+    fn frame_name(&self, frame: u32, film: &film::Film) -> String {
         let extension = if self.format == Format::Png { "png" } else { "exr" };
         let digits = video::digits(film.frame_count);
-        self.output.join(format!("frame-{frame:0digits$}.{extension}"))
+        format!("frame-{frame:0digits$}.{extension}")
+    }
+
+    fn frame_path(&self, frame: u32, film: &film::Film) -> PathBuf {
+        self.output.join(self.frame_name(frame, film))
     }
 
     fn write(&self, renderer: &Renderer, path: &Path) -> Result<()> {
         let (size, output) = (renderer.size(), OutputFile::check(path)?);
+        let pixels = renderer.layer(Layer::Beauty)?;
         match self.format {
-            Format::Png => {
-                let pixels = renderer.display()?;
-                output.write(|out| write_png(out, size, &pixels))
-            }
+            Format::Png => picture::write_png(&output, size, &pixels, &renderer.display()?),
             Format::Exr => {
-                let pixels = renderer.layer(Layer::Beauty)?;
                 let layer = ExrLayer { name: "", channels: &["R", "G", "B"], pixels: &pixels };
-                output.write(|out| write_exr(out, size, &[layer]))
+                picture::write_exr(&output, size, &[layer])
             }
         }
     }
 
+    /// The video to encode. `None` for frames alone.
+    fn job<'a>(&'a self, film: &'a film::Film) -> Option<video::Job<'a>> {
+        let video = self.video.unwrap_or(Video::Mp4);
+        let is_wanted = video != Video::None && self.format == Format::Png;
+        is_wanted.then_some(video::Job { folder: &self.output, film, video })
+    }
+
     /// Has a whole film's frames encoded. What nobody asked for must not spoil what is done: it is a line on stderr then.
     fn make_video(&self, film: &film::Film, is_whole: bool) -> Result<()> {
-        let video = self.video.unwrap_or(Video::Mp4);
-        if video == Video::None || self.format == Format::Exr {
-            return Ok(());
-        }
-        let job = video::Job { folder: &self.output, film, video };
+        let Some(job) = self.job(film) else { return Ok(()) };
         if !is_whole {
             self.device_args.say(&format!("for a video, once all frames are there: {}", job.typed()));
             return Ok(());
         }
         match job.encode() {
-            Ok(Some(path)) => super::print(&format!("{}\n", path.display())),
+            Ok(Some(path)) => super::print_line(&format!("{}", path.display())),
             Ok(None) => {
                 let typed = job.typed();
                 self.device_args.say(&format!("no video, ffmpeg is not installed; once it is: {typed}"));

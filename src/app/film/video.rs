@@ -71,7 +71,7 @@ impl Job<'_> {
         format!("cd {} && ffmpeg {words}", shell_word(&self.folder.to_string_lossy()))
     }
 
-    fn file_name(&self) -> String {
+    pub(super) fn file_name(&self) -> String {
         format!("{}.{}", self.film.name, self.format())
     }
 

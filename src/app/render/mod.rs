@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use super::args::{CacheArgs, DeviceArgs, SceneArgs, parse_finite, parse_seconds, refuse_same_output};
-use super::capture;
+use super::args::{CacheArgs, DeviceArgs, SceneArgs};
+use super::numbers::{parse_finite, parse_seconds, whole};
 use super::output::OutputFile;
+use super::{capture, overlap, picture};
 use crate::error::{Error, Result};
-use crate::image::{ExrLayer, write_exr, write_png};
+use crate::image::ExrLayer;
 use crate::reference::{PathTracer, PhotonMapper};
 
 /// Render one image
@@ -35,7 +36,7 @@ pub(super) struct Render {
     #[arg(long, value_name = "STAGE", value_enum)]
     exact: Option<ExactStage>,
     /// Samples of each pixel, for the methods path and photon [default: 64, or what --seconds allows]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1..=u32::MAX, "64"))]
     spp: Option<u32>,
     /// Ends the methods path and photon after this time; with --spp, at whichever comes first
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds)]
@@ -156,17 +157,18 @@ impl Render {
         self.capture.as_deref().map_or(Ok(()), capture::check_template)?;
 
         let rendered = self.render()?;
-        self.write_image(&rendered, format, &output)?;
+        Self::write_image(&rendered, format, &output)?;
         if let Some(stats) = stats {
             let text = format!("{:#}\n", rendered.document);
             stats.write(|out| std::io::Write::write_all(out, text.as_bytes()))?;
         }
         let ([width, height], line) = (rendered.size, rendered.line);
-        super::print(&format!("{}: {width}x{height}, {line}\n", output.path().display()))
+        super::print_line(&format!("{}: {width}x{height}, {line}", output.path().display()))
     }
 
     fn render(&self) -> Result<Rendered> {
         let scene = self.scene_args.load(&self.scene)?;
+        overlap::refuse_inputs(self.outputs(), &scene.inputs)?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let store = self.cache_args.store()?;
         let context = self.device_args.open()?;
@@ -235,7 +237,7 @@ impl Render {
                 "--capture is for --method lightpaths and direct; --method {method} has no single frame"
             ));
         }
-        if self.cache_args.is_given() && self.method != Method::Lightpaths {
+        if self.cache_args.path().is_some() && self.method != Method::Lightpaths {
             let method = self.method.name();
             return refuse(format!(
                 "--cache is for --method lightpaths; --method {method} traces none that could be kept"
@@ -261,24 +263,23 @@ impl Render {
                 return refuse("--aov variance needs at least --spp 4".to_owned());
             }
         }
-        refuse_same_output(Some(&self.output), self.stats.as_deref())
+        overlap::refuse_repeated(self.outputs().chain(self.cache_args.path()))
     }
 
-    fn write_image(&self, rendered: &Rendered, format: Format, output: &OutputFile) -> Result<()> {
-        let beauty = &rendered.layers[0].pixels;
-        let odd = beauty.iter().flatten().filter(|value| !value.is_finite()).count();
-        if odd > 0 {
-            return Err(Error::NotFinite { odd, of: 3 * beauty.len() });
-        }
+    fn outputs(&self) -> impl Iterator<Item = &Path> {
+        [Some(&*self.output), self.stats.as_deref()].into_iter().flatten()
+    }
+
+    fn write_image(rendered: &Rendered, format: Format, output: &OutputFile) -> Result<()> {
         if format == Format::Png {
-            return output.write(|out| write_png(out, rendered.size, &rendered.display));
+            return picture::write_png(output, rendered.size, &rendered.layers[0].pixels, &rendered.display);
         }
         let layers: Vec<ExrLayer> = rendered
             .layers
             .iter()
             .map(|layer| ExrLayer { name: layer.name, channels: layer.channels, pixels: &layer.pixels })
             .collect();
-        output.write(|out| write_exr(out, rendered.size, &layers))
+        picture::write_exr(output, rendered.size, &layers)
     }
 }
 
@@ -331,6 +332,33 @@ mod tests {
             "-o a.exr --method photon --spp 1 --seconds 2 --aov direct,indirect,albedo,normal,depth",
         ] {
             assert_eq!(refusal(arguments), None, "{arguments}");
+        }
+    }
+
+    /// A fault of a method: one pixel of a layer is no number.
+    #[test]
+    fn a_picture_that_is_not_finite_is_not_written() {
+        let folder = tempfile::tempdir().unwrap();
+        for (format, odd_layer) in [(Format::Png, 0), (Format::Exr, 0), (Format::Exr, 1)] {
+            let path = folder.path().join("a");
+            std::fs::write(&path, "old").unwrap();
+            let output = OutputFile::check(&path).unwrap();
+            let mut rendered = Rendered {
+                size: [4, 3],
+                layers: vec![layer(None, vec![[1.0; 3]; 12]), layer(Some(Aov::Indirect), vec![[1.0; 3]; 12])],
+                display: vec![[255; 4]; 12],
+                line: String::new(),
+                document: serde_json::Value::Null,
+            };
+            rendered.layers[odd_layer].pixels[6][1] = f32::NAN;
+            let error = Render::write_image(&rendered, format, &output).unwrap_err();
+            assert_eq!(error.exit_code(), 4);
+            let line = error.to_string();
+            assert!(line.contains("1 pixel of the picture") && line.contains("(2, 1)"), "{line}");
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
+            rendered.layers[odd_layer].pixels[6][1] = 1.0;
+            Render::write_image(&rendered, format, &output).unwrap();
+            assert_ne!(std::fs::read(&path).unwrap(), b"old");
         }
     }
 }

@@ -69,6 +69,11 @@ fn power(trials: &[&Trial], quantity: Quantity, measure: fn(&Trial) -> f64) -> O
     slope.is_finite().then_some(slope)
 }
 
+/// Whether a plot has that file name.
+pub(super) fn is_plot(name: &str) -> bool {
+    MEASURES.iter().any(|measure| name.strip_suffix(".svg") == Some(measure.stem))
+}
+
 /// File stem and plot of each measure: the quantities relative to their smallest size.
 pub(super) fn plots(trials: &[Trial]) -> [(&'static str, Plot); MEASURES.len()] {
     std::array::from_fn(|index| {

@@ -9,7 +9,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::args::{DeviceArgs, SceneArgs, device_label};
+use super::numbers::each_whole;
 use super::output::{OutputFile, create_folder};
+use super::overlap;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use trials::{Quantity, Sizes, Trial, measure};
@@ -28,16 +30,16 @@ pub(super) struct Scale {
     output: PathBuf,
     /// Numbers of triangles, of scenes whose first model is made to measure
     /// [default: 10000,100000,1000000]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = each_whole(1..=u32::MAX, "10000,100000"))]
     triangles: Option<Vec<u32>>,
     /// Numbers of entry points
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "100000,1000000,10000000", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "100000,1000000,10000000", allow_negative_numbers = true, value_parser = each_whole(1..=1 << 24, "100000,1000000"))]
     entry_points: Vec<u32>,
     /// Numbers of cache points
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "10000,40000,160000", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "10000,40000,160000", allow_negative_numbers = true, value_parser = each_whole(1..=1_000_000, "10000,40000"))]
     cache_points: Vec<u32>,
     /// Numbers of lights, one of which moves: the scene's own, copies of them where there are fewer
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,16,256", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,16,256", allow_negative_numbers = true, value_parser = each_whole(1..=4096, "1,16,256"))]
     lights: Vec<u32>,
     #[command(flatten)]
     scene_args: SceneArgs,
@@ -73,10 +75,12 @@ struct Results {
 impl Scale {
     pub(super) fn run(self) -> Result<()> {
         let scene = self.scene_args.load(&self.scene)?;
-        scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         if scene.lights.is_empty() {
             return Err(Error::Usage(format!("{}: has no light, and one has to move", self.scene)));
         }
+        let is_written = |name: &str| name == "scale.json" || growth::is_plot(name);
+        overlap::refuse_in_folder(&self.output, is_written, &scene.inputs)?;
+        scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let lists = self.lists(&scene)?;
         let context = self.device_args.open()?;
         create_folder(&self.output)?;
@@ -104,6 +108,7 @@ impl Scale {
         let text = serde_json::to_string_pretty(&results).expect("results are plain data");
         json.write(|out| writeln!(out, "{text}"))?;
         for (stem, plot) in growth::plots(&results.trials) {
+            debug_assert!(growth::is_plot(&format!("{stem}.svg")), "{stem} is checked before the work");
             OutputFile::check(&self.output.join(format!("{stem}.svg")))?
                 .write(|out| out.write_all(plot.file().as_bytes()))?;
         }

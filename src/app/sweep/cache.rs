@@ -71,6 +71,7 @@ pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
         origin: _,
         quality,
         name: _,
+        inputs: _,
         warnings: _,
     } = scene;
     let shader = Shader::named("path_trace");
@@ -118,6 +119,9 @@ pub(super) fn read(file: &Path, size: [u32; 2]) -> std::result::Result<Option<Ke
     }
     let values: Vec<f32> =
         payload.as_chunks::<4>().0.iter().map(|&bytes| f32::from_le_bytes(bytes)).collect();
+    if values.iter().any(|value| !value.is_finite()) {
+        return Err("holds values that are not finite".to_owned());
+    }
     let triples = values.as_chunks::<3>().0;
     let images = std::array::from_fn(|image| triples[image * pixels..(image + 1) * pixels].to_vec());
     Ok(Some(Kept { spp: header.spp, seconds: header.seconds, images }))

@@ -8,10 +8,10 @@ use clap::Args;
 use super::measure::measure;
 use super::reference::Reference;
 use super::report::{self, Shown};
-use super::{Preset, ReferenceArgs, rivals, settings, shown};
+use super::{DIRECT, OURS, Preset, ReferenceArgs, file_stem, rivals, settings, shown, titles};
 use crate::app::args::{DeviceArgs, SceneArgs, device_label, shell_word};
 use crate::app::output::{OutputFile, create_folder};
-use crate::app::plot;
+use crate::app::{overlap, plot};
 use crate::error::{Error, Result};
 use crate::scene::{Scene, builtin};
 
@@ -47,6 +47,9 @@ impl Figures {
             let message = format!("two scenes are called {}: name one", scenes[index].name);
             return Err(Error::Usage(message));
         }
+        let inputs: Vec<_> = scenes.iter().flat_map(|scene| &scene.inputs).collect();
+        let is_written = |name: &str| stems.iter().any(|stem| is_of_figure(stem, name));
+        overlap::refuse_in_folder(&self.output, is_written, &inputs)?;
         let cache = self.reference_args.folder()?;
         let context = self.device_args.open()?;
         let device = format!("{}, {}", device_label(&context), context.driver());
@@ -62,7 +65,7 @@ impl Figures {
             scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
             let html = self.figure(&scene, spec, &device, &cache)?;
             page.write(|out| out.write_all(html.as_bytes()))?;
-            crate::app::print(&format!("{}\n", page.path().display()))?;
+            crate::app::print_line(&format!("{}", page.path().display()))?;
         }
         Ok(())
     }
@@ -81,10 +84,11 @@ impl Figures {
         };
         let outcomes = rivals::METHODS.iter().map(compare).collect::<Result<Vec<_>>>()?;
         let mut shown = shown(&preset, &outcomes, &reference, scene.cameras[0].size)?;
-        shown.iter_mut().for_each(name_as_the_paper);
+        shown.iter_mut().for_each(|shown| shown.title = as_the_paper(&shown.title).to_owned());
         for picture in &shown {
-            let name = picture.title.to_lowercase().replace(' ', "-");
-            let name = format!("{}-{name}.png", stem(&scene.name));
+            let stem = stem(&scene.name);
+            let name = format!("{stem}-{}.png", file_stem(&picture.title));
+            debug_assert!(is_of_figure(&stem, &name), "{name} is checked before the work");
             OutputFile::check(&self.output.join(name))?.write(|out| out.write_all(&picture.png))?;
         }
         let command = format!("lightpaths figures {}{}", shell_word(spec), self.scene_args.typed());
@@ -102,14 +106,24 @@ fn stem(scene: &str) -> String {
     }
 }
 
-fn name_as_the_paper(shown: &mut Shown) {
-    let title = match shown.title.as_str() {
-        "Direct only" => "Direct illumination only",
-        "Light paths" => "Our method",
+/// Whether the figure of that stem has a file of that name.
+fn is_of_figure(stem: &str, name: &str) -> bool {
+    let is_picture = |name: &str| titles().any(|title| file_stem(as_the_paper(&title)) == name);
+    let rest = name.strip_prefix(stem);
+    rest == Some(".html")
+        || rest.is_some_and(|rest| {
+            rest.strip_prefix('-').and_then(|rest| rest.strip_suffix(".png")).is_some_and(is_picture)
+        })
+}
+
+/// What the paper calls a picture.
+fn as_the_paper(title: &str) -> &str {
+    match title {
+        DIRECT => "Direct illumination only",
+        OURS => "Our method",
         "Path tracing" => "Pure Monte Carlo",
-        _ => return,
-    };
-    title.clone_into(&mut shown.title);
+        title => title,
+    }
 }
 
 fn page(scene: &Scene, shown: &[Shown], quality: &str, device: &str, command: &str) -> String {

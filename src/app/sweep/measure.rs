@@ -7,9 +7,9 @@ use super::reference::Reference;
 use super::results::{ErrorFigures, FrameTimes, Setting};
 use super::settings::Trial;
 use crate::app::args::DeviceArgs;
+use crate::app::picture::refuse_non_finite;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
-use crate::metrics;
 use crate::renderer::{FrameReport, Layer, Renderer, Work};
 use crate::scene::Scene;
 
@@ -100,9 +100,7 @@ pub(super) fn judge(
     indirect: Option<&[[f32; 3]]>,
     reference: &Reference,
 ) -> Result<Judged> {
-    if let Some(pixel) = metrics::first_non_finite(&pixels) {
-        return Err(Error::Usage(format!("pixel {pixel} of a picture came out as {:?}", pixels[pixel])));
-    }
+    refuse_non_finite(reference.size(), &pixels)?;
     let (error, flip) = reference.judge().judge(&pixels, indirect);
     Ok(Judged { pixels, error, flip })
 }

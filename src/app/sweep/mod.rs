@@ -18,10 +18,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::args::{DeviceArgs, SceneArgs, device_label, parse_seconds, shell_word};
+use super::args::{DeviceArgs, SceneArgs, device_label, shell_word};
+use super::numbers::{parse_seconds, whole};
 use super::output::{OutputFile, create_folder};
 use super::render::sampled::Budget;
-use super::{compare, heatmap};
+use super::{heatmap, overlap};
+use crate::cpu::tonemap::dithered;
 use crate::error::{Error, Result};
 use crate::image::write_png;
 use crate::renderer::Layer;
@@ -60,7 +62,7 @@ pub(super) struct Sweep {
 #[derive(Debug, Args)]
 struct ReferenceArgs {
     /// Samples of each pixel of a reference [default: what --seconds allows]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(4..=u32::MAX, "256"))]
     spp: Option<u32>,
     /// Ends a reference after this time; with --spp, at whichever comes first [default, without --spp: 10; of figures 60]
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds)]
@@ -106,6 +108,7 @@ impl Preset {
 impl Sweep {
     pub(super) fn run(self) -> Result<()> {
         let scene = self.scene_args.load(&self.scene)?;
+        overlap::refuse_in_folder(&self.output, is_written, &scene.inputs)?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let cache = self.reference_args.folder()?;
         let context = self.device_args.open()?;
@@ -153,7 +156,7 @@ impl Sweep {
         let text = serde_json::to_string_pretty(&results).expect("results are plain data");
         json.write(|out| writeln!(out, "{text}"))?;
         html.write(|out| out.write_all(report::html(&results, &shown).as_bytes()))?;
-        super::print(&format!("{}\n", html.path().display()))
+        super::print_line(&format!("{}", html.path().display()))
     }
 
     /// The preset, and what the other settings gave. A setting that the device has no room for is left out, with a warning.
@@ -229,10 +232,11 @@ impl Sweep {
     /// Pictures, heat maps and plots as files of their own.
     fn write_pictures(&self, shown: &[Shown], results: &Results) -> Result<()> {
         let write = |name: String, bytes: &[u8]| {
+            debug_assert!(is_written(&name), "{name} is checked before the work");
             OutputFile::check(&self.output.join(name))?.write(|out| out.write_all(bytes))
         };
         for picture in shown {
-            let stem = picture.title.to_lowercase().replace(' ', "-");
+            let stem = file_stem(&picture.title);
             write(format!("{stem}.png"), &picture.png)?;
             if let Some(map) = &picture.heatmap {
                 write(format!("{stem}-flip.png"), map)?;
@@ -243,6 +247,38 @@ impl Sweep {
         }
         Ok(())
     }
+}
+
+/// Titles of the pictures.
+const DIRECT: &str = "Direct only";
+const OURS: &str = "Light paths";
+const REFERENCE: &str = "Reference";
+
+/// Title of the picture of another method.
+fn title(method: &str) -> String {
+    method[..1].to_uppercase() + &method[1..]
+}
+
+/// The file stem of a picture.
+fn file_stem(title: &str) -> String {
+    title.to_lowercase().replace(' ', "-")
+}
+
+/// Titles of all pictures.
+fn titles() -> impl Iterator<Item = String> {
+    let methods = rivals::METHODS.iter().map(|method| title(method.name));
+    [DIRECT, OURS, REFERENCE].map(str::to_owned).into_iter().chain(methods)
+}
+
+/// Whether `sweep` writes a file of that name.
+fn is_written(name: &str) -> bool {
+    let is_picture = |stem: &str| {
+        let stem = stem.strip_suffix("-flip").unwrap_or(stem);
+        titles().any(|title| file_stem(&title) == stem)
+    };
+    ["sweep.json", "report.html"].contains(&name)
+        || name.strip_suffix(".svg").is_some_and(|stem| plots::STEMS.contains(&stem))
+        || name.strip_suffix(".png").is_some_and(is_picture)
 }
 
 /// The pictures side by side, as in the paper's figures 4 and 5, and the reference.
@@ -265,13 +301,10 @@ fn shown(
         })
     };
     let setting = &preset.setting;
-    let mut shown = vec![show(
-        "Direct only",
-        format!("{} a frame", report::seconds(1e-3 * setting.ms.Tdi)),
-        &preset.direct,
-    )?];
+    let mut shown =
+        vec![show(DIRECT, format!("{} a frame", report::seconds(1e-3 * setting.ms.Tdi)), &preset.direct)?];
     let sampled = |(name, outcome): &(&str, Outcome)| {
-        let title = name[..1].to_uppercase() + &name[1..];
+        let title = title(name);
         let samples = if outcome.spp == 1 { "sample" } else { "samples" };
         let time = format!("{} {samples} a pixel, {}", outcome.spp, report::seconds(outcome.seconds));
         show(&title, time, &outcome.picture)
@@ -284,11 +317,11 @@ fn shown(
         report::seconds(setting.first_picture_s()),
         report::seconds(setting.relit_s())
     );
-    shown.push(show("Light paths", time, &preset.picture)?);
+    shown.push(show(OURS, time, &preset.picture)?);
     shown.extend(path.into_iter().map(sampled).collect::<Result<Vec<_>>>()?);
     let facts = &reference.facts;
     shown.push(Shown {
-        title: "Reference".to_owned(),
+        title: REFERENCE.to_owned(),
         lines: vec![
             format!("{} samples a pixel, {}", facts.spp, report::seconds(facts.seconds)),
             format!("noise {} relMSE", report::figure(facts.noise_relmse)),
@@ -301,8 +334,7 @@ fn shown(
 
 /// Tone mapped codes.
 fn display(pixels: &[[f32; 3]]) -> Vec<[u8; 4]> {
-    let code = |value: f32| (255.0 * value).round() as u8;
-    compare::displayed(pixels, 0.0).iter().map(|&[r, g, b]| [code(r), code(g), code(b), 255]).collect()
+    (0..).zip(pixels).map(|(pixel, &linear)| dithered(pixel, linear)).collect()
 }
 
 fn png(pixels: &[[u8; 4]], size: [u32; 2]) -> Result<Vec<u8>> {

@@ -5,15 +5,16 @@ use super::results::{Occasion, Results, Rival, Setting};
 use super::settings::{FRONT_SERIES, PRESET, QUANTITIES};
 use crate::app::plot::{Plot, Point, Series};
 
+/// File stems of the plots.
+pub(super) const STEMS: [&str; 3] = ["error-frame", "error-first", "error-setting"];
+
 /// File stem and plot.
 pub(super) fn all(results: &Results) -> [(&'static str, Plot); 3] {
+    let [frame, first, setting] = STEMS;
     [
-        ("error-frame", against_time(results, "time of a relit frame (s)", Setting::relit_s, true)),
-        (
-            "error-first",
-            against_time(results, "precomputation and first frame (s)", Setting::first_picture_s, false),
-        ),
-        ("error-setting", against_factor(results)),
+        (frame, against_time(results, "time of a relit frame (s)", Setting::relit_s, true)),
+        (first, against_time(results, "precomputation and first frame (s)", Setting::first_picture_s, false)),
+        (setting, against_factor(results)),
     ]
 }
 

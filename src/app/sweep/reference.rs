@@ -5,6 +5,7 @@ use std::path::Path;
 use super::cache::{self, Kept};
 use super::results::{Judge, ReferenceFacts};
 use crate::app::args::DeviceArgs;
+use crate::app::picture::refuse_non_finite;
 use crate::app::render::sampled::{Budget, spend};
 use crate::error::Result;
 use crate::metrics;
@@ -13,6 +14,7 @@ use crate::scene::Scene;
 
 /// A reference and what is known of it.
 pub(super) struct Reference {
+    size: [u32; 2],
     pub(super) facts: ReferenceFacts,
     flip: metrics::Flip,
     halves: [Vec<[f32; 3]>; 2],
@@ -63,7 +65,12 @@ impl Reference {
         let flip = metrics::Flip::new(&shown, size, metrics::PIXELS_PER_DEGREE);
         let noise_relmse = metrics::half_noise([&a, &b]);
         let facts = ReferenceFacts { method: "path tracing", spp, seconds, noise_relmse, from_cache };
-        Self { facts, flip, halves: [a, b], mean, scale: None, indirect }
+        Self { size, facts, flip, halves: [a, b], mean, scale: None, indirect }
+    }
+
+    /// Width and height in pixels.
+    pub(super) fn size(&self) -> [u32; 2] {
+        self.size
     }
 
     /// The mean of the halves.
@@ -101,5 +108,8 @@ fn render(scene: &Scene, budget: Budget, device_args: &DeviceArgs) -> Result<Kep
     let picture = tracer.picture()?;
     let [a, b] = tracer.halves()?;
     device_args.report_validation(&context);
+    for image in [&a, &b, &picture.direct, &picture.indirect] {
+        refuse_non_finite(picture.size, image)?;
+    }
     Ok(Kept { spp: tracer.samples(), seconds, images: [a, b, picture.direct, picture.indirect] })
 }

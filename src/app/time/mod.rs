@@ -22,7 +22,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::args::{DeviceArgs, SceneArgs, device_label};
+use super::numbers::{each_whole, whole};
 use super::output::OutputFile;
+use super::overlap;
 use crate::error::{Error, Result};
 use crate::renderer::{Layer, Statistics};
 use crate::scene::{Scene, builtin};
@@ -43,10 +45,10 @@ pub(super) struct Time {
     /// Scenes, as for render [default: every built-in one]
     scenes: Vec<String>,
     /// Frames timed after each kind of edit
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "N", default_value_t = 20, allow_negative_numbers = true, value_parser = whole(1..=100_000, "20"))]
     frames: u32,
     /// Numbers of lights to time, one of which moves: the scene's own, copies of them where there are fewer
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,2,4,8", value_parser = clap::value_parser!(u32).range(1..=256))]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "1,2,4,8", allow_negative_numbers = true, value_parser = each_whole(1..=256, "1,2,4,8"))]
     lights: Vec<u32>,
     /// Does in every frame all work there is, also what cannot change the picture
     #[arg(long)]
@@ -86,6 +88,9 @@ impl Time {
         let specs =
             if self.scenes.is_empty() { builtin::NAMES.map(str::to_owned).to_vec() } else { self.scenes };
         let scenes = specs.iter().map(|spec| self.scene_args.load(spec)).collect::<Result<Vec<_>>>()?;
+        for scene in &scenes {
+            overlap::refuse_inputs(self.json.as_deref(), &scene.inputs)?;
+        }
         if cfg!(debug_assertions) {
             self.device_args.warn("this is a debug build; its times mean little");
         }

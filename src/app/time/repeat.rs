@@ -34,7 +34,9 @@ impl Repeat {
         };
         match times.parse() {
             Ok(times @ 1..=MOST) => Ok(Self { pass: name, times }),
-            _ => refuse(format!("--repeat: `{times}` is not a number of repetitions, 1 to {MOST}")),
+            _ => refuse(format!(
+                "--repeat: `{times}` is not a number of repetitions, 1 to {MOST}, as in --repeat gather 100"
+            )),
         }
     }
 

@@ -6,8 +6,8 @@ use clap::Args;
 
 use super::repeat::Repeat;
 use super::{Time, statistics, trace};
-use crate::app::capture;
 use crate::app::output::OutputFile;
+use crate::app::{capture, overlap};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 
@@ -71,6 +71,7 @@ impl Session {
             }
         };
         let scene = time.scene_args.load(spec)?;
+        overlap::refuse_inputs(time.session.trace.as_deref(), &scene.inputs)?;
         scene.warnings.iter().for_each(|warning| time.device_args.warn(warning));
         if cfg!(debug_assertions) {
             time.device_args.warn("this is a debug build; its times mean little");
@@ -94,5 +95,5 @@ fn capture_frame(time: &Time, scene: Scene, template: &std::path::Path) -> Resul
     renderer.force(crate::renderer::Work::Everything);
     let (_, file) = capture.frame(|| renderer.frame())?;
     time.device_args.report_validation(&context);
-    crate::app::print(&format!("{}: one frame\n", file.display()))
+    crate::app::print_line(&format!("{}: one frame", file.display()))
 }

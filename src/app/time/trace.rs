@@ -83,8 +83,8 @@ pub(super) fn run(time: &Time, scene: Scene, output: &OutputFile) -> Result<()> 
         |us| format!("clocks deviate by {us:.1} us at most"),
     );
     let file = output.path().display();
-    crate::app::print(&format!(
-        "{file}: {scene}, {frames} frames, {count} events, {clock}; open it in ui.perfetto.dev\n"
+    crate::app::print_line(&format!(
+        "{file}: {scene}, {frames} frames, {count} events, {clock}; open it in ui.perfetto.dev"
     ))
 }
 

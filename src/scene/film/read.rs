@@ -80,6 +80,9 @@ pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
     // What can be seen from where the film's camera and lights will be takes part in the precomputation.
     let seen: Vec<Camera> = seen.map(|position| Camera { position, ..scene.cameras[0].clone() }).collect();
     scene.cameras.extend(seen);
+    if builtin::text(spec).is_none() {
+        scene.inputs.extend(files.on_disk(&file));
+    }
     Ok((film, scene))
 }
 

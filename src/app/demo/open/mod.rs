@@ -296,6 +296,6 @@ impl Open {
     }
 
     pub(super) fn say_memory(&self) {
-        note(&format!("lightpaths: device memory {} bytes\n", self.context.memory().current_bytes));
+        note(&format!("lightpaths: device memory {} bytes", self.context.memory().current_bytes));
     }
 }

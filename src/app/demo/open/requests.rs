@@ -122,8 +122,8 @@ impl Open {
             return;
         }
         note(&match files::rescue_scene(&self.session, &self.desk.save_to) {
-            Ok(path) => format!("lightpaths: the edited scene is in {}\n", path.display()),
-            Err(error) => format!("lightpaths: the edited scene is lost: {error}\n"),
+            Ok(path) => format!("lightpaths: the edited scene is in {}", path.display()),
+            Err(error) => format!("lightpaths: the edited scene is lost: {error}"),
         });
     }
 

@@ -101,6 +101,8 @@ pub(super) fn few_paths(scene: &Scene, light: usize, count: f64) -> String {
 /// What half of the surface has before it at least, in cells of the finest level, where these are not too wide. Measured: a box of two metres, and
 /// a speck further and further away (`docs/decisions.md`).
 const ROOM: f64 = 0.75;
+/// The same of what the camera sees, by few rays. The built-in scenes have 0.47 (atrium, `draft`) and more.
+const ROOM_IN_VIEW: f64 = 0.35;
 
 /// How far half of the surface has no other before it, metres; by what the pieces are from what they see.
 pub(super) fn room(pieces: &[Piece], clearances: &[f32]) -> f64 {
@@ -118,21 +120,21 @@ pub(super) fn room(pieces: &[Piece], clearances: &[f32]) -> f64 {
 
 /// What to say of cells that are wide beside most of the surface, as in a scene that fills a small part of its box. `grid` of the finest level.
 pub(super) fn wide_cells(room: f64, grid: &Grid, cells: u32) -> Option<String> {
-    wide_cells_beside("half of the surface", room, grid, cells)
+    wide_cells_beside("half of the surface", (room, ROOM), grid, cells)
 }
 
 /// The same of what the camera sees, as of a small building on a large ground. `room` is what half of that has before it.
 pub(super) fn wide_cells_in_view(room: f64, grid: &Grid, cells: u32) -> Option<String> {
-    wide_cells_beside("half of what the camera sees", room, grid, cells)
+    wide_cells_beside("half of what the camera sees", (room, ROOM_IN_VIEW), grid, cells)
 }
 
-fn wide_cells_beside(what: &str, room: f64, grid: &Grid, cells: u32) -> Option<String> {
+fn wide_cells_beside(what: &str, (room, least): (f64, f64), grid: &Grid, cells: u32) -> Option<String> {
     let size = grid.cell_size();
     let advice = match finest_cells(cells) < FINEST {
         true => "raise quality.cells",
         false => "leave out what is far from the rest, more cells are no finer",
     };
-    (room < ROOM * size).then(|| {
+    (room < least * size).then(|| {
         format!(
             "{what} has other surface within {room:.3} m, and cells are {size:.3} m wide: indirect light is blurred there; {advice}"
         )

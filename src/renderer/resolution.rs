@@ -1,6 +1,7 @@
 //! What the settings resolve of a scene, and what to say where that is too little.
 
 use super::precompute::{FINEST, finest_cells};
+use crate::passes::frame::gloss::is_little;
 use crate::passes::precompute::narrow_gaps;
 use crate::scene::directions::{Directions, directions_for, resolved_exponent};
 use crate::scene::hvds::Piece;
@@ -15,15 +16,16 @@ const MOST_DIRECTIONS: u32 = 1 << 12;
 /// Directions in which clusters that shine are read at least, unless fewer are asked for.
 const LEAST_DIRECTIONS: u32 = 64;
 
-/// Directions in which clusters that shine are read: as many as resolve the sharpest lobe, more than asked for or fewer: what broad lobes
-/// send is smooth, and each direction costs as much as another. Where a material is editable, as many as asked for at least, because its
-/// picture must not depend on what it was at load.
+/// Directions in which clusters that shine are read: more than asked for where that resolves the sharpest lobe, and fewer where all lobes
+/// are a little broad gloss: that is smooth, and each direction costs as much as another. Where a material is editable, as many as asked for
+/// at least, because its picture must not depend on what it was at load.
 pub(super) fn outgoing_directions(materials: &[Material], directions: Directions) -> Directions {
     let stays = |material: &&Material| material.specular != Vec3::ZERO && !material.editable;
     let sharpest = materials.iter().filter(stays).map(|material| material.exponent).fold(0.0, f32::max);
     let count = directions.count();
-    let least =
-        if materials.iter().any(|material| material.editable) { count } else { LEAST_DIRECTIONS.min(count) };
+    let may_be_few =
+        |material: &Material| !material.editable && (material.specular == Vec3::ZERO || is_little(material));
+    let least = if materials.iter().all(may_be_few) { LEAST_DIRECTIONS.min(count) } else { count };
     Directions::new(directions_for(sharpest).clamp(least, MOST_DIRECTIONS.max(count)))
 }
 

@@ -67,7 +67,7 @@ void main() {
         if (!has_lobe(materials[ray.target >> push.cluster_bits])) continue;
         uint cluster = ray.target & ((1u << push.cluster_bits) - 1u);
         GlossPart part = push.part;
-        if (part.most != 0u) part.most = vertices_for(materials[ray.target >> push.cluster_bits].exponent);
+        if (part.most != 0u) part.most = vertices_for(materials[ray.target >> push.cluster_bits]);
         GlossFlux flux = gloss_flux_below(cluster, unpack_direction(ray.direction), part, hash(i, 1u));
         vec3 weight = vec3(ray.weight * inverse_areas[cluster]);
         for (uint light = 0u; light < LIGHTS; ++light) add(sum.of_light[light], weight, flux.of_light[light]);

@@ -12,6 +12,7 @@
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
+#include "include/gloss.glsl"
 #include "include/gloss_rays.glsl"
 #include "include/directions.glsl"
 #include "include/colour.glsl"
@@ -103,8 +104,9 @@ GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
         uint cluster = cluster_for(hit, direction, footprint);
         uint material = surface_at(hit.triangle).material;
         if (cluster != NO_CLUSTER) ray.target = cluster | (material << push.cluster_bits);
-        bool is_broad = has_lobe(materials[material]) && materials[material].exponent <= push.most_exponent;
-        if (is_broad && cluster != NO_CLUSTER) ray.slot = slot_towards(cluster_for(hit, direction, FINER * footprint), -direction);
+        bool reads_slots = has_lobe(materials[material]) && materials[material].exponent <= push.most_exponent
+                        && gloss_fraction(materials[material]) <= LITTLE;
+        if (reads_slots && cluster != NO_CLUSTER) ray.slot = slot_towards(cluster_for(hit, direction, FINER * footprint), -direction);
         if (HAS_TEXTURES != 0u) gloss_colours[index] = pack_colour(image_at(material, hit.triangle, hit.barycentric));
         ray.weight = cosine * (exponent + 2.0) / (exponent + 1.0);
     }

@@ -32,9 +32,20 @@ struct GlossSlot {
 
 const uint NO_ENTRY = 0xffffffffu;
 
-// How many vertices tell well enough what a lobe of that exponent sends; 0: all are needed. Twin of `vertices_for` in src/passes/frame/gloss.rs.
-uint vertices_for(float exponent) {
-    return exponent > 100.0 ? 0u : uint(ceil(4.0 * sqrt(exponent + 1.0)));
+// Fraction of what a material reflects that its lobe does, in the channel where that is the most.
+float gloss_fraction(Reflectance material) {
+    vec3 fractions = material.specular / max(material.diffuse + material.specular, vec3(1e-6));
+    return max(fractions.x, max(fractions.y, fractions.z));
+}
+
+// Fraction up to which a surface has a little gloss only: an error of what its lobe sends is small beside what it sends by its albedo.
+const float LITTLE = 0.4;
+
+// How many vertices tell well enough what a material's lobe sends; 0: all are needed. Twin of `vertices_for` in src/passes/frame/gloss.rs.
+uint vertices_for(Reflectance material) {
+    float excess = max(1.0, gloss_fraction(material) / 0.25);
+    bool is_little = material.exponent <= 100.0 && excess * 0.25 <= LITTLE;
+    return is_little ? uint(ceil(4.0 * excess * excess * sqrt(material.exponent + 1.0))) : 0u;
 }
 
 // π times the Phong lobe's share of the BRDF.

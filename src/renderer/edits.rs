@@ -3,6 +3,7 @@
 use super::Renderer;
 use super::changes::{Changes, Edited, Work};
 use crate::error::{Error, Result};
+use crate::passes::frame::gloss::is_little;
 use crate::passes::precompute::path_orders::editable_bits;
 use crate::scene::{Camera, Light, LightKind, Material};
 use crate::types::View;
@@ -119,7 +120,9 @@ impl Renderer {
             )));
         }
         let has_lobe = |material: &Material| material.specular != Vec3::ZERO;
-        let lobes = has_lobe(old) != has_lobe(&new) || (has_lobe(&new) && old.exponent != new.exponent);
+        // What pixels' rays read of a lobe depends on how much it is beside the albedo.
+        let lobes = has_lobe(old) != has_lobe(&new)
+            || (has_lobe(&new) && (old.exponent != new.exponent || is_little(old) != is_little(&new)));
         self.scene.materials[material] = new;
         let bit = editable_bits(&self.scene.materials)[material];
         self.changes.edited = match self.changes.edited {

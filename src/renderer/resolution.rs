@@ -1,6 +1,7 @@
 //! What the settings resolve of a scene, and what to say where that is too little.
 
 use super::precompute::{FINEST, finest_cells};
+use crate::passes::frame::gloss::is_little;
 use crate::passes::precompute::narrow_gaps;
 use crate::scene::directions::{Directions, directions_for, resolved_exponent};
 use crate::scene::hvds::Piece;
@@ -15,15 +16,16 @@ const MOST_DIRECTIONS: u32 = 1 << 12;
 /// Directions in which clusters that shine are read at least, unless fewer are asked for.
 const LEAST_DIRECTIONS: u32 = 64;
 
-/// Directions in which clusters that shine are read: as many as resolve the sharpest lobe, more than asked for or fewer: what broad lobes
-/// send is smooth, and each direction costs as much as another. Where a material is editable, as many as asked for at least, because its
-/// picture must not depend on what it was at load.
+/// Directions in which clusters that shine are read: more than asked for where that resolves the sharpest lobe, and fewer where all lobes
+/// are a little broad gloss: that is smooth, and each direction costs as much as another. Where a material is editable, as many as asked for
+/// at least, because its picture must not depend on what it was at load.
 pub(super) fn outgoing_directions(materials: &[Material], directions: Directions) -> Directions {
     let stays = |material: &&Material| material.specular != Vec3::ZERO && !material.editable;
     let sharpest = materials.iter().filter(stays).map(|material| material.exponent).fold(0.0, f32::max);
     let count = directions.count();
-    let least =
-        if materials.iter().any(|material| material.editable) { count } else { LEAST_DIRECTIONS.min(count) };
+    let may_be_few =
+        |material: &Material| !material.editable && (material.specular == Vec3::ZERO || is_little(material));
+    let least = if materials.iter().all(may_be_few) { LEAST_DIRECTIONS.min(count) } else { count };
     Directions::new(directions_for(sharpest).clamp(least, MOST_DIRECTIONS.max(count)))
 }
 
@@ -101,6 +103,8 @@ pub(super) fn few_paths(scene: &Scene, light: usize, count: f64) -> String {
 /// What half of the surface has before it at least, in cells of the finest level, where these are not too wide. Measured: a box of two metres, and
 /// a speck further and further away (`docs/decisions.md`).
 const ROOM: f64 = 0.75;
+/// The same of what the camera sees, by few rays. The built-in scenes have 0.47 (atrium, `draft`) and more.
+const ROOM_IN_VIEW: f64 = 0.35;
 
 /// How far half of the surface has no other before it, metres; by what the pieces are from what they see.
 pub(super) fn room(pieces: &[Piece], clearances: &[f32]) -> f64 {
@@ -118,21 +122,21 @@ pub(super) fn room(pieces: &[Piece], clearances: &[f32]) -> f64 {
 
 /// What to say of cells that are wide beside most of the surface, as in a scene that fills a small part of its box. `grid` of the finest level.
 pub(super) fn wide_cells(room: f64, grid: &Grid, cells: u32) -> Option<String> {
-    wide_cells_beside("half of the surface", room, grid, cells)
+    wide_cells_beside("half of the surface", (room, ROOM), grid, cells)
 }
 
 /// The same of what the camera sees, as of a small building on a large ground. `room` is what half of that has before it.
 pub(super) fn wide_cells_in_view(room: f64, grid: &Grid, cells: u32) -> Option<String> {
-    wide_cells_beside("half of what the camera sees", room, grid, cells)
+    wide_cells_beside("half of what the camera sees", (room, ROOM_IN_VIEW), grid, cells)
 }
 
-fn wide_cells_beside(what: &str, room: f64, grid: &Grid, cells: u32) -> Option<String> {
+fn wide_cells_beside(what: &str, (room, least): (f64, f64), grid: &Grid, cells: u32) -> Option<String> {
     let size = grid.cell_size();
     let advice = match finest_cells(cells) < FINEST {
         true => "raise quality.cells",
         false => "leave out what is far from the rest, more cells are no finer",
     };
-    (room < ROOM * size).then(|| {
+    (room < least * size).then(|| {
         format!(
             "{what} has other surface within {room:.3} m, and cells are {size:.3} m wide: indirect light is blurred there; {advice}"
         )

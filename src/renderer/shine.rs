@@ -184,10 +184,12 @@ impl Shine {
     }
 }
 
-/// Vertices that slots ask at most: twice what the sharpest lobe needs, because many rays read one.
+/// Vertices that slots ask at most: twice what the lobe needs that needs most, because many rays read one. Where one
+/// needs all, no bound on any; pixels' rays go by the material that they meet.
 fn most_asked(materials: &[Material]) -> u32 {
     let lobes = materials.iter().filter(|material| material.specular != Vec3::ZERO);
-    2 * vertices_for(lobes.map(|material| material.exponent).fold(0.0, f32::max))
+    let needed: Vec<u32> = lobes.map(vertices_for).collect();
+    if needed.contains(&0) { u32::MAX } else { 2 * needed.into_iter().max().unwrap_or(0) }
 }
 
 fn has_lobes(materials: &[Material]) -> bool {

@@ -48,6 +48,11 @@ impl Material {
         self.editable || self.specular != Vec3::ZERO
     }
 
+    /// Fraction of what it reflects that its Phong lobe does, in the channel where that is the most; 0..=1.
+    pub fn gloss_fraction(&self) -> f32 {
+        (self.specular / (self.diffuse + self.specular).max(Vec3::splat(1e-6))).max_element()
+    }
+
     /// Scales a material that would reflect more than it receives. True where that was needed.
     pub fn conserve_energy(&mut self) -> bool {
         let albedo = (self.diffuse + self.specular).max_element();

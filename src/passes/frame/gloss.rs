@@ -11,6 +11,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
 use crate::passes::frame::light_sum::LightSum;
 use crate::passes::precompute::gloss::GlossTables;
+use crate::scene::Material;
 use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -127,10 +128,23 @@ const LIGHTS: usize = 4;
 /// Exponent above which a lobe is so sharp that few vertices of a cluster send anything in one direction, and all are asked.
 const BROAD: f32 = 100.0;
 
-/// How many vertices of a cluster tell well enough what a lobe of that exponent sends; 0: all are needed. With so many the noise of a cluster
+/// Fraction of what a material reflects up to which its lobe is a little gloss only: an error of what that sends is small beside what the
+/// material sends by its albedo.
+const LITTLE: f32 = 0.4;
+
+/// Whether a material has a little broad gloss: some of a cluster's vertices, in few directions, tell what its lobe sends.
+pub fn is_little(material: &Material) -> bool {
+    material.exponent <= BROAD && material.gloss_fraction() <= LITTLE
+}
+
+/// How many vertices of a cluster tell well enough what a material's lobe sends; 0: all are needed. With so many the noise of a cluster
 /// is about that of the smallest, which hold no more.
-pub fn vertices_for(exponent: f32) -> u32 {
-    if exponent > BROAD { 0 } else { (4.0 * (exponent + 1.0).sqrt()).ceil() as u32 }
+pub fn vertices_for(material: &Material) -> u32 {
+    if !is_little(material) {
+        return 0;
+    }
+    let excess = (material.gloss_fraction() / 0.25).max(1.0);
+    (4.0 * excess * excess * (material.exponent + 1.0).sqrt()).ceil() as u32
 }
 
 /// Marks a vertex that is no entry point that may shine, and a base cluster without vertices that may.

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use image::RgbImage;
 
 use crate::HANG;
-use crate::client::{BLOT, Client};
+use crate::client::{BLOT, Client, Point};
 use crate::display::Display;
 use crate::keys;
 use crate::picture::{Area, changed_pixels};
@@ -138,15 +138,35 @@ impl<'a> Demo<'a> {
         self.client().capture()
     }
 
+    /// Waits until the program says that its window shows all that was asked for before.
+    pub fn wait_for_answer(&self) {
+        let mark = self.mark();
+        self.client().tap(&[], keys::function(9));
+        self.wait_for_line_since(mark, "lightpaths: settled", HANG);
+    }
+
+    /// Moves from one point to the other in `steps` with the button down. The window sees the press, moves and the release in frames of
+    /// their own, however slow these are: where all came in one, nothing would be dragged.
+    pub fn drag(&self, button: u8, from: Point, to: Point, steps: i32) {
+        let client = self.client();
+        client.move_to(from);
+        client.press(button);
+        self.wait_for_answer();
+        for step in 1..=steps {
+            let between = |a: i32, b: i32| a + (b - a) * step / steps;
+            client.move_to((between(from.0, to.0), between(from.1, to.1)));
+        }
+        self.wait_for_answer();
+        client.release(button);
+    }
+
     /// The window, or `area` of it, when it shows all that was asked for. The program says so, each time of another frame; the
     /// last frames of these are the same.
     pub fn settled(&self, area: Option<Area>) -> RgbImage {
         let mut last = None;
         let mut same = 0;
         until("settled picture", HANG, || {
-            let mark = self.mark();
-            self.client().tap(&[], keys::function(9));
-            self.wait_for_line_since(mark, "lightpaths: settled", HANG);
+            self.wait_for_answer();
             let next = self.capture();
             let area = area.unwrap_or_else(|| Area::of(&next));
             let is_same = last.as_ref().is_some_and(|last: &RgbImage| {

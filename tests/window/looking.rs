@@ -78,7 +78,7 @@ fn the_camera_turns_flies_and_comes_home() {
     let display = Display::start();
     let demo = open(&display);
     let home = settled(&demo);
-    demo.client().drag(1, WALL, (WALL.0 - 40, WALL.1 + 10), 6);
+    demo.drag(1, WALL, (WALL.0 - 40, WALL.1 + 10), 6);
     let turned = changed(&demo, &home);
     assert!(mean_difference(&home, &turned, PICTURE) > 2.0, "turned");
     demo.client().scroll(WALL, 3);

@@ -23,7 +23,21 @@ use crate::picture::{Area, changed_pixels, colours, mean_difference};
 use crate::until;
 
 pub const SIDE: u32 = 512;
-pub const BOX: [&str; 6] = ["box", "--preset", "draft", "--size", "512x512", "--validation"];
+/// At few light paths: what is looked at is the window.
+pub const BOX: [&str; 12] = [
+    "box",
+    "--preset",
+    "draft",
+    "--size",
+    "512x512",
+    "--validation",
+    "--set",
+    "quality.entry_points=30000",
+    "--set",
+    "quality.cache_points=4000",
+    "--set",
+    "quality.gather_rays=64",
+];
 
 /// The part of the picture that nothing covers: neither panels nor numbers that change by themselves.
 pub const PICTURE: Area = Area { x: 0, y: 160, width: SIDE, height: SIDE - 160 };
@@ -80,7 +94,7 @@ pub fn handle() -> Point {
 /// Takes the light 60 points to the right.
 pub fn drag_light(demo: &Demo) {
     let (x, y) = handle();
-    demo.client().drag(1, (x, y), (x + 60, y), 12);
+    demo.drag(1, (x, y), (x + 60, y), 12);
 }
 
 fn no_complaints(demo: &Demo) {
@@ -165,7 +179,7 @@ fn a_material_is_chosen_by_a_click_edited_and_taken_back() {
     let demo = open_in(&display, folder.path(), "box");
     demo.client().click(1, (250, 410));
     let before = settled(&demo);
-    demo.client().drag(1, ALBEDO, (ALBEDO.0 - 60, ALBEDO.1), 12);
+    demo.drag(1, ALBEDO, (ALBEDO.0 - 60, ALBEDO.1), 12);
     let after = changed(&demo, &before);
     let teapot = Area { x: 190, y: 380, width: 120, height: 60 };
     assert!(mean_difference(&before, &after, teapot) > 4.0, "the teapot has another colour");

@@ -67,7 +67,7 @@ fn on_a_screen_of_small_pixels_panels_are_twice_as_large_and_the_picture_is_as_f
 
     // The light is where it is drawn.
     let (x, y): Point = handle();
-    demo.client().drag(1, (x, y), (x + 60, y), 12);
+    demo.drag(1, (x, y), (x + 60, y), 12);
     let after = changed(&demo, &before);
     let share = changed_pixels(&before, &after, below, 2) as f64 / below.pixels() as f64;
     assert!(share > 0.1, "{share}");

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::{node, without};
 use crate::scene::light::LightKind;
+use crate::scene::material::MOST_ALBEDO;
 use crate::scene::value::{Kind, Node, unit};
 use crate::scene::{Camera, Light, Material, camera as cameras, numbers};
 
@@ -100,7 +101,7 @@ pub(super) fn materials(root: &mut Node, loaded: &[Material], edited: &[Material
         }
         said.push(&new.name);
         // One that reflects everything may have been scaled down to that at load, which depends on both albedos.
-        let is_full = (old.diffuse + old.specular).max_element() > 1.0 - 1e-5;
+        let is_full = (old.diffuse + old.specular).max_element() > MOST_ALBEDO - 1e-5;
         let table = material_table(root, &new.name);
         if diffuse || is_full {
             let [key, other] = if new.texture.is_some() { ["tint", "diffuse"] } else { ["diffuse", "tint"] };

@@ -1,9 +1,13 @@
-//! Reading files that somebody else may have made: regular ones alone, and no more of one than there may be.
+//! Reading files that somebody else may have made: regular ones alone, and no more of one than there may be. Decoders of other
+//! crates run guarded.
 
+use std::cell::Cell;
 use std::fmt;
 use std::fs::{self, File};
 use std::io::{self, Read};
+use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
+use std::sync::Once;
 
 /// Why a file was not read. It reads as what follows the file's name.
 #[derive(Debug, PartialEq, Eq)]
@@ -62,9 +66,60 @@ pub(crate) fn read(path: &Path, most_bytes: u64) -> Result<Vec<u8>, Unread> {
     }
 }
 
+thread_local! {
+    /// Whether panics of this thread are caught, and so not printed.
+    static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Characters of a panic's message that are quoted.
+const PANIC_CHARACTERS: usize = 100;
+
+/// What `work` returns. `work` reads bytes from a stranger through a decoder of another crate, called `name` in messages ("PNG", "images").
+///
+/// # Errors
+/// As `work`. If the decoder panics, the error says that the file is damaged, in words that follow its name. The panic of this thread is
+/// not printed; those of threads that the decoder starts are.
+pub(crate) fn guarded<T>(name: &str, work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let print = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !IS_GUARDED.get() {
+                print(info);
+            }
+        }));
+    });
+    let was_guarded = IS_GUARDED.replace(true);
+    // Whatever `work` had under way is dropped with it: nobody sees it half done.
+    let result = panic::catch_unwind(AssertUnwindSafe(work));
+    IS_GUARDED.set(was_guarded);
+    result.unwrap_or_else(|payload| {
+        let text = payload.downcast_ref::<String>().map(String::as_str);
+        let text = text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no message");
+        let text: String =
+            text.chars().take(PANIC_CHARACTERS).map(|c| if c.is_control() { ' ' } else { c }).collect();
+        Err(format!("is damaged: the decoder of {name} failed ({text}): save it anew"))
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn panics_of_decoders_are_errors_in_one_line() {
+        assert_eq!(guarded("PNG", || Ok(7)), Ok(7));
+        assert_eq!(guarded("PNG", || Err::<(), _>("is none".to_owned())), Err("is none".to_owned()));
+        let [zero, long] = [0_usize, 300];
+        let divided = guarded("PNG", || Ok(1 / zero)).expect_err("it panics");
+        assert!(divided.starts_with("is damaged: the decoder of PNG failed (attempt to divide"), "{divided}");
+        let text = guarded("GIF", || -> Result<(), String> { panic!("{}\n\u{1b}", "x".repeat(long)) });
+        let text = text.expect_err("it panics");
+        assert!(text.len() < 200 && !text.contains(char::is_control), "{text:?}");
+        // One inside another, after which panics are printed again.
+        let inner = guarded("GIF", || Ok(guarded("PNG", || Ok([1, 2][long])).is_err() && IS_GUARDED.get()));
+        assert_eq!((inner, IS_GUARDED.get()), (Ok(true), false));
+    }
 
     #[test]
     fn no_more_is_read_than_there_may_be() {

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::builtin::Files;
 use super::limits;
 use super::texture::Image;
+use crate::files::guarded;
 
 /// Where files come from, what was said of them, and what they may still hold.
 pub(super) struct Reading<'a> {
@@ -22,7 +23,8 @@ impl<'a> Reading<'a> {
     /// Reads an image, and says whether transparency was left out. Fails in words that follow the file's name.
     pub(super) fn image(&mut self, file: &Path) -> Result<(Image, bool), String> {
         let bytes = self.files.read(file, limits::IMAGE_BYTES)?;
-        let decoded = Image::decode(file, &bytes, limits::TEXELS - self.texels)?;
+        let left = limits::TEXELS - self.texels;
+        let decoded = guarded("images", || Image::decode(file, &bytes, left))?;
         self.texels += decoded.0.codes.len() as u64;
         Ok(decoded)
     }

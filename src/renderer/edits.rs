@@ -91,7 +91,7 @@ impl Renderer {
         self.set_material(material, diffuse, specular, exponent)
     }
 
-    /// Changes what a material reflects: diffuse and specular albedo, scaled down where they reflect more than they receive,
+    /// Changes what a material reflects: diffuse and specular albedo, the latter lowered where both reflect more than they receive,
     /// and Phong exponent. Of an editable material, the picture is to the bit that of a cold start. Of others the paths were
     /// traced for what it was: far above that, indirect light is noisier and tends to come out low.
     ///

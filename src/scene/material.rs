@@ -44,15 +44,24 @@ impl Material {
         self.editable || self.specular != Vec3::ZERO
     }
 
-    /// Scales a material that would reflect more than it receives. True where that was needed.
+    /// Albedo of a material that reflected more than it receives, after [`Self::conserve_energy`]. Below 1, so that light in a closed room
+    /// comes to an end: exporters write such materials by default.
+    pub const MENDED_ALBEDO: f32 = 0.98;
+
+    /// Mends a material that would reflect more than it receives. Returns whether that was needed.
+    ///
+    /// The diffuse albedo is kept up to 1. The specular albedo gives way: all of its channels are scaled alike, which keeps its hue.
     pub fn conserve_energy(&mut self) -> bool {
-        let albedo = (self.diffuse + self.specular).max_element();
-        if albedo <= 1.0 {
+        if (self.diffuse + self.specular).max_element() <= 1.0 {
             return false;
         }
-        // All channels alike keep the hue; the last bits keep the sum from rounding up again.
-        let scale = (1.0 - 2.0 * f32::EPSILON) / albedo;
-        self.diffuse *= scale;
+        let brightest = self.diffuse.max_element();
+        if brightest > 1.0 {
+            self.diffuse *= Self::MENDED_ALBEDO / brightest;
+        }
+        let left = (Vec3::splat(Self::MENDED_ALBEDO) - self.diffuse).max(Vec3::ZERO);
+        let scales = (0..3).filter(|&channel| self.specular[channel] > 0.0);
+        let scale = scales.map(|channel| left[channel] / self.specular[channel]).fold(1.0, f32::min);
         self.specular *= scale;
         true
     }

@@ -99,8 +99,8 @@ pub(super) fn materials(root: &mut Node, loaded: &[Material], edited: &[Material
             continue;
         }
         said.push(&new.name);
-        // One that reflects everything may have been scaled down to that at load, which depends on both albedos.
-        let is_full = (old.diffuse + old.specular).max_element() > 1.0 - 1e-5;
+        // One that reflects so much may have been mended at load, which depends on both albedos.
+        let is_full = (old.diffuse + old.specular).max_element() > Material::MENDED_ALBEDO - 1e-5;
         let table = material_table(root, &new.name);
         if diffuse || is_full {
             let [key, other] = if new.texture.is_some() { ["tint", "diffuse"] } else { ["diffuse", "tint"] };

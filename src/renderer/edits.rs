@@ -92,8 +92,9 @@ impl Renderer {
         self.set_material(material, diffuse, specular, exponent)
     }
 
-    /// Changes what a material reflects: diffuse and specular albedo, scaled down where they reflect more than
-    /// [`MOST_ALBEDO`](crate::scene::material::MOST_ALBEDO), and Phong exponent. Of an editable material, the picture is to the bit that of a cold start. Of others the paths were
+    /// Changes what a material reflects: diffuse and specular albedo, lowered as
+    /// [`Material::bound_albedo`] does where they reflect too much,
+    /// and Phong exponent. Of an editable material, the picture is to the bit that of a cold start. Of others the paths were
     /// traced for what it was: far above that, indirect light is noisier and tends to come out low.
     ///
     /// # Errors

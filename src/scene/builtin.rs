@@ -1,6 +1,7 @@
 //! Where files come from: the disk, or the built-in scenes that are part of the binary.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
@@ -82,6 +83,42 @@ impl Files {
     /// The path of a file that was read from the disk, `None` for files that are not there.
     pub(super) fn on_disk(&self, file: &Path) -> Option<PathBuf> {
         matches!(self, Self::Disk(_)).then(|| file.to_owned())
+    }
+
+    /// Whether there is a regular file of that path that may be read.
+    pub(super) fn is_file(&self, path: &Path) -> bool {
+        match self {
+            Self::Embedded => EMBEDDED.iter().any(|(name, _)| Path::new(name) == path),
+            Self::Memory(files) => files.contains_key(path),
+            Self::Disk(_) => self.locate(path).is_ok_and(|found| found.is_file()),
+        }
+    }
+
+    /// Whether there is a file or a folder of that path that may be read.
+    pub(super) fn exists(&self, path: &Path) -> bool {
+        match self {
+            Self::Embedded => self.is_file(path),
+            Self::Memory(files) => files.keys().any(|file| file.starts_with(path)),
+            Self::Disk(_) => self.locate(path).is_ok_and(|found| found.exists()),
+        }
+    }
+
+    /// Names of what is in a folder, at most [`limits::FOLDER_NAMES`]. Empty if it may not be read.
+    pub(super) fn names_in(&self, folder: &Path) -> Vec<OsString> {
+        let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        match self {
+            Self::Embedded => Vec::new(),
+            Self::Memory(files) => {
+                let below =
+                    files.keys().filter_map(|file| file.strip_prefix(folder).ok()?.components().next());
+                below.map(|part| part.as_os_str().to_owned()).collect()
+            }
+            Self::Disk(_) => {
+                let entries = self.locate(here).ok().and_then(|folder| folder.read_dir().ok());
+                let names = entries.into_iter().flatten().flatten().map(|entry| entry.file_name());
+                names.take(limits::FOLDER_NAMES).collect()
+            }
+        }
     }
 
     /// Where a file really is, links followed; fails where that is not among these.

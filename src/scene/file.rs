@@ -11,7 +11,7 @@ use super::material::{MOST_ALBEDO, Override};
 use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
 use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
-use super::{Camera, Light, Material, Quality, Scene, Triangle, camera, fit, limits, models, obj};
+use super::{Camera, Light, Material, Quality, Scene, Triangle, camera, fit, kinds, limits, models, obj};
 use crate::{Error, Result};
 
 /// What a user may change about a scene when loading it.
@@ -130,10 +130,7 @@ impl Source {
         let (files, file) = match extension.as_deref().and_then(|extension| extension.to_str()) {
             Some("toml" | "obj") => (Files::of(Path::new(spec), options), PathBuf::from(spec)),
             _ if builtin::NAMES.contains(&spec) => (Files::Embedded, PathBuf::from(format!("{spec}.toml"))),
-            _ => {
-                let what = unknown("built-in scene", &builtin::NAMES, spec);
-                return Err(Error::Usage(format!("{what}; or give the path of a .toml or .obj file")));
-            }
+            _ => return Err(kinds::no_scene(spec)),
         };
         let is_bare = extension.is_some_and(|extension| extension == "obj");
         let text = if is_bare {
@@ -218,12 +215,16 @@ impl Source {
                 mesh
             }));
         }
+        reading.finish();
         Ok(all)
     }
 
     fn load_model(&self, section: &Section, reading: &mut Reading) -> Result<Models> {
         refuse_triangles(section)?;
         let name = section.need(section.text("file")?, "file", "path of an OBJ file")?;
+        if let Some(what) = kinds::not_read(name) {
+            return Err(section.fault_at("file", format!("{name:?} {what}")));
+        }
         let path = self.file.with_file_name(name);
         let is_users =
             self.is_bare || matches!(section.get("file"), Some(Node { origin: Origin::Flag(_), .. }));
@@ -281,7 +282,7 @@ impl Source {
 }
 
 fn read_obj(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result<Models> {
-    let obj::Model { meshes, materials, undefined } = obj::load(reading, path, &utf8(path, bytes)?)?;
+    let obj::Model { meshes, materials, undefined } = obj::load(reading, path, bytes)?;
     let undefined = undefined.into_iter().map(|(index, line)| {
         let name = &materials[index].name;
         (index, format!("{}:{line}: material {name:?} is defined nowhere: taken as grey", path.display()))
@@ -353,34 +354,34 @@ fn override_materials(
     }
     let overridden: HashSet<&str> = overrides.iter().map(|change| change.name.as_str()).collect();
     let missing = undefined.into_iter().filter(|(index, _)| !overridden.contains(&*materials[*index].name));
-    warnings.extend(missing.map(|(_, warning)| warning));
-    for material in &mut *materials {
-        if material.conserve_energy() {
-            // One warning will do.
-            material.bound_albedo();
-            let name = &material.name;
-            warnings.push(format!(
-                "material {name:?} reflected more than it receives: scaled to an albedo of {MOST_ALBEDO}"
-            ));
-        }
-    }
-    warnings.extend(bound_albedos(materials));
+    let missing: Vec<String> = missing.map(|(_, warning)| warning).collect();
+    warnings.extend(counted(missing.first(), missing.len()));
+    let mended: Vec<String> = materials
+        .iter_mut()
+        .filter_map(|material| material.conserve_energy().then(|| material.name.clone()))
+        .collect();
+    let first = mended.first().map(|name| {
+        format!("material {name:?} reflected more than it receives: its highlights are dimmed, to an albedo of {MOST_ALBEDO}")
+    });
+    warnings.extend(counted(first.as_ref(), mended.len()));
+    let bounded: Vec<String> = materials
+        .iter_mut()
+        .filter_map(|material| material.bound_albedo().then(|| material.name.clone()))
+        .collect();
+    let first = bounded.first().map(|name| {
+        format!("material {name:?} reflected all light or nearly all: scaled to an albedo of {MOST_ALBEDO}, because light between such surfaces hardly ends; state an albedo below that")
+    });
+    warnings.extend(counted(first.as_ref(), bounded.len()));
     Ok(())
 }
 
-/// Bounds what materials reflect. Returns a warning that names the first such material, if there is one.
-fn bound_albedos(materials: &mut [Material]) -> Option<String> {
-    let mut bounded =
-        materials.iter_mut().filter_map(|material| material.bound_albedo().then_some(&material.name));
-    let first = bounded.next()?;
-    let others = match bounded.count() {
-        0 => String::new(),
-        1 => " and one more".to_owned(),
-        count => format!(" and {count} more"),
-    };
-    Some(format!(
-        "material {first:?}{others} reflected all light or nearly all: scaled to an albedo of {MOST_ALBEDO}, because light between such surfaces hardly ends; state an albedo below that"
-    ))
+/// The warning of the first material, which says of how many it holds.
+fn counted(first: Option<&String>, count: usize) -> Option<String> {
+    first.map(
+        |first| {
+            if count == 1 { first.clone() } else { format!("{first} ({count} in all, this is the first)") }
+        },
+    )
 }
 
 pub(super) fn read_lights(file: &Path, root: &Node, origin: DVec3) -> Result<Vec<Light>> {

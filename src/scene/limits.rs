@@ -17,6 +17,8 @@ pub const MODELS: usize = 1024;
 pub const TRIANGLES: usize = 1 << 26;
 /// MTL files that an OBJ file names.
 pub const LIBRARIES: usize = 256;
+/// Names of a folder that a file is looked for in without regard to case.
+pub const FOLDER_NAMES: usize = 1 << 16;
 /// Materials of all models, and `[[material]]`s of a scene.
 pub const MATERIALS: usize = 1 << 16;
 /// Lights of a scene, with those that a film adds.
@@ -33,3 +35,5 @@ pub const IMAGE_SIDE: u32 = 8192;
 pub const TEXELS: u64 = 1 << 29;
 /// Bytes that an image has when decoded for each byte of its file: zlib's best is 1032, and grey images of one bit a texel grow eightfold.
 pub const IMAGE_GROWTH: u64 = 8256;
+/// Scans of a JPEG; programs write 1 to 20. Each passes over the whole image.
+pub const JPEG_SCANS: usize = 32;

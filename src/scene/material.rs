@@ -53,15 +53,22 @@ impl Material {
         (self.specular / (self.diffuse + self.specular).max(Vec3::splat(1e-6))).max_element()
     }
 
-    /// Scales a material that would reflect more than it receives. True where that was needed.
+    /// Dims the highlights of a material that would reflect more than it receives. Returns whether that was needed.
+    ///
+    /// The diffuse albedo is kept up to 1. All channels of the specular albedo are scaled alike, which keeps its hue, until no
+    /// channel reflects more than [`MOST_ALBEDO`]: exporters write such materials by default.
     pub fn conserve_energy(&mut self) -> bool {
-        let albedo = (self.diffuse + self.specular).max_element();
-        if albedo <= 1.0 {
+        if (self.diffuse + self.specular).max_element() <= 1.0 {
             return false;
         }
-        // All channels alike keep the hue; the last bits keep the sum from rounding up again.
-        let scale = (1.0 - 2.0 * f32::EPSILON) / albedo;
-        self.diffuse *= scale;
+        let most = MOST_ALBEDO * (1.0 - 2.0 * f32::EPSILON);
+        let brightest = self.diffuse.max_element();
+        if brightest > 1.0 {
+            self.diffuse *= most / brightest;
+        }
+        let left = (Vec3::splat(most) - self.diffuse).max(Vec3::ZERO);
+        let scales = (0..3).filter(|&channel| self.specular[channel] > 0.0);
+        let scale = scales.map(|channel| left[channel] / self.specular[channel]).fold(1.0, f32::min);
         self.specular *= scale;
         true
     }

@@ -1,18 +1,21 @@
-//! MTL files. Every line is checked first, and `tobj` reads only what passed: it names no line when it fails.
+//! MTL files: the best that can be made of each line, and a note of what is passed over.
 
-use std::collections::{BTreeSet, HashMap};
-use std::fmt::Write as _;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};
 
+use super::image_map::Map;
 use super::limits::MATERIALS;
+use super::lines::Lines;
 use super::material::{Material, NEUTRAL};
-use super::obj::{Checking, name, numbers, statement};
+use super::missed::{Missed, missed};
+use super::obj::NO_MATERIAL;
+use super::obj_lines::{Checking, name, statement};
 use super::reading::Reading;
 use super::texture::{Image, Texture};
-use super::value::excerpt;
+use super::value::{excerpt, printable};
 use crate::{Error, Result};
 
 /// A material, and where its texture lies.
@@ -30,220 +33,254 @@ impl Definition {
     }
 }
 
-/// A `map_Kd` line.
-struct Map<'a> {
-    file: &'a str,
-    scale: DVec2,
-    offset: DVec2,
-    is_clamped: bool,
-}
+/// Largest number of `Kd`, `Ks` and `Ns`.
+const LARGEST: f64 = 1e6;
 
-/// An MTL file, as far as it is known to be good.
+/// A material whose lines are being read.
 #[derive(Default)]
-struct Checked<'a> {
-    /// What `tobj` is to read. `map_Kd` names an image by its index in `maps`.
-    text: String,
-    /// How many there are.
-    materials: usize,
-    maps: Vec<(Map<'a>, Arc<Image>)>,
-    /// Images that were read, by file.
-    images: HashMap<PathBuf, Arc<Image>>,
-    /// Statements and options that one would miss.
-    ignored: BTreeSet<String>,
+struct Draft {
+    name: String,
+    diffuse: Option<Vec3>,
+    specular: Option<Vec3>,
+    exponent: Option<f32>,
+    texture: Option<(Texture, [DVec2; 2])>,
+    /// Lines of `Ka` and `Ni`, which are missed beside certain others alone.
+    ambient: Option<usize>,
+    refraction: Option<usize>,
+    is_transparent: bool,
 }
 
-/// Options of `map_Kd` that are passed over, with the most values that each takes.
-const IGNORED_OPTIONS: [(&str, usize); 9] = [
-    ("-blendu", 1),
-    ("-blendv", 1),
-    ("-bm", 1),
-    ("-boost", 1),
-    ("-cc", 1),
-    ("-imfchan", 1),
-    ("-mm", 2),
-    ("-t", 3),
-    ("-texres", 1),
-];
+/// An MTL file that is being read.
+struct Library<'a, 'b> {
+    reading: &'a mut Reading<'b>,
+    path: &'a Path,
+    line: usize,
+    drafts: Vec<Draft>,
+    /// Images by file; `None` for those that cannot be used.
+    images: HashMap<PathBuf, Option<Arc<Image>>>,
+}
 
-/// Reads `text`, the contents of `path`: `Kd`, `Ks`, `Ns` and `map_Kd`, whose images lie relative to it. Other statements change
-/// nothing, and one warning names those that one would miss.
+/// Reads `text`, the contents of `path`: `Kd`, `Ks`, `Ns` and `map_Kd`, whose images lie relative to it. Notes what else would change the picture.
+///
+/// Fails where there are too many materials, and on names that nobody can print.
 pub(super) fn load(reading: &mut Reading, path: &Path, text: &str) -> Result<Vec<Definition>> {
-    let mut checked = Checked::default();
-    for (index, content) in text.strip_prefix('\u{feff}').unwrap_or(text).lines().enumerate() {
-        let (keyword, rest) = statement(content);
-        let result = match keyword {
-            "newmtl" => checked.begin(rest),
-            "Kd" | "Ks" | "Ns" => checked.reflectance(keyword, rest),
-            "map_Kd" => checked.map(reading, path, rest),
-            "map_Ks" => {
-                checked.ignored.insert(keyword.to_owned());
-                Ok(())
-            }
-            "Ke" if numbers(rest) != Ok([0.0; 3]) => {
-                checked.ignored.insert(keyword.to_owned());
-                Ok(())
-            }
-            _ => Ok(()),
-        };
-        result.map_err(|message| Error::input_at(path, index + 1, format!("{keyword}: {message}")))?;
+    let mut library = Library { reading, path, line: 0, drafts: Vec::new(), images: HashMap::new() };
+    for (line, content) in Lines::new(text) {
+        let (keyword, rest) = statement(&content);
+        library.line = line;
+        let result = library.statement(keyword, rest);
+        result
+            .map_err(|message| Error::input_at(path, line, format!("{}: {message}", printable(keyword))))?;
     }
-    if !checked.ignored.is_empty() {
-        let ignored: Vec<&str> = checked.ignored.iter().map(String::as_str).collect();
-        reading.warnings.push(format!("{:?}: ignored {}", path.display(), ignored.join(", ")));
-    }
-    let (materials, _) = tobj::load_mtl_buf(&mut checked.text.as_bytes())
-        .map_err(|fault| Error::input(path, format!("cannot be read: {fault}")))?;
-    let definitions: Vec<_> = materials.into_iter().map(|material| checked.definition(material)).collect();
-    let materials = definitions.iter().map(|definition| &definition.material);
-    for material in materials.filter(|m| m.texture.is_some() && m.diffuse == Vec3::ZERO) {
-        let (path, name) = (path.display(), &material.name);
-        reading
-            .warnings
-            .push(format!("{path:?}: material {name:?} is black: its image is multiplied with a Kd of 0"));
-    }
-    Ok(definitions)
+    Ok(library.finish())
 }
 
-impl<'a> Checked<'a> {
-    fn definition(&self, material: tobj::Material) -> Definition {
-        let vec3 = |values: Option<[f64; 3]>, default| values.map_or(default, |v| DVec3::from(v).as_vec3());
-        let map =
-            material.diffuse_texture.as_ref().and_then(|index| self.maps.get(index.parse::<usize>().ok()?));
-        let mut definition = Definition::new(Material {
-            // An image is a colour of its own.
-            diffuse: vec3(material.diffuse, if map.is_some() { Vec3::ONE } else { NEUTRAL }),
-            specular: vec3(material.specular, Vec3::ZERO),
-            // Exporters write 0 for "not shiny".
-            exponent: material.shininess.map_or(1.0, |exponent| (exponent as f32).max(1.0)),
-            ..Material::neutral(&material.name)
-        });
-        if let Some((map, image)) = map {
-            (definition.scale, definition.offset) = (map.scale, map.offset);
-            definition.material.texture = Some(Texture { image: image.clone(), is_clamped: map.is_clamped });
+impl Library<'_, '_> {
+    fn statement(&mut self, keyword: &str, rest: &str) -> Checking<()> {
+        match keyword.to_ascii_lowercase().as_str() {
+            "newmtl" => return self.begin(rest),
+            _ if keyword.is_empty() || keyword.starts_with('#') => (),
+            _ if self.drafts.is_empty() => {
+                self.note("statements before the first `newmtl` are passed over");
+            }
+            "kd" => self.draft().diffuse = self.colour("Kd", rest).or(self.draft().diffuse),
+            "ks" => self.draft().specular = self.colour("Ks", rest).or(self.draft().specular),
+            "ns" => self.draft().exponent = self.exponent(rest).or(self.draft().exponent),
+            "map_kd" => self.map(rest),
+            other => self.pass_over(keyword, missed(other, rest)),
         }
-        definition
+        Ok(())
     }
 
     fn begin(&mut self, rest: &str) -> Checking<()> {
-        let name = name(rest)?;
-        self.materials += 1;
-        if self.materials > MATERIALS {
+        if self.drafts.len() >= MATERIALS {
             return Err(format!("there are more than {MATERIALS} materials"));
         }
-        self.write(format_args!("newmtl {name}\n"));
-        Ok(())
-    }
-
-    /// `Kd` and `Ks` state three numbers, `Ns` one.
-    fn reflectance(&mut self, keyword: &str, rest: &str) -> Checking<()> {
-        self.expect_material()?;
-        let count = if keyword == "Ns" { 1 } else { 3 };
-        let words: Vec<&str> = rest.split_whitespace().take(count).collect();
-        let in_range = |word: &&str| word.parse().is_ok_and(|value: f64| (0.0..=1e6).contains(&value));
-        if words.len() < count || !words.iter().all(in_range) {
-            let expected = if count == 1 { "one number" } else { "three numbers" };
-            return Err(format!("{} is not {expected} from 0 to 1e6", excerpt(rest)));
+        let name = if rest.is_empty() { NO_MATERIAL } else { name(rest)? };
+        self.drafts.push(Draft { name: name.to_owned(), ..Draft::default() });
+        if rest.is_empty() {
+            self.note("a `newmtl` without a name defines what has no material");
         }
-        self.write(format_args!("{keyword} {}\n", words.join(" ")));
         Ok(())
     }
 
-    fn map(&mut self, reading: &mut Reading, path: &Path, rest: &'a str) -> Checking<()> {
-        self.expect_material()?;
-        let map = Map::parse(rest, &mut self.ignored)?;
-        name(map.file)?;
-        // Other systems part folders by backslashes.
-        let file = path.with_file_name("").join(map.file.replace('\\', "/"));
-        let image = match self.images.get(&file) {
-            Some(image) => image.clone(),
-            None => {
-                let fault = |what| format!("{:?} {what}", file.display());
-                let (image, is_transparent) = reading.image(&file).map_err(fault)?;
-                if is_transparent {
-                    self.ignored.insert("the transparency of images".to_owned());
-                }
-                self.images.entry(file).or_insert(Arc::new(image)).clone()
+    fn draft(&mut self) -> &mut Draft {
+        self.drafts.last_mut().expect("statements before the first material are passed over")
+    }
+
+    /// Where the line is, for notes.
+    fn place(&self) -> String {
+        place(self.path, self.line, self.drafts.last())
+    }
+
+    fn note(&mut self, what: &str) {
+        let place = self.place();
+        self.reading.notes.add(what, || place);
+    }
+
+    fn note_named(&mut self, what: &str, name: &str) {
+        let place = self.place();
+        self.reading.notes.add_named(what, name, || place);
+    }
+
+    fn pass_over(&mut self, keyword: &str, missed: Missed) {
+        let line = self.line;
+        match missed {
+            Missed::Nothing => (),
+            Missed::Effect(effect) => self.note(&format!("`{keyword}` is passed over ({effect})")),
+            Missed::Transparency => {
+                self.draft().is_transparent = true;
+                self.note(&format!("`{keyword}` is passed over (transparency): surfaces are opaque"));
+            }
+            Missed::Ambient => self.draft().ambient = Some(line),
+            Missed::Refraction => self.draft().refraction = Some(line),
+            Missed::Unknown => {
+                self.note_named("statements that are not known are passed over", &excerpt(keyword))
+            }
+        }
+    }
+
+    /// `None` if it is passed over.
+    fn colour(&mut self, keyword: &str, rest: &str) -> Option<Vec3> {
+        let words: Vec<&str> =
+            rest.split_whitespace().take_while(|word| !word.starts_with('#')).take(3).collect();
+        if let Some(kind @ ("spectral" | "xyz")) = words.first().copied() {
+            self.note_named(
+                "colours that are not red, green and blue are passed over",
+                &format!("`{keyword} {kind}`"),
+            );
+            return None;
+        }
+        let numbers: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
+        let colour = match numbers.as_deref() {
+            Some(&[grey]) => DVec3::splat(grey),
+            Some(&[red, green]) => DVec3::new(red, green, green),
+            Some(&[red, green, blue]) => DVec3::new(red, green, blue),
+            _ => DVec3::NAN,
+        };
+        if colour.is_nan() {
+            self.note_named(
+                "colours that are no numbers are passed over",
+                &format!("{keyword} {}", excerpt(rest)),
+            );
+            return None;
+        }
+        if words.len() == 2 {
+            self.note("colours of two numbers are taken to have a third like the second");
+        }
+        let clamped = colour.clamp(DVec3::ZERO, DVec3::splat(LARGEST));
+        if clamped != colour {
+            self.note(&format!("`{keyword}` below 0 or above 1e6 is clamped"));
+        }
+        Some(clamped.as_vec3())
+    }
+
+    /// `None` if it is passed over.
+    fn exponent(&mut self, rest: &str) -> Option<f32> {
+        let found = rest.split_whitespace().next().and_then(|word| word.parse::<f64>().ok());
+        let Some(exponent) = found.filter(|exponent| !exponent.is_nan()) else {
+            self.note("`Ns` without a number is passed over");
+            return None;
+        };
+        let clamped = exponent.clamp(0.0, LARGEST);
+        if clamped != exponent {
+            self.note("`Ns` below 0 or above 1e6 is clamped");
+        }
+        // Exporters write 0 for "not shiny".
+        Some((clamped as f32).max(1.0))
+    }
+
+    fn map(&mut self, rest: &str) {
+        let mut passed_over = Vec::new();
+        let (files, folder) = (&self.reading.files, self.path.with_file_name(""));
+        let is_file = |name: &str| files.is_file(&folder.join(name.replace('\\', "/")));
+        let Some(map) = Map::parse(rest, is_file, |option| passed_over.push(option)) else {
+            return self.note("`map_Kd` without the name of an image is passed over");
+        };
+        for option in passed_over {
+            self.note_named("options of `map_Kd` are passed over", &option);
+        }
+        let image = match self.image(map.file) {
+            Ok(image) => image,
+            Err(why) => {
+                let what = format!("{} {why}", excerpt(map.file));
+                self.note_named("images that cannot be used are left out, `Kd` is taken instead", &what);
+                None
             }
         };
-        self.write(format_args!("map_Kd {}\n", self.maps.len()));
-        self.maps.push((map, image));
-        Ok(())
+        if let Some(image) = image {
+            let texture = Texture { image, is_clamped: map.is_clamped };
+            self.draft().texture = Some((texture, [map.scale, map.offset]));
+        }
     }
 
-    fn expect_material(&self) -> Checking<()> {
-        if self.text.is_empty() { Err("a `newmtl` line must come first".to_owned()) } else { Ok(()) }
+    /// `Ok(None)` if what is wrong with it was noted before.
+    fn image(&mut self, file: &str) -> Checking<Option<Arc<Image>>> {
+        name(file)?;
+        let place = self.place();
+        let file = self.reading.find(self.path, file, || place)?;
+        if let Some(known) = self.images.get(&file) {
+            return Ok(known.clone());
+        }
+        let decoded = self.reading.image(&file);
+        self.images.insert(file.clone(), decoded.as_ref().ok().map(|decoded| decoded.image.clone()));
+        let decoded = decoded?;
+        if decoded.is_transparent {
+            self.note("the transparency of images is passed over");
+        }
+        if let Some(damage) = decoded.damage {
+            let what = format!("{:?} {damage}", printable(&file.display().to_string()));
+            self.note_named("images are damaged", &what);
+        }
+        Ok(Some(decoded.image))
     }
 
-    fn write(&mut self, text: std::fmt::Arguments) {
-        self.text.write_fmt(text).expect("writing to a String cannot fail");
-    }
-}
-
-impl<'a> Map<'a> {
-    /// Options, then a file name to the end of the line, which may hold spaces.
-    fn parse(mut rest: &'a str, ignored: &mut BTreeSet<String>) -> Checking<Self> {
-        let mut map = Self { file: "", scale: DVec2::ONE, offset: DVec2::ZERO, is_clamped: false };
-        while rest.starts_with('-') {
-            let (option, after) = statement(rest);
-            rest = after;
-            match option {
-                "-o" => map.offset = vector(option, &mut rest, DVec2::ZERO)?,
-                "-s" => map.scale = vector(option, &mut rest, DVec2::ONE)?,
-                "-clamp" => {
-                    let (value, after) = statement(rest);
-                    map.is_clamped = match value {
-                        "on" => true,
-                        "off" => false,
-                        _ => return Err(format!("-clamp {}: on or off was expected", excerpt(value))),
-                    };
-                    rest = after;
-                }
-                _ => match IGNORED_OPTIONS.iter().find(|(name, _)| *name == option) {
-                    Some(&(_, most)) => {
-                        ignored.insert(format!("map_Kd {option}"));
-                        skip(&mut rest, most);
-                    }
-                    None => return Err(format!("{} is no option of map_Kd", excerpt(option))),
-                },
+    fn finish(self) -> Vec<Definition> {
+        let Self { reading, path, drafts, .. } = self;
+        for draft in &drafts {
+            let at = |line| place(path, line, Some(draft));
+            let is_coloured = draft.diffuse.is_some() || draft.texture.is_some();
+            if let Some(line) = draft.ambient.filter(|_| !is_coloured) {
+                reading
+                    .notes
+                    .add("`Ka` is passed over, and there is no `Kd`: the material is grey", || at(line));
+            }
+            if let Some(line) = draft.refraction.filter(|_| draft.is_transparent) {
+                reading.notes.add("`Ni` is passed over (refraction)", || at(line));
+            }
+            if draft.texture.is_some() && draft.diffuse == Some(Vec3::ZERO) {
+                let place = || format!("{}: material {:?}", shown(path), draft.name);
+                reading.notes.add("is black: its image is multiplied with a Kd of 0", place);
             }
         }
-        if rest.is_empty() {
-            return Err("the name of an image is missing".to_owned());
+        drafts.into_iter().map(Draft::definition).collect()
+    }
+}
+
+impl Draft {
+    fn definition(self) -> Definition {
+        // An image is a colour of its own.
+        let colour = if self.texture.is_some() { Vec3::ONE } else { NEUTRAL };
+        let mut definition = Definition::new(Material {
+            diffuse: self.diffuse.unwrap_or(colour),
+            specular: self.specular.unwrap_or(Vec3::ZERO),
+            exponent: self.exponent.unwrap_or(1.0),
+            ..Material::neutral(&self.name)
+        });
+        if let Some((texture, [scale, offset])) = self.texture {
+            (definition.scale, definition.offset) = (scale, offset);
+            definition.material.texture = Some(texture);
         }
-        map.file = rest;
-        Ok(map)
+        definition
     }
 }
 
-/// The numbers at the start of `rest`, up to three; the last word of a line is a file name, even where it is a number.
-fn leading_numbers(rest: &mut &str) -> Vec<f64> {
-    let mut found = Vec::new();
-    while found.len() < 3 {
-        let (word, after) = statement(rest);
-        let Ok(number) = word.parse::<f64>() else { break };
-        if after.is_empty() {
-            break;
-        }
-        found.push(number);
-        *rest = after;
-    }
-    found
+/// A path as a part of a message.
+pub(super) fn shown(path: &Path) -> String {
+    printable(&path.display().to_string())
 }
 
-/// The first two of one to three numbers; what is not there is taken from `default`.
-fn vector(option: &str, rest: &mut &str, default: DVec2) -> Checking<DVec2> {
-    let found = leading_numbers(rest);
-    if found.is_empty() || !found.iter().all(|number| number.abs() <= 1e6) {
-        return Err(format!("{option} needs one to three numbers up to 1e6, and an image after them"));
-    }
-    Ok(DVec2::new(found[0], found.get(1).copied().unwrap_or(default.y)))
-}
-
-/// Passes over the values of an option: one word, or up to so many numbers.
-fn skip(rest: &mut &str, most: usize) {
-    if most > 1 {
-        leading_numbers(rest);
-    } else {
-        *rest = statement(rest).1;
-    }
+fn place(path: &Path, line: usize, draft: Option<&Draft>) -> String {
+    let material = draft.map(|draft| format!(": material {}", excerpt(&draft.name)));
+    format!("{}:{line}{}", shown(path), material.unwrap_or_default())
 }

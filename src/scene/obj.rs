@@ -1,20 +1,22 @@
 //! OBJ files.
 //!
-//! `tobj` turns polygons into fans and indices into meshes, but names no line when it fails, panics on a `Kd` of two
-//! numbers, takes polylines for faces, and lends a face without normals those of another. So every line is checked
-//! first, and `tobj` reads only what passed: positions (f64), normals, texture coordinates, faces with absolute indices.
+//! `tobj` turns indices into meshes, but names no line when it fails, takes polylines for faces, and lends a face without
+//! normals those of another. So every line is checked first, and `tobj` reads only what passed: positions (f64), normals,
+//! texture coordinates, faces with absolute indices.
 
 use std::collections::HashSet;
-use std::fmt::Write as _;
-use std::path::Path;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
 
-use super::builtin::utf8;
-use super::geometry::{Mesh, too_many};
-use super::limits::{LIBRARIES, MATERIALS, MTL_BYTES, NAME_BYTES, TRIANGLES};
+use super::geometry::Mesh;
+use super::limits::{LIBRARIES, MATERIALS, MTL_BYTES};
+use super::lines::decode;
 use super::material::Material;
-use super::mtl::{self, Definition};
+use super::mtl::{self, Definition, shown};
+use super::obj_lines::check;
+use super::polygons::Triangulator;
 use super::reading::Reading;
 use super::value::excerpt;
 use crate::{Error, Result};
@@ -29,26 +31,18 @@ pub(super) struct Model {
     pub(super) undefined: Vec<(usize, usize)>,
 }
 
-/// Faces before the first `usemtl`.
-const NO_MATERIAL: &str = "default";
+/// What has no material: faces before the first `usemtl`, or behind one without a name.
+pub(super) const NO_MATERIAL: &str = "default";
 
-/// Reads `text`, the contents of `path`, and the MTL files that it names, which lie relative to it.
+/// Reads the contents of `path`, and the MTL files that it names, which lie relative to it. Notes what is passed over or mended.
 ///
-/// Fails with file and line on coordinates that are not finite numbers, faces with fewer than three corners, indices
-/// out of range, an MTL file that cannot be read; and where there is no face at all.
-pub(super) fn load(reading: &mut Reading, path: &Path, text: &str) -> Result<Model> {
-    let checked = check(path, text)?;
-    let mut definitions: Vec<Definition> = Vec::new();
-    for (line, library) in &checked.libraries {
-        let file = path.with_file_name("").join(library);
-        let fault = |what| Error::input_at(path, *line, format!("mtllib: {:?} {what}", file.display()));
-        let text = utf8(&file, reading.read(&file, MTL_BYTES).map_err(fault)?)?;
-        definitions.extend(mtl::load(reading, &file, &text)?);
-        keep_last(&mut definitions);
-        if definitions.len() > MATERIALS {
-            return Err(Error::input_at(path, *line, too_many_materials()));
-        }
-    }
+/// Fails with file and line on coordinates that are not finite numbers and indices of vertices out of range, and where there is no face at
+/// all, or too much of something.
+pub(super) fn load(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result<Model> {
+    let text = decoded(reading, path, bytes);
+    let checked = check(path, &text)?;
+    drop(text);
+    let mut definitions = read_libraries(reading, path, &checked.libraries)?;
     let mut undefined = Vec::new();
     let known: HashSet<String> = definitions.iter().map(|d| d.material.name.clone()).collect();
     for (line, name) in checked.used.into_iter().filter(|(_, name)| !known.contains(name)) {
@@ -57,17 +51,122 @@ pub(super) fn load(reading: &mut Reading, path: &Path, text: &str) -> Result<Mod
         }
         definitions.push(Definition::new(Material::neutral(&name)));
     }
+    reading.notes.absorb(checked.notes);
+    let meshes = read_meshes(reading, path, [&checked.vertices, &checked.faces], &definitions)?;
+    let materials = definitions.into_iter().map(|definition| definition.material).collect();
+    Ok(Model { meshes, materials, undefined })
+}
+
+/// The text of a file; notes where it is not UTF-8.
+fn decoded(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> String {
+    let (text, is_utf8) = decode(bytes);
+    if !is_utf8 {
+        reading
+            .notes
+            .add("the text is not UTF-8, and is taken as Latin-1 (or UTF-16, where it is marked so)", || {
+                shown(path)
+            });
+    }
+    text
+}
+
+/// What the MTL files define. Those that cannot be read are noted.
+fn read_libraries(reading: &mut Reading, path: &Path, lines: &[(usize, String)]) -> Result<Vec<Definition>> {
+    let mut definitions: Vec<Definition> = Vec::new();
+    let mut seen = HashSet::new();
+    for (line, names) in lines {
+        let place = || format!("{}:{line}", shown(path));
+        let (files, mut refused) = find_libraries(reading, path, names, place);
+        for file in files.into_iter().filter(|file| seen.insert(file.clone())) {
+            match reading.read(&file, MTL_BYTES) {
+                Ok(bytes) => {
+                    let text = decoded(reading, &file, bytes);
+                    definitions.extend(mtl::load(reading, &file, &text)?);
+                }
+                Err(why) => refused.push(format!("{:?} {why}", shown(&file))),
+            }
+            keep_last(&mut definitions);
+            if definitions.len() > MATERIALS {
+                return Err(Error::input_at(path, *line, too_many_materials()));
+            }
+        }
+        for what in refused {
+            let kind = "mtllib: libraries that cannot be used are left out, and what they define is grey";
+            reading.notes.add_named(kind, &what, place);
+        }
+    }
+    Ok(definitions)
+}
+
+/// The MTL files that a line names: one whose name may hold spaces, or several. And what is wrong with the others.
+fn find_libraries(
+    reading: &mut Reading,
+    path: &Path,
+    line: &str,
+    place: impl Fn() -> String,
+) -> (Vec<PathBuf>, Vec<String>) {
+    let (mut found, mut refused) = (Vec::new(), Vec::new());
+    let whole = path.with_file_name("").join(line);
+    let names = if reading.files.is_file(&whole) { vec![line] } else { libraries(line) };
+    for name in names {
+        let why = match reading.find(path, name, &place) {
+            Ok(file) => {
+                found.push(file);
+                continue;
+            }
+            Err(why) => why,
+        };
+        let words: Vec<&str> = name.split_whitespace().take(LIBRARIES).collect();
+        let files = words.iter().map(|word| (word, reading.find(path, word, &place))).collect::<Vec<_>>();
+        if words.len() < 2 || files.iter().all(|(_, file)| file.is_err()) {
+            refused.push(format!("{} {why}", excerpt(name)));
+            continue;
+        }
+        for (word, file) in files {
+            match file {
+                Ok(file) => found.push(file),
+                Err(why) => refused.push(format!("{} {why}", excerpt(word))),
+            }
+        }
+    }
+    (found, refused)
+}
+
+/// The names in a line, each of which ends in `.mtl`, but for the last.
+fn libraries(line: &str) -> Vec<&str> {
+    let mut names = Vec::new();
+    let mut rest = line;
+    let lower = line.to_ascii_lowercase();
+    for (at, ending) in lower.match_indices(".mtl") {
+        let end = at + ending.len();
+        if line[end..].starts_with(char::is_whitespace) && names.len() < LIBRARIES {
+            names.push(rest[..rest.len() - (line.len() - end)].trim());
+            rest = &line[end..];
+        }
+    }
+    names.push(rest.trim());
+    names
+}
+
+/// The faces of lines that were checked, as triangles.
+fn read_meshes(
+    reading: &mut Reading,
+    path: &Path,
+    [vertices, faces]: [&str; 2],
+    definitions: &[Definition],
+) -> Result<Vec<Mesh>> {
     // The materials are known already: `tobj` gets their names.
     let library = |_: &Path| {
         let named = |(index, definition): (usize, &Definition)| (definition.material.name.clone(), index);
         let indices = definitions.iter().enumerate().map(named).collect();
         Ok((vec![tobj::Material::default(); definitions.len()], indices))
     };
-    let options = tobj::LoadOptions { triangulate: true, single_index: true, ..Default::default() };
-    let (models, _) = tobj::load_obj_buf(&mut checked.text.as_bytes(), &options, library)
+    let options = tobj::LoadOptions { single_index: true, ..Default::default() };
+    let (models, _) = tobj::load_obj_buf(&mut vertices.as_bytes().chain(faces.as_bytes()), &options, library)
         .map_err(|fault| Error::input(path, format!("cannot be read: {fault}")))?;
     let models = models.into_iter().filter(|model| !model.mesh.indices.is_empty());
-    let meshes: Vec<Mesh> = models.map(|model| convert(model, &definitions)).collect();
+    let mut triangulator = Triangulator::default();
+    let meshes: Vec<Mesh> = models.map(|model| convert(model, definitions, &mut triangulator)).collect();
     if meshes.is_empty() {
         return Err(Error::input(path, "holds no face: an OBJ file with `v` and `f` lines was expected"));
     }
@@ -75,14 +174,12 @@ pub(super) fn load(reading: &mut Reading, path: &Path, text: &str) -> Result<Mod
         mesh.coordinates.is_empty() && definitions[mesh.material as usize].material.texture.is_some()
     };
     let bare: usize = meshes.iter().filter(is_bare).map(|mesh| mesh.indices.len() / 3).sum();
-    if bare > 0 {
-        reading.warnings.push(format!(
-            "{:?}: {bare} triangles of materials with an image have no texture coordinates: they show its lower left corner",
-            path.display()
-        ));
-    }
-    let materials = definitions.into_iter().map(|definition| definition.material).collect();
-    Ok(Model { meshes, materials, undefined })
+    let what =
+        "triangles of materials with an image have no texture coordinates: they show its lower left corner";
+    reading.notes.add_total(bare, what, || shown(path));
+    let what = "polygons cross themselves or are bent, and no triangles cover them exactly";
+    reading.notes.add_total(triangulator.inexact, what, || shown(path));
+    Ok(meshes)
 }
 
 /// Of definitions of one name the last counts, and stands where it stands.
@@ -93,213 +190,37 @@ fn keep_last(definitions: &mut Vec<Definition>) {
     definitions.reverse();
 }
 
-fn too_many_materials() -> String {
+pub(super) fn too_many_materials() -> String {
     format!("there are more than {MATERIALS} materials")
 }
 
-fn convert(model: tobj::Model, definitions: &[Definition]) -> Mesh {
-    let points = |numbers: &[f64]| numbers.chunks_exact(3).map(DVec3::from_slice).collect();
-    let definition = model.mesh.material_id.and_then(|index| definitions.get(index));
+fn convert(model: tobj::Model, definitions: &[Definition], triangulator: &mut Triangulator) -> Mesh {
+    let mesh = model.mesh;
+    let points = |numbers: &[f64]| -> Vec<DVec3> { numbers.chunks_exact(3).map(DVec3::from_slice).collect() };
+    let definition = mesh.material_id.and_then(|index| definitions.get(index));
     let place = |d: &Definition| {
         let place = |vt: &[f64]| d.scale * DVec2::from_slice(vt) + d.offset;
-        model.mesh.texcoords.chunks_exact(2).map(place).collect()
+        mesh.texcoords.chunks_exact(2).map(place).collect()
+    };
+    let positions = points(&mesh.positions);
+    // None are stated where all faces are triangles.
+    let indices = if mesh.face_arities.is_empty() {
+        mesh.indices
+    } else {
+        let mut triangles = Vec::with_capacity(3 * mesh.indices.len());
+        let mut rest = &mesh.indices[..];
+        for &arity in &mesh.face_arities {
+            let (corners, after) = rest.split_at(arity as usize);
+            triangulator.divide(&positions, corners, &mut triangles);
+            rest = after;
+        }
+        triangles
     };
     Mesh {
         coordinates: definition.filter(|d| d.material.texture.is_some()).map_or_else(Vec::new, place),
-        positions: points(&model.mesh.positions),
-        normals: points(&model.mesh.normals),
-        indices: model.mesh.indices,
-        material: model.mesh.material_id.map_or(0, |index| index as u32),
+        normals: points(&mesh.normals),
+        positions,
+        indices,
+        material: mesh.material_id.map_or(0, |index| index as u32),
     }
-}
-
-/// An OBJ file, as far as it is known to be good.
-#[derive(Default)]
-struct Checked {
-    /// What `tobj` is to read.
-    text: String,
-    /// MTL files with the line that names them.
-    libraries: Vec<(usize, String)>,
-    /// Materials with the line that first uses them.
-    used: Vec<(usize, String)>,
-    /// The names of those.
-    names: HashSet<String>,
-    triangles: usize,
-    /// Whether a material is in force.
-    has_material: bool,
-    /// Whether the last face had normals, and texture coordinates.
-    had: Option<[bool; 2]>,
-    /// How many positions, normals and texture coordinates there are.
-    counts: [usize; 3],
-    /// The highest index of each seen, and its line: a face may precede its vertices.
-    highest: [(usize, usize); 3],
-}
-
-/// What is wrong with a line.
-pub(super) type Checking<T> = std::result::Result<T, String>;
-
-/// What the corners of faces refer to.
-const KINDS: [&str; 3] = ["vertices", "normals", "texture coordinates"];
-
-fn check(path: &Path, text: &str) -> Result<Checked> {
-    let mut checked = Checked { text: "mtllib all\n".to_owned(), ..Default::default() };
-    for (index, content) in text.strip_prefix('\u{feff}').unwrap_or(text).lines().enumerate() {
-        let (keyword, rest) = statement(content);
-        let line = index + 1;
-        let result = match keyword {
-            "v" | "vn" => checked.vertex(keyword, rest),
-            "vt" => checked.coordinates(rest),
-            "f" => checked.face(line, rest),
-            "mtllib" => checked.library(line, rest),
-            "usemtl" => name(rest).and_then(|name| checked.material(line, name)),
-            _ => Ok(()),
-        };
-        result.map_err(|message| Error::input_at(path, line, format!("{keyword}: {message}")))?;
-    }
-    for (((index, line), count), kind) in checked.highest.into_iter().zip(checked.counts).zip(KINDS) {
-        if index > count {
-            let message = format!("f: index {index} is out of range: the file has {count} {kind}");
-            return Err(Error::input_at(path, line, message));
-        }
-    }
-    Ok(checked)
-}
-
-/// A name at the end of a line, which others may have to print.
-pub(super) fn name(rest: &str) -> Checking<&str> {
-    if rest.is_empty() {
-        return Err("a name is missing".to_owned());
-    }
-    if rest.len() > NAME_BYTES || rest.contains(|c: char| c.is_control() && c != '\t') {
-        return Err(format!("{} is no printable name of at most {NAME_BYTES} bytes", excerpt(rest)));
-    }
-    Ok(rest)
-}
-
-/// Keyword and the rest of a line.
-pub(super) fn statement(line: &str) -> (&str, &str) {
-    let line = line.trim();
-    line.split_once(char::is_whitespace).map_or((line, ""), |(keyword, rest)| (keyword, rest.trim_start()))
-}
-
-impl Checked {
-    fn vertex(&mut self, keyword: &str, rest: &str) -> Checking<()> {
-        let [x, y, z] = numbers(rest)?;
-        let is_normal = keyword == "vn";
-        // A normal that is no number is repaired later; nothing can repair a position.
-        if !is_normal && ![x, y, z].into_iter().all(f64::is_finite) {
-            return Err(format!("{} is not a finite position", excerpt(rest)));
-        }
-        self.counts[usize::from(is_normal)] += 1;
-        self.write(format_args!("{keyword} {x:e} {y:e} {z:e}\n"));
-        Ok(())
-    }
-
-    fn coordinates(&mut self, rest: &str) -> Checking<()> {
-        let mut words = rest.split_whitespace().take_while(|word| !word.starts_with('#'));
-        let u = words.next().ok_or("one to three numbers were expected")?;
-        let v = words.next().unwrap_or("0");
-        let number = |word: &str| word.parse::<f64>().ok().filter(|number| number.abs() <= 1e6);
-        let (Some(u), Some(v)) = (number(u), number(v)) else {
-            return Err(format!("{} is not one to three numbers up to 1e6", excerpt(rest)));
-        };
-        self.counts[2] += 1;
-        self.write(format_args!("vt {u:e} {v:e}\n"));
-        Ok(())
-    }
-
-    fn library(&mut self, line: usize, rest: &str) -> Checking<()> {
-        let name = name(rest)?;
-        if self.libraries.len() >= LIBRARIES {
-            return Err(format!("there are more than {LIBRARIES} of them"));
-        }
-        self.libraries.push((line, name.to_owned()));
-        Ok(())
-    }
-
-    fn material(&mut self, line: usize, name: &str) -> Checking<()> {
-        if !self.names.contains(name) {
-            if self.used.len() >= MATERIALS {
-                return Err(too_many_materials());
-            }
-            self.names.insert(name.to_owned());
-            self.used.push((line, name.to_owned()));
-        }
-        self.has_material = true;
-        self.write(format_args!("usemtl {name}\n"));
-        Ok(())
-    }
-
-    fn face(&mut self, line: usize, rest: &str) -> Checking<()> {
-        let words = rest.split_whitespace().take_while(|word| !word.starts_with('#'));
-        let corners = words.map(|word| corner(word, self.counts)).collect::<Checking<Vec<_>>>()?;
-        if corners.len() < 3 {
-            return Err(format!("a face needs at least 3 corners, found {}", corners.len()));
-        }
-        self.triangles += corners.len() - 2;
-        if self.triangles > TRIANGLES {
-            return Err(too_many(self.triangles));
-        }
-        if !self.has_material {
-            self.material(line, NO_MATERIAL)?;
-        }
-        let has = [1, 2].map(|kind| corners.iter().all(|corner| corner[kind] > 0));
-        if self.had.replace(has).is_some_and(|had| had != has) {
-            // Starts another mesh: those with and without normals, or texture coordinates, must not mix.
-            self.text.push_str("o next\n");
-        }
-        self.text.push('f');
-        for corner in corners {
-            for (highest, index) in self.highest.iter_mut().zip(corner) {
-                *highest = (*highest).max((index, line));
-            }
-            let [position, normal, coordinates] = corner;
-            match has {
-                [true, true] => self.write(format_args!(" {position}/{coordinates}/{normal}")),
-                [true, false] => self.write(format_args!(" {position}//{normal}")),
-                [false, true] => self.write(format_args!(" {position}/{coordinates}")),
-                [false, false] => self.write(format_args!(" {position}")),
-            }
-        }
-        self.text.push('\n');
-        Ok(())
-    }
-
-    fn write(&mut self, text: std::fmt::Arguments) {
-        self.text.write_fmt(text).expect("writing to a String cannot fail");
-    }
-}
-
-/// Three numbers; more may follow (weights, colours) and count for nothing.
-pub(super) fn numbers(rest: &str) -> Checking<[f64; 3]> {
-    let mut words = rest.split_whitespace();
-    let mut next = || {
-        let word = words.next().ok_or("three numbers were expected")?;
-        word.parse::<f64>().map_err(|_| format!("{} is not a number", excerpt(word)))
-    };
-    Ok([next()?, next()?, next()?])
-}
-
-/// Index of position, normal and texture coordinates (from 1; 0 for none) of `v`, `v/vt`, `v//vn` or `v/vt/vn`.
-fn corner(word: &str, counts: [usize; 3]) -> Checking<[usize; 3]> {
-    let malformed = || format!("{} is not a corner: v, v/vt, v//vn or v/vt/vn was expected", excerpt(word));
-    let index = |part: &str, of: usize| {
-        let (count, kind) = (counts[of], KINDS[of]);
-        let index: i64 = part.parse().map_err(|_| malformed())?;
-        // Negative indices count back from the last one so far.
-        let absolute = if index < 0 { index.saturating_add_unsigned(count as u64 + 1) } else { index };
-        usize::try_from(absolute)
-            .ok()
-            .filter(|&absolute| absolute > 0)
-            .ok_or_else(|| format!("index {index} is out of range: {count} {kind} precede it"))
-    };
-    let parts: Vec<&str> = word.splitn(4, '/').collect();
-    let (coordinates, normal) = match parts[..] {
-        [_] => ("", ""),
-        [_, coordinates] => (coordinates, ""),
-        [_, coordinates, normal] => (coordinates, normal),
-        _ => return Err(malformed()),
-    };
-    let optional = |part: &str, of: usize| if part.is_empty() { Ok(0) } else { index(part, of) };
-    Ok([index(parts[0], 0)?, optional(normal, 1)?, optional(coordinates, 2)?])
 }

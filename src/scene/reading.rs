@@ -1,25 +1,43 @@
 //! What is under way while the models of a scene are read.
 
-use std::path::{Path, PathBuf};
+use std::collections::HashMap;
+use std::ffi::OsString;
+use std::path::{Component, Path, PathBuf};
+use std::rc::Rc;
 
 use super::builtin::Files;
 use super::limits;
-use super::texture::Image;
+use super::lines::latin1;
+use super::notes::Notes;
+use super::texture::{Decoded, Image};
+use super::value::excerpt;
 use crate::files::guarded;
 
 /// Where files come from, what was said of them, and what they may still hold.
 pub(super) struct Reading<'a> {
     pub(super) files: Files,
-    pub(super) warnings: &'a mut Vec<String>,
+    warnings: &'a mut Vec<String>,
+    /// What was passed over or mended. Becomes warnings when all is read.
+    pub(super) notes: Notes,
     /// Files on disk that were read: [`super::Scene::inputs`].
     inputs: &'a mut Vec<PathBuf>,
     /// Of all images so far.
     texels: u64,
+    /// Names in folders that were searched.
+    listings: HashMap<PathBuf, Rc<Listing>>,
 }
+
+/// Names in a folder by how they look in lower case.
+type Listing = HashMap<String, OsString>;
 
 impl<'a> Reading<'a> {
     pub(super) fn new(files: Files, warnings: &'a mut Vec<String>, inputs: &'a mut Vec<PathBuf>) -> Self {
-        Self { files, warnings, inputs, texels: 0 }
+        Self { files, warnings, notes: Notes::default(), inputs, texels: 0, listings: HashMap::new() }
+    }
+
+    /// Adds the warnings.
+    pub(super) fn finish(self) {
+        self.warnings.extend(self.notes.sentences());
     }
 
     /// Reads a file, and lists it as an input. Fails in words that follow the file's name.
@@ -29,12 +47,75 @@ impl<'a> Reading<'a> {
         Ok(bytes)
     }
 
-    /// Reads an image, and says whether transparency was left out. Fails in words that follow the file's name.
-    pub(super) fn image(&mut self, file: &Path) -> Result<(Image, bool), String> {
+    /// Reads an image. Fails in words that follow the file's name.
+    pub(super) fn image(&mut self, file: &Path) -> Result<Decoded, String> {
         let bytes = self.read(file, limits::IMAGE_BYTES)?;
         let left = limits::TEXELS - self.texels;
         let decoded = guarded("images", || Image::decode(file, &bytes, left))?;
-        self.texels += decoded.0.codes.len() as u64;
+        self.texels += decoded.image.codes.len() as u64;
         Ok(decoded)
+    }
+
+    /// The file that `by` calls `name`: as written; with slashes for backslashes; in other letter case; then its last part, beside `by`. What is
+    /// found by more than slashes is noted at `place`.
+    ///
+    /// Fails in words that follow the name.
+    pub(super) fn find(
+        &mut self,
+        by: &Path,
+        name: &str,
+        place: impl FnOnce() -> String,
+    ) -> Result<PathBuf, String> {
+        let folder = by.with_file_name("");
+        let slashed = name.replace('\\', "/");
+        let portable = folder.join(&slashed);
+        for path in [folder.join(name), portable.clone()] {
+            if self.files.is_file(&path) {
+                return Ok(path);
+            }
+        }
+        let last = slashed.rsplit('/').next().filter(|last| *last != slashed);
+        let found = self.in_other_case(&folder, &slashed);
+        let found = found.or_else(|| last.and_then(|last| self.in_other_case(&folder, last)));
+        let Some(path) = found else {
+            let why = self.files.read(&portable, 0).err();
+            return Err(why.unwrap_or_else(|| "is no file that can be read".to_owned()));
+        };
+        let shown = format!("{} as {:?}", excerpt(name), path.display());
+        self.notes.add_named("files are found under another name", &shown, place);
+        Ok(path)
+    }
+
+    /// A file below `folder` whose path is `name` but for the case of its letters.
+    fn in_other_case(&mut self, folder: &Path, name: &str) -> Option<PathBuf> {
+        let mut path = folder.to_owned();
+        for part in Path::new(name).components() {
+            match part {
+                Component::Normal(part) => {
+                    let written = path.join(part);
+                    path = if self.files.exists(&written) {
+                        written
+                    } else {
+                        path.join(self.listing(&path).get(&part.to_str()?.to_lowercase())?)
+                    };
+                }
+                Component::ParentDir => path.push(".."),
+                Component::CurDir => (),
+                Component::RootDir | Component::Prefix(_) => return None,
+            }
+        }
+        self.files.is_file(&path).then_some(path)
+    }
+
+    fn listing(&mut self, folder: &Path) -> Rc<Listing> {
+        let list = || {
+            let mut names = self.files.names_in(folder);
+            // Of names that differ in case alone, the first in this order is found, on every system.
+            names.sort_unstable_by(|a, b| b.cmp(a));
+            let entries =
+                names.into_iter().map(|name| (latin1(name.as_encoded_bytes()).to_lowercase(), name));
+            Rc::new(entries.collect())
+        };
+        self.listings.entry(folder.to_owned()).or_insert_with(list).clone()
     }
 }

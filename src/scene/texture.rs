@@ -9,7 +9,8 @@ use std::sync::Arc;
 use glam::Vec3;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
-use super::limits::{IMAGE_GROWTH, IMAGE_SIDE};
+use super::containers;
+use super::limits::{IMAGE_GROWTH, IMAGE_SIDE, JPEG_SCANS};
 use super::value::printable;
 
 /// An image of sRGB codes.
@@ -40,6 +41,25 @@ impl fmt::Debug for Image {
     }
 }
 
+/// What an image's file holds.
+pub(super) struct Decoded {
+    pub(super) image: Arc<Image>,
+    /// Whether transparency was left out.
+    pub(super) is_transparent: bool,
+    /// What is wrong with it, in words that follow the file's name.
+    pub(super) damage: Option<String>,
+}
+
+/// Formats that are known and not decoded: their files can be much smaller than what they hold, or hold several images.
+const NOT_READ: [(ImageFormat, &str); 6] = [
+    (ImageFormat::WebP, "a WebP"),
+    (ImageFormat::Tiff, "a TIFF"),
+    (ImageFormat::Dds, "a DDS"),
+    (ImageFormat::Hdr, "a Radiance HDR"),
+    (ImageFormat::OpenExr, "an OpenEXR"),
+    (ImageFormat::Avif, "an AVIF"),
+];
+
 impl Image {
     /// The largest value of each channel, linear.
     pub fn brightest(&self) -> Vec3 {
@@ -57,43 +77,73 @@ impl Image {
         most.map(linear).into()
     }
 
-    /// Decodes a PNG, JPEG or TGA, and says whether transparency was left out. Grey becomes colour, 16 bits become 8. The contents
+    /// Decodes a PNG, JPEG, BMP, GIF (its first picture) or TGA. Grey becomes colour, 16 bits become 8. The contents
     /// decide what it is; a TGA is told by the ending of `name`.
     ///
     /// Fails in words that follow the file's name; where it would have more than `most` texels, or more than such a file can hold,
     /// before there is memory for them.
-    pub(super) fn decode(name: &Path, bytes: &[u8], most: u64) -> Result<(Self, bool), String> {
+    pub(super) fn decode(name: &Path, bytes: &[u8], most: u64) -> Result<Decoded, String> {
+        use ImageFormat::{Bmp, Gif, Jpeg, Png, Tga};
         let has_ending = |ending| name.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending));
-        let format = match image::guess_format(bytes) {
-            Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg)) => format,
-            _ if has_ending("tga") => ImageFormat::Tga,
-            _ => return Err("is no PNG, JPEG or TGA: convert it".to_owned()),
+        let guess = image::guess_format(bytes).ok();
+        let format = match guess {
+            Some(format @ (Png | Jpeg | Bmp | Gif)) => format,
+            _ if has_ending("tga") => Tga,
+            _ => {
+                let known = NOT_READ.iter().find(|(format, _)| Some(*format) == guess);
+                let what = known.map(|(_, what)| format!("is {what} image, which is not read: "));
+                return Err(what.unwrap_or_default() + "is no PNG, JPEG, BMP, GIF or TGA: convert it");
+            }
         };
         let fault = |error| format!("is no readable {format:?}: {}", printable(&format!("{error}")));
-        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+        let mut damage = None;
+        let essential = if format == Png { containers::png_pixels(bytes) } else { bytes.into() };
+        if format == Jpeg {
+            let about = containers::jpeg(bytes);
+            if about.scans > JPEG_SCANS {
+                let scans = about.scans;
+                return Err(format!("has {scans} scans, {JPEG_SCANS} at most are decoded: save it anew"));
+            }
+            let cut = "is damaged: it ends early, and what is missing has no colour of its own: save it anew";
+            damage = (!about.has_end).then(|| cut.to_owned());
+        }
+        let mut reader = ImageReader::with_format(Cursor::new(&*essential), format);
         // Sizes are looked at here, where messages can say what to do.
-        reader.limits(Limits::no_limits());
+        let most_bytes = (bytes.len() as u64).saturating_mul(IMAGE_GROWTH);
+        let mut limits = Limits::no_limits();
+        limits.max_alloc = Some(most_bytes);
+        reader.limits(limits);
         let decoder = reader.into_decoder().map_err(fault)?;
         let (width, height) = decoder.dimensions();
-        if width.max(height) > IMAGE_SIDE || width.min(height) == 0 {
-            return Err(format!(
-                "is {width}×{height} texels large, 1 to {IMAGE_SIDE} either way can be used: scale it"
-            ));
-        }
-        if u64::from(width) * u64::from(height) > most {
-            return Err(format!(
-                "is {width}×{height} texels large, and the scene's images may have {most} more at most: scale them"
-            ));
-        }
-        if decoder.total_bytes() > (bytes.len() as u64).saturating_mul(IMAGE_GROWTH) {
-            let found = bytes.len();
-            return Err(format!("is damaged: {found} bytes cannot hold {width}×{height} texels"));
-        }
+        check_size([width, height], decoder.total_bytes(), bytes.len(), most)?;
         let decoded = DynamicImage::from_decoder(decoder).map_err(fault)?;
         let is_transparent = has_transparency(&decoded);
         let codes = decoded.into_rgb8().into_raw().as_chunks().0.to_vec();
-        Ok((Self { size: [width, height], codes }, is_transparent))
+        Ok(Decoded { image: Arc::new(Self { size: [width, height], codes }), is_transparent, damage })
     }
+}
+
+/// Refuses sizes before there is memory for them. Fails in words that follow the file's name.
+fn check_size(
+    [width, height]: [u32; 2],
+    decoded_bytes: u64,
+    file_bytes: usize,
+    most: u64,
+) -> Result<(), String> {
+    if width.max(height) > IMAGE_SIDE || width.min(height) == 0 {
+        return Err(format!(
+            "is {width}×{height} texels large, 1 to {IMAGE_SIDE} either way can be used: scale it"
+        ));
+    }
+    if u64::from(width) * u64::from(height) > most {
+        return Err(format!(
+            "is {width}×{height} texels large, and the scene's images may have {most} more at most: scale them"
+        ));
+    }
+    if decoded_bytes > (file_bytes as u64).saturating_mul(IMAGE_GROWTH) {
+        return Err(format!("is damaged: {file_bytes} bytes cannot hold {width}×{height} texels"));
+    }
+    Ok(())
 }
 
 fn has_transparency(image: &DynamicImage) -> bool {

@@ -126,8 +126,8 @@ fn bad_files_are_refused() {
     assert!(message(Scene::load(folder.path().to_str().unwrap(), &none)).contains("is a directory"));
     let folder = tempfile::Builder::new().suffix(".obj").tempdir().unwrap();
     assert!(message(Scene::load(folder.path().to_str().unwrap(), &none)).contains("is a directory"));
-    let latin1 = message(load_files(&[("m.obj", b"v 0 0 0\n# caf\xe9\n")], "m.obj", &none));
-    assert_eq!(latin1, "m.obj:2: is not UTF-8 text: save it as UTF-8 (is it the right file?)");
+    let latin1 = message(load_files(&[("s.toml", b"a = 1\n# caf\xe9\n")], "s.toml", &none));
+    assert_eq!(latin1, "s.toml:2: is not UTF-8 text: save it as UTF-8 (is it the right file?)");
     let sponza = message(Scene::load("sponza", &none));
     let known = "unknown built-in scene `sponza`: possible: box, atrium, room; or give the path";
     assert!(sponza.contains(known), "{sponza}");
@@ -143,7 +143,7 @@ fn bad_models_are_refused() {
     refuses(&toml, "v 0 0 1e999\n", "m.obj:1: v: ");
     refuses(&toml, "v 0 0\n", "m.obj:1: v: three numbers were expected");
     refuses(&toml, "v 0 x 0\n", "m.obj:1: v: \"x\" is not a number");
-    refuses(&toml, "v 0 0 0\nf 1 1\n", "m.obj:2: f: a face needs at least 3 corners, found 2");
+    refuses(&toml, "v 0 0 0\nf 1 1\n", "m.obj: holds no face");
     refuses(
         &toml,
         &format!("{SQUARE}f 1 2 9\nv 2 2 2\n"),
@@ -157,34 +157,16 @@ fn bad_models_are_refused() {
     );
     refuses(
         &toml,
-        &format!("{SQUARE}f 1//1 2//1 3//1\n"),
-        "m.obj:6: f: index 1 is out of range: the file has 0 normals",
-    );
-    refuses(
-        &toml,
         &format!("{SQUARE}f 4294967296 2 -9223372036854775808\n"),
         "m.obj:6: f: index -9223372036854775808",
     );
-    refuses(&toml, &format!("{SQUARE}f 1/2/3/4 2 3\n"), "m.obj:6: f: \"1/2/3/4\" is not a corner");
+    refuses(&toml, &format!("{SQUARE}f 1 2 x/1\n"), "m.obj:6: f: \"x/1\" is not a corner");
     refuses(
         &toml,
         "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\nf 1 1 2\n",
         "s.toml: no triangle with an area is left of 2",
     );
     refuses(&toml, "v 0 0 0\nv 1e30 0 0\nv 0 1e30 0\nf 1 2 3\n", "m large, 1e-9 to 1e9 m expected");
-    refuses(&toml, &format!("mtllib gone.mtl\n{SQUARE}"), "m.obj:1: mtllib: ");
-    for (mtl, expected) in [
-        ("newmtl a\nKd 0.5\n", "m.mtl:2: Kd: \"0.5\" is not three numbers from 0 to 1e6"),
-        ("newmtl a\nKd 0.5 nan 0\n", "m.mtl:2: Kd: "),
-        ("newmtl a\nNs -1\n", "m.mtl:2: Ns: \"-1\" is not one number from 0 to 1e6"),
-        ("Kd 1 1 1\n", "m.mtl:1: Kd: a `newmtl` line must come first"),
-        ("newmtl\n", "m.mtl:1: newmtl: a name is missing"),
-    ] {
-        let obj = format!("mtllib m.mtl\n{SQUARE}");
-        let files: [(&str, &[u8]); 2] = [("m.obj", obj.as_bytes()), ("m.mtl", mtl.as_bytes())];
-        let found = message(load_files(&files, "m.obj", &LoadOptions::default()));
-        assert!(found.contains(expected), "expected {expected:?}, found {found:?}");
-    }
 }
 
 #[test]

@@ -10,7 +10,6 @@ use lightpaths::scene::material::MOST_ALBEDO;
 use lightpaths::scene::{Image, LoadOptions, Scene, Texture};
 use std::sync::Arc;
 
-use super::refused::message;
 use super::{good_toml, load_files, set};
 
 /// A unit square whose corners lie at the corners of its image.
@@ -67,6 +66,8 @@ fn every_format_is_read_and_multiplies_kd() {
         ("a.png", png()),
         ("a.tga", tga()),
         ("deep.png", encoded(deep, ImageFormat::Png)),
+        ("a.bmp", encoded(pixels(), ImageFormat::Bmp)),
+        ("a.gif", encoded(DynamicImage::ImageRgb8(pixels()).into_rgba8(), ImageFormat::Gif)),
         // The contents count, whatever the name says.
         ("a.jpg", png()),
     ] {
@@ -80,7 +81,11 @@ fn every_format_is_read_and_multiplies_kd() {
     assert_eq!(texture(&scene).image.codes, grey.pixels().map(|p| [p.0[0]; 3]).collect::<Vec<_>>());
     assert_eq!(scene.materials[0].diffuse, Vec3::ONE, "an image alone is not dimmed");
     let scene = load(SQUARE, &format!("{MTL}Kd 0 0 0\n"), &[("a.png", &png())]).unwrap();
-    assert!(scene.warnings[0].contains("\"wall\" is black: its image is multiplied"), "{:?}", scene.warnings);
+    assert!(
+        scene.warnings[0].contains("\"wall\": is black: its image is multiplied"),
+        "{:?}",
+        scene.warnings
+    );
 
     let flat = RgbImage::from_pixel(16, 16, Rgb([200, 100, 50]));
     let jpeg = encoded(flat, ImageFormat::Jpeg);
@@ -100,7 +105,8 @@ fn transparency_is_passed_over_with_one_warning() {
     let scene = load(SQUARE, mtl, &[("a.png", &clear), ("b.png", &clear)]).unwrap();
     assert_eq!(scene.warnings.len(), 1);
     assert!(
-        scene.warnings[0].contains("m.mtl\": ignored the transparency of images"),
+        scene.warnings[0]
+            .ends_with("the transparency of images is passed over (2 in all, this is the first)"),
         "{:?}",
         scene.warnings
     );
@@ -121,7 +127,11 @@ fn options_place_the_image() {
     let scene = load(SQUARE, mtl, image).unwrap();
     let placed = square.map(|corner| Vec2::new(2.0, 3.0) * corner + Vec2::new(0.25, 0.0));
     assert_eq!((corners(&scene), texture(&scene).is_clamped), (placed, true));
-    assert!(scene.warnings[0].contains("ignored map_Kd -cc, map_Kd -mm"), "{:?}", scene.warnings);
+    assert!(
+        scene.warnings[0].contains("options of `map_Kd` are passed over: -mm; -cc"),
+        "{:?}",
+        scene.warnings
+    );
 
     // A file may be called like a number; folders may be parted by backslashes.
     let scene = load(SQUARE, "newmtl wall\nmap_Kd -s 2 7\n", &[("7", &png())]).unwrap();
@@ -156,7 +166,7 @@ fn a_diffuse_albedo_in_the_scene_file_replaces_an_image() {
     let image: &[(&str, &[u8])] = &[("a.png", &png())];
     let toml = good_toml() + "[[material]]\nname = \"wall\"\nspecular = [0.1, 0.1, 0.1]\n";
     let scene = load_with(&toml, SQUARE, MTL, image, &LoadOptions::default()).unwrap();
-    assert!(scene.materials[0].texture.is_some() && scene.warnings.len() == 1, "scaled to an albedo of 1");
+    assert!(scene.materials[0].texture.is_some() && scene.warnings.len() == 1, "its highlights give way");
     let toml = toml.replace("specular", "diffuse");
     let scene = load_with(&toml, SQUARE, MTL, image, &LoadOptions::default()).unwrap();
     assert_eq!((&scene.materials[0].texture, scene.materials[0].diffuse), (&None, Vec3::splat(0.1)));
@@ -166,50 +176,79 @@ fn a_diffuse_albedo_in_the_scene_file_replaces_an_image() {
     assert_eq!(scene.materials[0].diffuse, Vec3::splat(0.2));
 }
 
+/// What cannot be used of an image leaves the material its `Kd`, and is said with file, line and reason.
 #[test]
-fn what_is_wrong_is_named_with_file_and_line() {
+fn images_that_cannot_be_used_are_named() {
     let png = png();
-    let refuses = |obj: &str, mtl: &str, bytes: &[u8], expected: &str| {
-        let found = message(load(obj, mtl, &[("a.png", bytes), ("a.tga", bytes)]));
-        assert!(found.starts_with(expected), "expected {expected:?}, found {found:?}");
+    let leaves_out = |rest: &str, bytes: &[u8], expected: &str| {
+        let mtl = format!("newmtl wall\nKd 0.1 0.2 0.3\nmap_Kd {rest}\n");
+        let scene = load(SQUARE, &mtl, &[("a.png", bytes), ("a.tga", bytes)]).unwrap();
+        let material = &scene.materials[0];
+        assert!(material.texture.is_none() && material.diffuse == Vec3::new(0.1, 0.2, 0.3));
+        let said = &scene.warnings[0];
+        let start =
+            "m.mtl:3: material \"wall\": images that cannot be used are left out, `Kd` is taken instead: ";
+        assert!(said.contains(&format!("{start}{expected}")), "expected {expected:?}, found {said:?}");
     };
-    let map = |rest: &str| format!("newmtl wall\n\nmap_Kd {rest}\n");
-    refuses(SQUARE, &map("b.png"), &png, "m.mtl:3: map_Kd: \"b.png\" does not exist: check the path");
-    refuses(SQUARE, &map("a.png"), &png[..60], "m.mtl:3: map_Kd: \"a.png\" is no readable Png: ");
-    refuses(SQUARE, &map("a.png"), b"", "m.mtl:3: map_Kd: \"a.png\" is no PNG, JPEG or TGA: convert it");
-    refuses(SQUARE, &map("a.png"), b"GIF89a......", "m.mtl:3: map_Kd: \"a.png\" is no PNG, JPEG or TGA");
-    refuses(SQUARE, &map("a.tga"), b"0123456789", "m.mtl:3: map_Kd: \"a.tga\" is no readable Tga: ");
-    refuses(SQUARE, &map(""), &png, "m.mtl:3: map_Kd: the name of an image is missing");
-    refuses(SQUARE, &map("-clamp on"), &png, "m.mtl:3: map_Kd: the name of an image is missing");
-    refuses(SQUARE, &map("-clamp a.png"), &png, "m.mtl:3: map_Kd: -clamp \"a.png\": on or off was expected");
-    refuses(SQUARE, &map("-o a.png"), &png, "m.mtl:3: map_Kd: -o needs one to three numbers up to 1e6");
-    refuses(SQUARE, &map("-s inf a.png"), &png, "m.mtl:3: map_Kd: -s needs one to three numbers up to 1e6");
-    refuses(SQUARE, &map("-wrap a.png"), &png, "m.mtl:3: map_Kd: \"-wrap\" is no option of map_Kd");
-    refuses(SQUARE, "map_Kd a.png\n", &png, "m.mtl:1: map_Kd: a `newmtl` line must come first");
+    leaves_out("b.png", &png, "\"b.png\" does not exist: check the path");
+    leaves_out("a.png", &png[..60], "\"a.png\" is no readable Png: ");
+    leaves_out("a.png", b"", "\"a.png\" is no PNG, JPEG, BMP, GIF or TGA: convert it");
+    leaves_out("a.png", b"GIF89a......", "\"a.png\" is no readable Gif: ");
+    leaves_out("a.png", b"BM............", "\"a.png\" is no readable Bmp: ");
+    leaves_out("a.png", b"RIFF....WEBPVP8L", "\"a.png\" is a WebP image, which is not read: ");
+    leaves_out("a.tga", b"0123456789", "\"a.tga\" is no readable Tga: ");
     let wide = encoded(RgbImage::new(8193, 1), ImageFormat::Png);
-    refuses(
-        SQUARE,
-        &map("a.png"),
+    leaves_out(
+        "a.png",
         &wide,
-        "m.mtl:3: map_Kd: \"a.png\" is 8193×1 texels large, 1 to 8192 either way can be used: scale it",
+        "\"a.png\" is 8193×1 texels large, 1 to 8192 either way can be used: scale it",
     );
-    let square = |from: &str, to: &str| SQUARE.replace(from, to);
-    refuses(&square("vt 1 1", "vt 1 x"), MTL, &png, "m.obj:8: vt: \"1 x\" is not one to three numbers");
-    refuses(&square("vt 1 1", "vt nan"), MTL, &png, "m.obj:8: vt: \"nan\" is not one to three numbers");
-    refuses(&square("vt 1 1", "vt"), MTL, &png, "m.obj:8: vt: one to three numbers were expected");
-    refuses(
-        &square("4/4", "4/5"),
-        MTL,
-        &png,
-        "m.obj:11: f: index 5 is out of range: the file has 4 texture coordinates",
-    );
-    refuses(
-        &square("4/4", "4/-5"),
-        MTL,
-        &png,
-        "m.obj:11: f: index -5 is out of range: 4 texture coordinates",
-    );
-    refuses(&square("4/4", "4/y"), MTL, &png, "m.obj:11: f: \"4/y\" is not a corner");
+    let jpeg = encoded(RgbImage::new(64, 64), ImageFormat::Jpeg);
+    let scan = jpeg.windows(2).position(|pair| pair == [0xff, 0xda]).unwrap();
+    let end = jpeg.len() - 2;
+    let often = [&jpeg[..scan], &jpeg[scan..end].repeat(100), &jpeg[end..]].concat();
+    leaves_out("a.png", &often, "\"a.png\" has 100 scans, 32 at most are decoded: save it anew");
+    // A palette whose length is no multiple of three.
+    let chunk = |name: &[u8], data: &[u8]| {
+        let checked = [name, data].concat();
+        [&(data.len() as u32).to_be_bytes()[..], &checked, &crc32(&checked).to_be_bytes()].concat()
+    };
+    for length in [1, 2, 4, 5, 767] {
+        let palette = [
+            b"\x89PNG\r\n\x1a\n",
+            &chunk(b"IHDR", &[0, 0, 0, 1, 0, 0, 0, 1, 8, 3, 0, 0, 0])[..],
+            &chunk(b"PLTE", &vec![7; length]),
+            &chunk(b"IDAT", &[0x78, 0x9c, 0x63, 0x60, 0, 0, 0, 2, 0, 1]),
+            &chunk(b"IEND", &[]),
+        ];
+        leaves_out("a.png", &palette.concat(), "\"a.png\" is ");
+    }
+}
+
+/// The checksum of a PNG's chunk.
+fn crc32(bytes: &[u8]) -> u32 {
+    let fold = |crc: u32| if crc & 1 == 1 { (crc >> 1) ^ 0xedb8_8320 } else { crc >> 1 };
+    !bytes.iter().fold(!0, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), |crc, _| fold(crc)))
+}
+
+#[test]
+fn a_jpeg_that_was_cut_is_used_and_said_to_be_damaged() {
+    let image = RgbImage::from_fn(64, 64, |x, y| Rgb([(7 * x + 3 * y) as u8, (x * y) as u8, 90]));
+    let jpeg = encoded(image, ImageFormat::Jpeg);
+    let warnings = |bytes: &[u8]| {
+        let scene = load(SQUARE, "newmtl wall\nmap_Kd a.jpg\n", &[("a.jpg", bytes)]).unwrap();
+        assert_eq!(texture(&scene).image.size, [64, 64]);
+        scene.warnings
+    };
+    assert_eq!(warnings(&jpeg), [""; 0]);
+    assert_eq!(warnings(&[&jpeg[..], b"more"].concat()), [""; 0]);
+    for cut in [2, 10, jpeg.len() / 3] {
+        let [said] = &warnings(&jpeg[..jpeg.len() - cut])[..] else { panic!("one warning") };
+        assert!(
+            said.contains("images are damaged: ") && said.contains("a.jpg\" is damaged: it ends early"),
+            "{said}"
+        );
+    }
 }
 
 #[test]

@@ -1,0 +1,75 @@
+//! Kinds of files that are no scenes of ours: what they are, and what to do.
+
+use std::path::Path;
+
+use super::builtin;
+use super::value::{excerpt, unknown};
+use crate::Error;
+
+const BLENDER: &str = "export it as OBJ, in Blender by File > Export > Wavefront (.obj)";
+const IMPORT: &str = "import it into Blender, and export it by File > Export > Wavefront (.obj)";
+const PROGRAM: &str = "export it as OBJ from the program that wrote it";
+const CONVERT: &str = "convert it to OBJ";
+const UNPACK: &str = "unpack it, and give the .obj or .toml file in it";
+
+/// Endings in lower case, what a file of these is, and what to do.
+const KINDS: [(&[&str], &str, &str); 22] = [
+    (&["gltf", "glb"], "a glTF model", IMPORT),
+    (&["blend", "blend1"], "a Blender file", BLENDER),
+    (&["fbx"], "an FBX model", IMPORT),
+    (&["usd", "usda", "usdc", "usdz"], "a USD scene", IMPORT),
+    (&["ply"], "a PLY model", IMPORT),
+    (&["stl"], "an STL model", IMPORT),
+    (&["dae"], "a COLLADA model", IMPORT),
+    (&["abc"], "an Alembic scene", IMPORT),
+    (&["x3d", "wrl", "vrml"], "an X3D or VRML model", IMPORT),
+    (&["3ds"], "a 3D Studio model", CONVERT),
+    (&["max"], "a 3ds Max scene", PROGRAM),
+    (&["ma", "mb"], "a Maya scene", PROGRAM),
+    (&["c4d"], "a Cinema 4D scene", PROGRAM),
+    (&["skp"], "a SketchUp model", PROGRAM),
+    (&["3dm"], "a Rhino model", PROGRAM),
+    (&["step", "stp", "iges", "igs", "dwg", "dxf", "ifc", "f3d", "sldprt"], "a CAD model", PROGRAM),
+    (
+        &["lwo", "lws", "off", "x", "md2", "md3", "ac", "vox", "3mf", "pbrt", "xml", "pov"],
+        "a model or scene of another kind",
+        CONVERT,
+    ),
+    (&["mtl"], "a list of materials", "give the .obj file that names it"),
+    (&["zip", "gz", "tgz", "tar", "7z", "rar", "xz", "bz2", "zst"], "an archive", UNPACK),
+    (
+        &["png", "jpg", "jpeg", "exr", "hdr", "tga", "bmp", "gif", "tif", "tiff", "webp"],
+        "an image",
+        "give a .toml or .obj file",
+    ),
+    (&["json", "yaml", "yml"], "no scene file", "write it as TOML"),
+    (&["spv", "exe", "dll", "so"], "a program", "give a .toml or .obj file"),
+];
+
+fn ending(name: &str) -> Option<String> {
+    // Paths of other systems, too.
+    let ending = Path::new(name).extension()?.to_str()?.to_ascii_lowercase();
+    (!ending.contains('\\')).then_some(ending)
+}
+
+/// Why a file of this name is not read as a model, in words that follow the name. `None` if it may be one.
+pub(super) fn not_read(name: &str) -> Option<String> {
+    let ending = ending(name)?;
+    let (_, what, advice) = KINDS.iter().find(|(endings, ..)| endings.contains(&&*ending))?;
+    Some(format!("is {what}, which is not read: {advice}"))
+}
+
+/// Why a SCENE that is neither built in nor ends in `.toml` or `.obj` is none.
+pub(super) fn no_scene(spec: &str) -> Error {
+    if let Some(what) = not_read(spec) {
+        return Error::input(spec, what);
+    }
+    let is_path = spec.contains(['/', '\\']) || ending(spec).is_some() || Path::new(spec).exists();
+    let built_in = builtin::NAMES.join(", ");
+    if is_path {
+        let known = "a .toml scene file, an .obj model or a built-in scene";
+        return Error::Usage(format!("{} is no scene: {known} ({built_in}) was expected", excerpt(spec)));
+    }
+    let what = unknown("built-in scene", &builtin::NAMES, spec);
+    Error::Usage(format!("{what}; or give the path of a .toml or .obj file"))
+}

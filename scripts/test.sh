@@ -85,7 +85,8 @@ built=$((SECONDS - start))
 status=0
 # Pipelines that the driver has compiled stay with what cargo has.
 export CARGO_MANIFEST_DIR=$PWD RUST_TEST_THREADS=1 LIGHTPATHS_PIPELINES=$PWD/target/pipelines
-binaries <"$DIR/cargo" | sed "s|\$| $*|" | xargs -P "${JOBS:-2}" -L 1 "$0" --one || status=1
+# No blank may end a line: xargs would join the next one to it.
+binaries <"$DIR/cargo" | sed "s|\$|${*:+ $*}|" | xargs -P "${JOBS:-2}" -L 1 "$0" --one || status=1
 
 echo
 echo 'The twenty slowest tests, seconds on the clock while another binary ran beside:'

@@ -134,13 +134,15 @@ impl Context {
         .map_err(|error| Error::NoDevice(format!("{}: {error}", summary.name)))?;
         // SAFETY: the device is one of the instance's.
         let properties = unsafe { instance.raw.get_physical_device_properties(handle) };
+        let debug_utils = || ash::ext::debug_utils::Device::new(&instance.raw, &device);
+        let names = Names(instance.has_debug_utils.then(debug_utils));
         let context = Self {
             sync2: ash::khr::synchronization2::Device::new(&instance.raw, &device),
             push_descriptor: ash::khr::push_descriptor::Device::new(&instance.raw, &device),
             names: Names(
                 instance.has_debug_utils.then(|| ash::ext::debug_utils::Device::new(&instance.raw, &device)),
             ),
-            pipelines: Pipelines::new(&device, PipelineStore::new(&properties))?,
+            pipelines: Pipelines::new(&device, PipelineStore::new(&properties)),
             memory: Mutex::default(),
             has_hazard_check: options.hazard_check,
             journal: Journal::default(),
@@ -296,7 +298,7 @@ impl Context {
 
     /// Names an object for validation messages and debuggers.
     pub(super) fn set_name<H: vk::Handle>(&self, handle: H, name: &str) {
-        self.names.set(handle, name);
+        self.names.set_name(handle, name);
     }
 }
 
@@ -304,7 +306,7 @@ impl Context {
 pub(super) struct Names(pub(super) Option<ash::ext::debug_utils::Device>);
 
 impl Names {
-    pub(super) fn set<H: vk::Handle>(&self, handle: H, name: &str) {
+    pub(super) fn set_name<H: vk::Handle>(&self, handle: H, name: &str) {
         let Some(debug_utils) = &self.0 else { return };
         let name = CString::new(name).expect("names hold no NUL");
         let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);

@@ -182,7 +182,7 @@ impl Handles {
         self.set_layout =
             // SAFETY: the device, and all that the description names, is alive.
             unsafe { device.create_descriptor_set_layout(&info, None) }.vk("vkCreateDescriptorSetLayout")?;
-        maker.names.set(self.set_layout, stem);
+        maker.names.set_name(self.set_layout, stem);
 
         let push_ranges: Vec<_> = module
             .push
@@ -194,7 +194,7 @@ impl Handles {
             .push_constant_ranges(&push_ranges);
         // SAFETY: the device, and all that the description names, is alive.
         self.layout = unsafe { device.create_pipeline_layout(&info, None) }.vk("vkCreatePipelineLayout")?;
-        maker.names.set(self.layout, stem);
+        maker.names.set_name(self.layout, stem);
         Ok(())
     }
 
@@ -210,7 +210,7 @@ impl Handles {
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the device, and all that the description names, is alive.
         let shader = unsafe { device.create_shader_module(&info, None) }.vk("vkCreateShaderModule")?;
-        maker.names.set(shader, stem);
+        maker.names.set_name(shader, stem);
         let specialisation =
             vk::SpecializationInfo::default().map_entries(entries).data(bytemuck::cast_slice(values));
         let stage = vk::PipelineShaderStageCreateInfo::default()
@@ -228,7 +228,7 @@ impl Handles {
         unsafe { device.destroy_shader_module(shader, None) };
         let pipelines = created.map_err(|(_, result)| result).vk("vkCreateComputePipelines")?;
         self.pipeline = pipelines[0];
-        maker.names.set(self.pipeline, stem);
+        maker.names.set_name(self.pipeline, stem);
         Ok(())
     }
 

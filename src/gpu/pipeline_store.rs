@@ -9,8 +9,7 @@ use std::{env, fs};
 use ash::vk;
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::VkResultExt;
-use crate::error::Result;
+use super::context::Names;
 use crate::files;
 
 /// Names another folder; empty: nothing is kept.
@@ -36,19 +35,24 @@ impl PipelineStore {
         Self { path, stored_bytes: 0 }
     }
 
-    /// A cache with what is stored; an empty one if nothing is, or if the file is damaged.
-    pub(super) fn open(&mut self, device: &ash::Device) -> Result<vk::PipelineCache> {
+    /// A cache with what is stored; an empty one if nothing is, or if the file is damaged. Null if the driver has no
+    /// memory for one: pipelines are compiled without it.
+    pub(super) fn open(&mut self, device: &ash::Device, names: &Names) -> vk::PipelineCache {
         let data = self.path.as_deref().and_then(read).unwrap_or_default();
         self.stored_bytes = data.len();
         let info = vk::PipelineCacheCreateInfo::default().initial_data(&data);
         // SAFETY: the device is alive; the data are as this device's driver wrote them, by their hash.
-        unsafe { device.create_pipeline_cache(&info, None) }.vk("vkCreatePipelineCache")
+        let Ok(cache) = (unsafe { device.create_pipeline_cache(&info, None) }) else {
+            return vk::PipelineCache::null();
+        };
+        names.set_name(cache, "compiled pipelines");
+        cache
     }
 
     /// Stores what the cache holds, if that is more than was read. Nobody needs to hear that this failed: the next
     /// start compiles again.
     pub(super) fn save(&self, device: &ash::Device, cache: vk::PipelineCache) {
-        let Some(path) = &self.path else { return };
+        let Some(path) = self.path.as_ref().filter(|_| cache != vk::PipelineCache::null()) else { return };
         // SAFETY: device and cache are alive, and nothing is compiled any more.
         let Ok(data) = (unsafe { device.get_pipeline_cache_data(cache) }) else { return };
         if data.len() > HEADER_BYTES && data.len() != self.stored_bytes {

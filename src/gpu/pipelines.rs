@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
 
+use super::context::Names;
 use super::device::Limits;
 use super::pipeline::{Maker, Program};
 use super::pipeline_store::PipelineStore;
@@ -30,9 +31,9 @@ pub(super) type Missing = (Arc<Program>, bool);
 
 impl Pipelines {
     /// None yet; the driver starts with what the store has.
-    pub(super) fn new(device: &ash::Device, mut store: PipelineStore) -> Result<Self> {
-        let cache = store.open(device)?;
-        Ok(Self { programs: Mutex::default(), cache, store, made: AtomicU32::new(0) })
+    pub(super) fn new(device: &ash::Device, names: &Names, mut store: PipelineStore) -> Self {
+        let cache = store.open(device, names);
+        Self { programs: Mutex::default(), cache, store, made: AtomicU32::new(0) }
     }
 
     /// The program of that shader and these constants: the one that there is, or a new one.

@@ -8,7 +8,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::program::{Outcome, Stage, in_turns};
 
 /// Calls of which nobody needs to hear that they failed: the picture is as it should be.
-const SURVIVED: [&str; 2] = ["vkDeviceWaitIdle", "vkSetDebugUtilsObjectNameEXT"];
+const SURVIVED: [&str; 4] =
+    ["vkCreatePipelineCache", "vkDeviceWaitIdle", "vkGetPipelineCacheData", "vkSetDebugUtilsObjectNameEXT"];
 /// Returns nothing.
 const INFALLIBLE: &str = "vkGetPhysicalDeviceProperties2";
 /// The allocator's: see `memory.rs`.

@@ -70,6 +70,7 @@ can_fail! {
     vkCreateGraphicsPipelines(device: vk::Device, cache: vk::PipelineCache, count: u32, infos: Any, allocator: Any, pipelines: Any);
     vkCreateImage(device: vk::Device, info: Any, allocator: Any, image: Any);
     vkCreateImageView(device: vk::Device, info: Any, allocator: Any, view: Any);
+    vkCreatePipelineCache(device: vk::Device, info: Any, allocator: Any, cache: Any);
     vkCreatePipelineLayout(device: vk::Device, info: Any, allocator: Any, layout: Any);
     vkCreateQueryPool(device: vk::Device, info: Any, allocator: Any, pool: Any);
     vkCreateSampler(device: vk::Device, info: Any, allocator: Any, sampler: Any);
@@ -84,6 +85,7 @@ can_fail! {
     vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device: vk::PhysicalDevice, surface: vk::SurfaceKHR, capabilities: Any);
     vkGetPhysicalDeviceSurfacePresentModesKHR(device: vk::PhysicalDevice, surface: vk::SurfaceKHR, count: Any, modes: Any);
     vkGetPhysicalDeviceSurfaceSupportKHR(device: vk::PhysicalDevice, family: u32, surface: vk::SurfaceKHR, is_supported: Any);
+    vkGetPipelineCacheData(device: vk::Device, cache: vk::PipelineCache, size: Any, data: Any);
     vkGetPipelineExecutablePropertiesKHR(device: vk::Device, info: Any, count: Any, executables: Any);
     vkGetPipelineExecutableStatisticsKHR(device: vk::Device, info: Any, count: Any, statistics: Any);
     vkGetQueryPoolResults(device: vk::Device, pool: vk::QueryPool, first: u32, count: u32, size: usize, data: Any, stride: u64, flags: u32);

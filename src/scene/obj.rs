@@ -177,7 +177,8 @@ fn read_meshes(
     let what =
         "triangles of materials with an image have no texture coordinates: they show its lower left corner";
     reading.notes.add_total(bare, what, || shown(path));
-    let what = "polygons cross themselves or are bent, and no triangles cover them exactly";
+    let what =
+        "polygons cross themselves, are bent or have too many corners, and no triangles cover them exactly";
     reading.notes.add_total(triangulator.inexact, what, || shown(path));
     Ok(meshes)
 }

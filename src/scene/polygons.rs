@@ -6,10 +6,13 @@ use glam::{DVec2, DVec3};
 /// Area that triangles may miss or cover twice, as a fraction of the polygon's: corners in decimal notation are not quite in a plane.
 const INEXACT: f64 = 1e-6;
 
+/// Corners of a polygon whose ears are clipped, at most: the time can grow with their square, up to ten seconds for so many.
+const CORNERS: usize = 1 << 16;
+
 /// Divides polygons into triangles, and counts what it could not do exactly.
 #[derive(Default)]
 pub(super) struct Triangulator {
-    /// Polygons whose triangles do not cover their area once: they cross themselves or are bent too far.
+    /// Polygons whose triangles do not cover their area once: they cross themselves, are bent too far, or have more than [`CORNERS`].
     pub(super) inexact: usize,
     earcut: Earcut<f64>,
     points: Vec<[f64; 2]>,
@@ -31,7 +34,11 @@ impl Triangulator {
             fan(corners, triangles);
             return;
         }
-        let Some(plane) = plane else { return };
+        let Some(plane) = plane.filter(|_| corners.len() <= CORNERS) else {
+            self.inexact += 1;
+            fan(corners, triangles);
+            return;
+        };
         self.points.clear();
         self.points
             .extend(corners.iter().map(|&corner| plane.project(positions[corner as usize]).to_array()));
@@ -265,6 +272,18 @@ mod tests {
             assert_eq!(counted.inexact, 1, "{shape:?}");
             assert!(!triangles.is_empty());
         }
+    }
+
+    /// A star of a million corners, whose ears nobody waits for, is done at once, and counted.
+    #[test]
+    fn polygons_of_too_many_corners_are_counted() {
+        let star = |count: u32| -> Vec<DVec2> {
+            let angle = |index: u32| f64::from(index) * std::f64::consts::TAU / f64::from(count);
+            (0..count).map(|index| DVec2::from_angle(angle(index)) * f64::from(2 + index % 2)).collect()
+        };
+        assert_eq!(divided(&star(1000)).1.inexact, 0);
+        let (triangles, counted) = divided(&star(1_000_000));
+        assert_eq!((triangles.len(), counted.inexact), (999_998, 1));
     }
 
     /// Without an area, or without numbers that squares of exist for.

@@ -36,6 +36,14 @@ fn png() -> Vec<u8> {
 }
 
 #[test]
+fn faces_without_normals_borrow_none() {
+    let obj = format!("{SQUARE}vn 1 1 0\nv 2 0 0\nf 2//1 5//1 3//1\nl 1 2 3\nf 2 5 4\n");
+    let scene = load(obj.as_bytes(), &[]);
+    let tilted = scene.triangles.iter().filter(|t| !close(t.normals[0], t.geometric_normal())).count();
+    assert_eq!((scene.triangles.len(), tilted), (4, 1));
+}
+
+#[test]
 fn faces_lack_what_the_file_does_not_have() {
     // The first face has a normal that follows, the second none that there is; the last has one of its own.
     let obj = format!(
@@ -324,7 +332,7 @@ fn concave_faces_keep_their_notch() {
     assert!(
         bow.warnings
             .iter()
-            .any(|warning| warning.starts_with("m.obj: 1 polygons cross themselves or are bent")),
+            .any(|warning| warning.starts_with("m.obj: 1 polygons cross themselves, are bent or have")),
         "{:?}",
         bow.warnings
     );

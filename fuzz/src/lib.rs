@@ -141,7 +141,8 @@ pub fn mtl(bytes: &[u8]) -> bool {
     scene(&[("m.mtl", bytes)]).is_some_and(|scene| scene.warnings.is_empty())
 }
 
-/// An image of a material: a PNG, whose checksums are made right, a JPEG, a BMP, a GIF, or else a TGA.
+/// An image of a material: a PNG, whose checksums are made right, a JPEG, a BMP, a GIF, or else a
+/// TGA.
 pub fn texture(bytes: &[u8]) -> bool {
     let mtl = "newmtl a\nmap_Kd i.tga\n";
     let bytes = checksums::png(bytes);

@@ -44,13 +44,15 @@ impl Material {
         self.editable || self.specular != Vec3::ZERO
     }
 
-    /// Albedo of a material that reflected more than it receives, after [`Self::conserve_energy`]. Below 1, so that light in a closed room
-    /// comes to an end: exporters write such materials by default.
+    /// Albedo of a material that reflected more than it receives, after [`Self::conserve_energy`].
+    /// Below 1, so that light in a closed room comes to an end: exporters write such materials by
+    /// default.
     pub const MENDED_ALBEDO: f32 = 0.98;
 
     /// Mends a material that would reflect more than it receives. Returns whether that was needed.
     ///
-    /// The diffuse albedo is kept up to 1. The specular albedo gives way: all of its channels are scaled alike, which keeps its hue.
+    /// The diffuse albedo is kept up to 1. The specular albedo gives way: all of its channels are
+    /// scaled alike, which keeps its hue.
     pub fn conserve_energy(&mut self) -> bool {
         if (self.diffuse + self.specular).max_element() <= 1.0 {
             return false;

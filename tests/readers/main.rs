@@ -120,7 +120,8 @@ fn textures() {
     hold("texture", readers::texture, 1000, make, IMAGES, 100..800);
 }
 
-/// A colour profile of zeros, packed a thousandfold, which no pixel needs: as a texture it takes no memory.
+/// A colour profile of zeros, packed a thousandfold, which no pixel needs: as a texture it takes no
+/// memory.
 #[test]
 fn a_packed_colour_profile_takes_no_memory() {
     let mut info = png::Info::with_size(2, 2);

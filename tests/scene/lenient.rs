@@ -1,4 +1,5 @@
-//! What other programs write and read in OBJ and MTL files, whether or not it is right: a picture and one warning a kind.
+//! What other programs write and read in OBJ and MTL files, whether or not it is right: a picture
+//! and one warning a kind.
 
 use glam::Vec3;
 use image::{ImageFormat, RgbImage};
@@ -45,7 +46,8 @@ fn faces_without_normals_borrow_none() {
 
 #[test]
 fn faces_lack_what_the_file_does_not_have() {
-    // The first face has a normal that follows, the second none that there is; the last has one of its own.
+    // The first face has a normal that follows, the second none that there is; the last has one of
+    // its own.
     let obj = format!(
         "{}f 1//1 2//1 3//1\nf 1/1/2 3/1/2 4/1/2\nv 0 1 0\nf 1//-9 2//-9 5//-9\nf 2/x 3/0 5/7\nvn 0 1 0.5\nvt 0 0\n",
         SQUARE.rsplit_once("f ").unwrap().0
@@ -185,7 +187,8 @@ fn numbers_of_materials_stand_for_what_they_can() {
     assert!(close(material("Kd 255 51 0\n").diffuse, Vec3::new(0.98, 0.196, 0.0)));
 }
 
-/// The specular albedo gives way, so that exporters' defaults leave light an end and colours their own.
+/// The specular albedo gives way, so that exporters' defaults leave light an end and colours their
+/// own.
 #[test]
 fn materials_reflect_less_than_they_receive() {
     let scene = with_mtl(
@@ -309,7 +312,8 @@ fn files_of_other_kinds_are_named() {
     );
 }
 
-/// The face of the letter C, whichever corner comes first; each is closed to a square where it is a fan.
+/// The face of the letter C, whichever corner comes first; each is closed to a square where it is a
+/// fan.
 #[test]
 fn concave_faces_keep_their_notch() {
     let corners = [[0, 0], [3, 0], [3, 1], [1, 1], [1, 2], [3, 2], [3, 3], [0, 3]];

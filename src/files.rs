@@ -1,5 +1,5 @@
-//! Reading files that somebody else may have made: regular ones alone, and no more of one than there may be. Decoders of other
-//! crates run guarded.
+//! Reading files that somebody else may have made: regular ones alone, and no more of one than
+//! there may be. Decoders of other crates run guarded.
 
 use std::cell::Cell;
 use std::fmt;
@@ -100,11 +100,12 @@ thread_local! {
 /// Characters of a panic's message that are quoted.
 const PANIC_CHARACTERS: usize = 100;
 
-/// What `work` returns. `work` reads bytes from a stranger through a decoder of another crate, called `name` in messages ("PNG", "images").
+/// What `work` returns. `work` reads bytes from a stranger through a decoder of another crate,
+/// called `name` in messages ("PNG", "images").
 ///
 /// # Errors
-/// As `work`. If the decoder panics, the error says that the file is damaged, in words that follow its name. The panic of this thread is
-/// not printed; those of threads that the decoder starts are.
+/// As `work`. If the decoder panics, the error says that the file is damaged, in words that follow
+/// its name. The panic of this thread is not printed; those of threads that the decoder starts are.
 pub(crate) fn guarded<T>(name: &str, work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

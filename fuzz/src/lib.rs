@@ -136,16 +136,18 @@ pub fn obj(bytes: &[u8]) -> bool {
     scene(&[("m.obj", bytes)]).is_some()
 }
 
-/// Materials.
+/// Materials. Good are those of which nothing is passed over.
 pub fn mtl(bytes: &[u8]) -> bool {
-    scene(&[("m.mtl", bytes)]).is_some()
+    scene(&[("m.mtl", bytes)]).is_some_and(|scene| scene.warnings.is_empty())
 }
 
-/// An image of a material: a PNG, whose checksums are made right, a JPEG, or else a TGA.
+/// An image of a material: a PNG, whose checksums are made right, a JPEG, a BMP, a GIF, or else a
+/// TGA.
 pub fn texture(bytes: &[u8]) -> bool {
     let mtl = "newmtl a\nmap_Kd i.tga\n";
     let bytes = checksums::png(bytes);
-    scene(&[("m.mtl", mtl.as_bytes()), ("i.tga", &bytes)]).is_some()
+    let scene = scene(&[("m.mtl", mtl.as_bytes()), ("i.tga", &bytes)]);
+    scene.is_some_and(|scene| scene.materials.iter().any(|material| material.texture.is_some()))
 }
 
 /// An image to be compared: a PNG, whose checksums are made right, or an EXR.

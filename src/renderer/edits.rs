@@ -92,10 +92,10 @@ impl Renderer {
         self.set_material(material, diffuse, specular, exponent)
     }
 
-    /// Changes what a material reflects: diffuse and specular albedo, lowered as
-    /// [`Material::bound_albedo`] does where they reflect too much,
-    /// and Phong exponent. Of an editable material, the picture is to the bit that of a cold start. Of others the paths were
-    /// traced for what it was: far above that, indirect light is noisier and tends to come out low.
+    /// Changes what a material reflects: diffuse and specular albedo, lowered where they reflect too
+    /// much ([`Material::bound_albedo`]), and Phong exponent. Of an editable material, the picture is
+    /// to the bit that of a cold start. Of others the paths were traced for what it was: far above
+    /// that, indirect light is noisier and tends to come out low.
     ///
     /// # Errors
     /// A lobe is given to a material that had none and is not editable; the device failed.

@@ -6,8 +6,8 @@ use std::borrow::Cow;
 const PIXEL_CHUNKS: [&[u8]; 5] = [b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND"];
 const SIGNATURE_BYTES: usize = 8;
 
-/// A PNG without the chunks that its pixels do not depend on: colour profiles and texts can be compressed a thousandfold, and each kind of
-/// chunk is code that reads what strangers wrote.
+/// A PNG without the chunks that its pixels do not depend on: colour profiles and texts can be
+/// compressed a thousandfold, and each kind of chunk is code that reads what strangers wrote.
 pub(super) fn png_pixels(bytes: &[u8]) -> Cow<'_, [u8]> {
     let mut chunks = Vec::new();
     let mut rest = bytes.get(SIGNATURE_BYTES..).unwrap_or_default();

@@ -33,8 +33,9 @@ const OPTIONS: [(&str, usize); 9] = [
 const UNKNOWN_WORDS: usize = 4;
 
 impl<'a> Map<'a> {
-    /// Options, then a file name to the end of the line, which may hold spaces. Options that are passed over, or have no sense, go to `passed_over`.
-    /// Where names and options can be taken for each other, `is_file` decides.
+    /// Options, then a file name to the end of the line, which may hold spaces. Options that are
+    /// passed over, or have no sense, go to `passed_over`. Where names and options can be taken for
+    /// each other, `is_file` decides.
     ///
     /// `None` if there is no name.
     pub(super) fn parse(
@@ -83,7 +84,8 @@ impl<'a> Map<'a> {
     }
 }
 
-/// What follows the values of an option that is not known: the longest name of a file, or else the last word.
+/// What follows the values of an option that is not known: the longest name of a file, or else the
+/// last word.
 fn after_unknown<'a>(rest: &'a str, is_file: impl Fn(&str) -> bool) -> &'a str {
     let mut from = rest;
     for _ in 0..=UNKNOWN_WORDS {
@@ -95,7 +97,8 @@ fn after_unknown<'a>(rest: &'a str, is_file: impl Fn(&str) -> bool) -> &'a str {
     rest.rsplit(char::is_whitespace).next().unwrap_or_default()
 }
 
-/// The numbers at the start of `rest`, so many at most; the last word of a line is a file name, even where it is a number.
+/// The numbers at the start of `rest`, so many at most; the last word of a line is a file name,
+/// even where it is a number.
 fn leading_numbers(rest: &mut &str, most: usize) -> Vec<f64> {
     let mut found = Vec::new();
     while found.len() < most {

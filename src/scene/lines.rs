@@ -2,13 +2,15 @@
 
 use std::borrow::Cow;
 
-/// Windows-1252's characters 0x80 to 0x9f: what programs write that call it Latin-1. Where it has none, a mark that says so.
+/// Windows-1252's characters 0x80 to 0x9f: what programs write that call it Latin-1. Where it has
+/// none, a mark that says so.
 const HIGH_CONTROLS: [char; 32] = [
     '€', '\u{fffd}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{fffd}', 'Ž', '\u{fffd}',
     '\u{fffd}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{fffd}', 'ž', 'Ÿ',
 ];
 
-/// The text in `bytes`, and whether it was UTF-8. Bytes that are not UTF-8 are taken as Latin-1. UTF-16 is known by its mark.
+/// The text in `bytes`, and whether it was UTF-8. Bytes that are not UTF-8 are taken as Latin-1.
+/// UTF-16 is known by its mark.
 pub(super) fn decode(bytes: Vec<u8>) -> (String, bool) {
     let wide = |from: fn([u8; 2]) -> u16| {
         let units = bytes.as_chunks().0.iter().skip(1).map(|unit| from(*unit));
@@ -44,7 +46,8 @@ pub(super) fn latin1(bytes: &[u8]) -> String {
     text
 }
 
-/// The lines of a text with their numbers (from 1): they end in LF, CR LF or CR alone, and go on after a backslash at their end.
+/// The lines of a text with their numbers (from 1): they end in LF, CR LF or CR alone, and go on
+/// after a backslash at their end.
 pub(super) struct Lines<'a> {
     rest: &'a str,
     number: usize,
@@ -91,8 +94,8 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// The line without the backslash at its end, by which it goes on. `None` if it ends: comments do, and so do names of images and folders, which
-/// may end in a backslash themselves.
+/// The line without the backslash at its end, by which it goes on. `None` if it ends: comments do,
+/// and so do names of images and folders, which may end in a backslash themselves.
 fn continued(line: &str) -> Option<&str> {
     let start = line.trim_end().strip_suffix('\\')?;
     let keyword = start.trim_start().split_whitespace().next().unwrap_or_default();

@@ -55,7 +55,8 @@ pub(super) fn missed(keyword: &str, rest: &str) -> Missed {
         "pc" => unless(all(rest, |value| value == 0.0), Effect("clear coat")),
         "map_pc" | "map_pcr" => Effect("clear coat"),
         "aniso" => unless(all(rest, |value| value == 0.0), Effect("anisotropy")),
-        // Without clear coat and anisotropy they mean nothing; smoothing of images is ours to choose.
+        // Without clear coat and anisotropy they mean nothing; smoothing of images is ours to
+        // choose.
         "pcr" | "anisor" | "map_aat" => Nothing,
         _ => Unknown,
     }

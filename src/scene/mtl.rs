@@ -60,7 +60,8 @@ struct Library<'a, 'b> {
     images: HashMap<PathBuf, Option<Arc<Image>>>,
 }
 
-/// Reads `text`, the contents of `path`: `Kd`, `Ks`, `Ns` and `map_Kd`, whose images lie relative to it. Notes what else would change the picture.
+/// Reads `text`, the contents of `path`: `Kd`, `Ks`, `Ns` and `map_Kd`, whose images lie relative
+/// to it. Notes what else would change the picture.
 ///
 /// Fails where there are too many materials, and on names that nobody can print.
 pub(super) fn load(reading: &mut Reading, path: &Path, text: &str) -> Result<Vec<Definition>> {

@@ -1,8 +1,9 @@
 //! OBJ files.
 //!
-//! `tobj` turns indices into meshes, but names no line when it fails, takes polylines for faces, and lends a face without
-//! normals those of another. So every line is checked first, and `tobj` reads only what passed: positions (f64), normals,
-//! texture coordinates, faces with absolute indices.
+//! `tobj` turns indices into meshes, but names no line when it fails, takes polylines for faces,
+//! and lends a face without normals those of another. So every line is checked first, and `tobj`
+//! reads only what passed: positions (f64), normals, texture coordinates, faces with absolute
+//! indices.
 
 use std::collections::HashSet;
 use std::io::Read;
@@ -34,10 +35,11 @@ pub(super) struct Model {
 /// What has no material: faces before the first `usemtl`, or behind one without a name.
 pub(super) const NO_MATERIAL: &str = "default";
 
-/// Reads the contents of `path`, and the MTL files that it names, which lie relative to it. Notes what is passed over or mended.
+/// Reads the contents of `path`, and the MTL files that it names, which lie relative to it. Notes
+/// what is passed over or mended.
 ///
-/// Fails with file and line on coordinates that are not finite numbers and indices of vertices out of range, and where there is no face at
-/// all, or too much of something.
+/// Fails with file and line on coordinates that are not finite numbers and indices of vertices out
+/// of range, and where there is no face at all, or too much of something.
 pub(super) fn load(reading: &mut Reading, path: &Path, bytes: Vec<u8>) -> Result<Model> {
     let text = decoded(reading, path, bytes);
     let checked = check(path, &text)?;
@@ -98,7 +100,8 @@ fn read_libraries(reading: &mut Reading, path: &Path, lines: &[(usize, String)])
     Ok(definitions)
 }
 
-/// The MTL files that a line names: one whose name may hold spaces, or several. And what is wrong with the others.
+/// The MTL files that a line names: one whose name may hold spaces, or several. And what is wrong
+/// with the others.
 fn find_libraries(
     reading: &mut Reading,
     path: &Path,
@@ -177,7 +180,8 @@ fn read_meshes(
     let what =
         "triangles of materials with an image have no texture coordinates: they show its lower left corner";
     reading.notes.add_total(bare, what, || shown(path));
-    let what = "polygons cross themselves or are bent, and no triangles cover them exactly";
+    let what =
+        "polygons cross themselves, are bent or have too many corners, and no triangles cover them exactly";
     reading.notes.add_total(triangulator.inexact, what, || shown(path));
     Ok(meshes)
 }

@@ -49,7 +49,8 @@ const KINDS: [&str; 3] = ["vertices", "normals", "texture coordinates"];
 /// The index of a normal or of texture coordinates that there cannot be.
 const LACKING: usize = usize::MAX;
 
-/// Statements that change nothing of what is rendered: names of parts, smoothing of what has normals, display.
+/// Statements that change nothing of what is rendered: names of parts, smoothing of what has
+/// normals, display.
 const SILENT: [&str; 12] =
     ["", "o", "g", "s", "mg", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "end"];
 
@@ -213,7 +214,8 @@ impl Checked {
             }
         }
         if self.had.replace(has).is_some_and(|had| had != has) {
-            // Starts another mesh: those with and without normals, or texture coordinates, must not mix.
+            // Starts another mesh: those with and without normals, or texture coordinates, must not
+            // mix.
             self.faces.push_str("o next\n");
         }
         self.faces.push('f');
@@ -235,8 +237,8 @@ impl Checked {
         Ok(())
     }
 
-    /// Index of position, normal and texture coordinates (from 1; 0 for none, [`LACKING`] for what the file does not have) of `v`, `v/vt`,
-    /// `v//vn` or `v/vt/vn`.
+    /// Index of position, normal and texture coordinates (from 1; 0 for none, [`LACKING`] for what
+    /// the file does not have) of `v`, `v/vt`, `v//vn` or `v/vt/vn`.
     fn corner(&self, word: &str) -> Checking<[usize; 3]> {
         let mut parts = word.split('/');
         let (position, coordinates, normal) = (parts.next().unwrap_or_default(), parts.next(), parts.next());

@@ -3,13 +3,19 @@
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
 
-/// Area that triangles may miss or cover twice, as a fraction of the polygon's: corners in decimal notation are not quite in a plane.
+/// Area that triangles may miss or cover twice, as a fraction of the polygon's: corners in decimal
+/// notation are not quite in a plane.
 const INEXACT: f64 = 1e-6;
+
+/// Corners of a polygon whose ears are clipped, at most: the time can grow with their square, up to
+/// ten seconds for so many.
+const CORNERS: usize = 1 << 16;
 
 /// Divides polygons into triangles, and counts what it could not do exactly.
 #[derive(Default)]
 pub(super) struct Triangulator {
-    /// Polygons whose triangles do not cover their area once: they cross themselves or are bent too far.
+    /// Polygons whose triangles do not cover their area once: they cross themselves, are bent too
+    /// far, or have more than [`CORNERS`].
     pub(super) inexact: usize,
     earcut: Earcut<f64>,
     points: Vec<[f64; 2]>,
@@ -17,10 +23,11 @@ pub(super) struct Triangulator {
 }
 
 impl Triangulator {
-    /// Appends the triangles of a polygon to `triangles`. `corners` are indices of `positions`, and so is what is appended.
+    /// Appends the triangles of a polygon to `triangles`. `corners` are indices of `positions`, and
+    /// so is what is appended.
     ///
-    /// Returns a fan around the first corner if that covers the polygon exactly: triangles, convex polygons, and many others. Otherwise
-    /// clips ears.
+    /// Returns a fan around the first corner if that covers the polygon exactly: triangles, convex
+    /// polygons, and many others. Otherwise clips ears.
     pub(super) fn divide(&mut self, positions: &[DVec3], corners: &[u32], triangles: &mut Vec<u32>) {
         if corners.len() < 4 {
             triangles.extend_from_slice(corners);
@@ -31,7 +38,11 @@ impl Triangulator {
             fan(corners, triangles);
             return;
         }
-        let Some(plane) = plane else { return };
+        let Some(plane) = plane.filter(|_| corners.len() <= CORNERS) else {
+            self.inexact += 1;
+            fan(corners, triangles);
+            return;
+        };
         self.points.clear();
         self.points
             .extend(corners.iter().map(|&corner| plane.project(positions[corner as usize]).to_array()));
@@ -76,8 +87,9 @@ struct Plane {
 }
 
 impl Plane {
-    /// Newell's plane: its normal is that of the polygon's vector area. If that is zero (two equal lobes), the plane of the largest triangle
-    /// of the fan. `None` if all corners lie on a line, or too far apart for f64.
+    /// Newell's plane: its normal is that of the polygon's vector area. If that is zero (two equal
+    /// lobes), the plane of the largest triangle of the fan. `None` if all corners lie on a line,
+    /// or too far apart for f64.
     fn new(positions: &[DVec3], corners: &[u32]) -> Option<Self> {
         let origin = positions[corners[0] as usize];
         let size = corners.iter().map(|&corner| (positions[corner as usize] - origin).abs().max_element());
@@ -115,7 +127,8 @@ impl Plane {
         DVec2::new(self.axes[0].dot(arm), self.axes[1].dot(arm))
     }
 
-    /// Whether the triangles of the fan cover the polygon once: all of them turn one way, and together at most once around.
+    /// Whether the triangles of the fan cover the polygon once: all of them turn one way, and
+    /// together at most once around.
     fn fan_is_exact(&self, positions: &[DVec3], corners: &[u32]) -> bool {
         let (mut backwards, mut angle) = (0.0, 0.0);
         let mut last = DVec2::ZERO;
@@ -167,7 +180,8 @@ mod tests {
         list.iter().copied().map(DVec2::from_array).collect()
     }
 
-    /// A C of eight corners, a comb, a star, a spiral, two squares that touch in a point, a ring with a cut.
+    /// A C of eight corners, a comb, a star, a spiral, two squares that touch in a point, a ring
+    /// with a cut.
     fn shapes() -> Vec<Vec<DVec2>> {
         let star = |index: u32| {
             DVec2::from_angle(f64::from(index) * std::f64::consts::TAU / 14.0)
@@ -265,6 +279,18 @@ mod tests {
             assert_eq!(counted.inexact, 1, "{shape:?}");
             assert!(!triangles.is_empty());
         }
+    }
+
+    /// A star of a million corners, whose ears nobody waits for, is done at once, and counted.
+    #[test]
+    fn polygons_of_too_many_corners_are_counted() {
+        let star = |count: u32| -> Vec<DVec2> {
+            let angle = |index: u32| f64::from(index) * std::f64::consts::TAU / f64::from(count);
+            (0..count).map(|index| DVec2::from_angle(angle(index)) * f64::from(2 + index % 2)).collect()
+        };
+        assert_eq!(divided(&star(1000)).1.inexact, 0);
+        let (triangles, counted) = divided(&star(1_000_000));
+        assert_eq!((triangles.len(), counted.inexact), (999_998, 1));
     }
 
     /// Without an area, or without numbers that squares of exist for.

@@ -56,8 +56,9 @@ impl<'a> Reading<'a> {
         Ok(decoded)
     }
 
-    /// The file that `by` calls `name`: as written; with slashes for backslashes; in other letter case; then its last part, beside `by`. What is
-    /// found by more than slashes is noted at `place`.
+    /// The file that `by` calls `name`: as written; with slashes for backslashes; in other letter
+    /// case; then its last part, beside `by`. What is found by more than slashes is noted at
+    /// `place`.
     ///
     /// Fails in words that follow the name.
     pub(super) fn find(
@@ -110,7 +111,8 @@ impl<'a> Reading<'a> {
     fn listing(&mut self, folder: &Path) -> Rc<Listing> {
         let list = || {
             let mut names = self.files.names_in(folder);
-            // Of names that differ in case alone, the first in this order is found, on every system.
+            // Of names that differ in case alone, the first in this order is found, on every
+            // system.
             names.sort_unstable_by(|a, b| b.cmp(a));
             let entries =
                 names.into_iter().map(|name| (latin1(name.as_encoded_bytes()).to_lowercase(), name));

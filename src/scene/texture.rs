@@ -50,7 +50,8 @@ pub(super) struct Decoded {
     pub(super) damage: Option<String>,
 }
 
-/// Formats that are known and not decoded: their files can be much smaller than what they hold, or hold several images.
+/// Formats that are known and not decoded: their files can be much smaller than what they hold, or
+/// hold several images.
 const NOT_READ: [(ImageFormat, &str); 6] = [
     (ImageFormat::WebP, "a WebP"),
     (ImageFormat::Tiff, "a TIFF"),
@@ -77,8 +78,8 @@ impl Image {
         most.map(linear).into()
     }
 
-    /// Decodes a PNG, JPEG, BMP, GIF (its first picture) or TGA. Grey becomes colour, 16 bits become 8. The contents
-    /// decide what it is; a TGA is told by the ending of `name`.
+    /// Decodes a PNG, JPEG, BMP, GIF (its first picture) or TGA. Grey becomes colour, 16 bits
+    /// become 8. The contents decide what it is; a TGA is told by the ending of `name`.
     ///
     /// Fails in words that follow the file's name; where it would have more than `most` texels, or more than such a file can hold,
     /// before there is memory for them.

@@ -120,6 +120,23 @@ fn textures() {
     hold("texture", readers::texture, 1000, make, IMAGES, 100..800);
 }
 
+/// A colour profile of zeros, packed a thousandfold, which no pixel needs: as a texture it takes no
+/// memory.
+#[test]
+fn a_packed_colour_profile_takes_no_memory() {
+    let mut info = png::Info::with_size(2, 2);
+    (info.color_type, info.bit_depth) = (png::ColorType::Rgb, png::BitDepth::Eight);
+    info.icc_profile = Some(vec![0; 64 << 20].into());
+    let mut bytes = Vec::new();
+    let mut writer = png::Encoder::with_info(&mut bytes, info).unwrap().write_header().unwrap();
+    writer.write_image_data(&[9; 12]).unwrap();
+    writer.finish().unwrap();
+    assert!(bytes.len() < 1 << 20 && bytes.windows(4).any(|name| name == b"iCCP"), "{}", bytes.len());
+    readers::texture(&bytes);
+    let (is_taken, peak) = peak(|| readers::texture(&bytes));
+    assert!(is_taken && peak < 4 << 20, "{peak} bytes for {}", bytes.len());
+}
+
 #[test]
 fn images_to_compare() {
     let make = |random: &mut Random, corpus: &[(String, Vec<u8>)]| match random.below(3) {
@@ -142,6 +159,9 @@ fn make_corpus() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
     let picture = RgbImage::from_fn(9, 7, |x, y| image::Rgb([20 * x as u8, 30 * y as u8, 90]));
     picture.save_with_format(folder.join("texture/good.jpeg"), ImageFormat::Jpeg).unwrap();
+    picture.save_with_format(folder.join("texture/good.bmp"), ImageFormat::Bmp).unwrap();
+    let picture = image::DynamicImage::ImageRgb8(picture).into_rgba8();
+    picture.save_with_format(folder.join("texture/good.gif"), ImageFormat::Gif).unwrap();
     let pixels: Vec<[f32; 3]> = (0..15).map(|i| [i as f32, 1.0, 0.25]).collect();
     let layers = ["", "direct"].map(|name| lightpaths::image::ExrLayer {
         name,

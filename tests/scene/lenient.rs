@@ -1,4 +1,5 @@
-//! What other programs write and read in OBJ and MTL files, whether or not it is right: a picture and one warning a kind.
+//! What other programs write and read in OBJ and MTL files, whether or not it is right: a picture
+//! and one warning a kind.
 
 use glam::Vec3;
 use image::{ImageFormat, RgbImage};
@@ -36,8 +37,17 @@ fn png() -> Vec<u8> {
 }
 
 #[test]
+fn faces_without_normals_borrow_none() {
+    let obj = format!("{SQUARE}vn 1 1 0\nv 2 0 0\nf 2//1 5//1 3//1\nl 1 2 3\nf 2 5 4\n");
+    let scene = load(obj.as_bytes(), &[]);
+    let tilted = scene.triangles.iter().filter(|t| !close(t.normals[0], t.geometric_normal())).count();
+    assert_eq!((scene.triangles.len(), tilted), (4, 1));
+}
+
+#[test]
 fn faces_lack_what_the_file_does_not_have() {
-    // The first face has a normal that follows, the second none that there is; the last has one of its own.
+    // The first face has a normal that follows, the second none that there is; the last has one of
+    // its own.
     let obj = format!(
         "{}f 1//1 2//1 3//1\nf 1/1/2 3/1/2 4/1/2\nv 0 1 0\nf 1//-9 2//-9 5//-9\nf 2/x 3/0 5/7\nvn 0 1 0.5\nvt 0 0\n",
         SQUARE.rsplit_once("f ").unwrap().0
@@ -177,7 +187,8 @@ fn numbers_of_materials_stand_for_what_they_can() {
     assert!(close(material("Kd 255 51 0\n").diffuse, Vec3::new(0.98, 0.196, 0.0)));
 }
 
-/// The specular albedo gives way, so that exporters' defaults leave light an end and colours their own.
+/// The specular albedo gives way, so that exporters' defaults leave light an end and colours their
+/// own.
 #[test]
 fn materials_reflect_less_than_they_receive() {
     let scene = with_mtl(
@@ -301,7 +312,8 @@ fn files_of_other_kinds_are_named() {
     );
 }
 
-/// The face of the letter C, whichever corner comes first; each is closed to a square where it is a fan.
+/// The face of the letter C, whichever corner comes first; each is closed to a square where it is a
+/// fan.
 #[test]
 fn concave_faces_keep_their_notch() {
     let corners = [[0, 0], [3, 0], [3, 1], [1, 1], [1, 2], [3, 2], [3, 3], [0, 3]];
@@ -324,7 +336,7 @@ fn concave_faces_keep_their_notch() {
     assert!(
         bow.warnings
             .iter()
-            .any(|warning| warning.starts_with("m.obj: 1 polygons cross themselves or are bent")),
+            .any(|warning| warning.starts_with("m.obj: 1 polygons cross themselves, are bent or have")),
         "{:?}",
         bow.warnings
     );

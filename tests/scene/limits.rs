@@ -269,6 +269,8 @@ fn the_page_states_the_limits() {
         ("IMAGE_SIDE", format!("{} texels", count(IMAGE_SIDE.into()))),
         ("TEXELS", count(limits::TEXELS)),
         ("IMAGE_GROWTH", count(limits::IMAGE_GROWTH)),
+        ("JPEG_SCANS", count(limits::JPEG_SCANS as u64)),
+        ("FOLDER_NAMES", count(limits::FOLDER_NAMES as u64)),
     ] {
         assert!(page.contains(&format!(" | {stated} | `{name}` | ")), "{name} is {stated}");
     }

@@ -274,14 +274,6 @@ fn materials_come_from_mtl_with_repairs() {
 }
 
 #[test]
-fn faces_without_normals_borrow_none() {
-    let obj = format!("{SQUARE}vn 1 1 0\nv 2 0 0\nf 2//1 5//1 3//1\nl 1 2 3\nf 2 5 4\n");
-    let scene = load(&good_toml(), &obj).unwrap();
-    let tilted = scene.triangles.iter().filter(|t| !close(t.normals[0], t.geometric_normal())).count();
-    assert_eq!((scene.triangles.len(), tilted), (4, 1));
-}
-
-#[test]
 fn a_fan_of_a_million_corners_loads() {
     const CORNERS: usize = 1_000_000;
     let mut obj = String::new();

@@ -176,7 +176,8 @@ fn a_diffuse_albedo_in_the_scene_file_replaces_an_image() {
     assert_eq!(scene.materials[0].diffuse, Vec3::splat(0.2));
 }
 
-/// What cannot be used of an image leaves the material its `Kd`, and is said with file, line and reason.
+/// What cannot be used of an image leaves the material its `Kd`, and is said with file, line and
+/// reason.
 #[test]
 fn images_that_cannot_be_used_are_named() {
     let png = png();

@@ -139,10 +139,8 @@ impl Context {
         let context = Self {
             sync2: ash::khr::synchronization2::Device::new(&instance.raw, &device),
             push_descriptor: ash::khr::push_descriptor::Device::new(&instance.raw, &device),
-            names: Names(
-                instance.has_debug_utils.then(|| ash::ext::debug_utils::Device::new(&instance.raw, &device)),
-            ),
-            pipelines: Pipelines::new(&device, PipelineStore::new(&properties)),
+            pipelines: Pipelines::new(&device, &names, PipelineStore::new(&properties)),
+            names,
             memory: Mutex::default(),
             has_hazard_check: options.hazard_check,
             journal: Journal::default(),

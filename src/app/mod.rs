@@ -138,9 +138,9 @@ fn escaped(line: &str) -> Cow<'_, str> {
     }
     let escape = |mut out: String, c: char| {
         if is_unsafe(c) {
-            out.extend(c.escape_default())
+            out.extend(c.escape_default());
         } else {
-            out.push(c)
+            out.push(c);
         }
         out
     };

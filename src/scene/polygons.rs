@@ -185,7 +185,7 @@ mod tests {
     fn shapes() -> Vec<Vec<DVec2>> {
         let star = |index: u32| {
             DVec2::from_angle(f64::from(index) * std::f64::consts::TAU / 14.0)
-                * if index % 2 == 0 { 1.0 } else { 0.3 }
+                * if index.is_multiple_of(2) { 1.0 } else { 0.3 }
         };
         let comb = (0..20).flat_map(|tooth| {
             let x = f64::from(tooth);

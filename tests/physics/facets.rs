@@ -37,13 +37,16 @@ fn relief(height: impl Fn(f32, f32) -> f32) -> Scene {
     scene
 }
 
+/// Height over a place of the ground, m.
+type Height = dyn Fn(f32, f32) -> f32;
+
 #[test]
 fn facets_keep_their_direct_light() {
     let bowl = |x: f32, z: f32| 0.5 * (x * x + z * z);
     let dome = |x: f32, z: f32| -0.5 * (x * x + z * z);
     let trough = |x: f32, _: f32| 0.6 * x * x;
     let bumps = |x: f32, z: f32| 0.03 * (9.0 * x).sin() * (7.0 * z).cos();
-    let reliefs: [(&str, &dyn Fn(f32, f32) -> f32); 4] =
+    let reliefs: [(&str, &Height); 4] =
         [("bowl", &bowl), ("dome", &dome), ("trough", &trough), ("bumps", &bumps)];
     let quality = Quality { entry_points: 0, cache_points: 0, edge_samples: 16, ..SMALL };
     for (name, height) in reliefs {

@@ -252,11 +252,12 @@ pub(crate) fn assert_near(device: Vec3, twin: DVec3, tolerance: f64, scale: f64,
     assert!(error.max_element() <= bound, "{what}: {device} on the device, {twin} by the twin");
 }
 
-/// One of a scene's materials shines, one is editable and shines.
+/// One of a scene's materials is glossy, one is editable and has a little broad gloss.
 pub(crate) fn shining(mut scene: Scene) -> Scene {
-    for (material, exponent) in scene.materials.iter_mut().zip([20.0, 5.0]) {
+    let lobes = [(20.0, Vec3::new(0.3, 0.2, 0.4)), (5.0, Vec3::new(0.15, 0.03, 0.015))];
+    for (material, (exponent, specular)) in scene.materials.iter_mut().zip(lobes) {
         material.diffuse *= 0.5;
-        material.specular = Vec3::new(0.3, 0.2, 0.4);
+        material.specular = specular;
         material.exponent = exponent;
     }
     scene.materials[1].editable = true;

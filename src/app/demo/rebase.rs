@@ -76,7 +76,7 @@ fn same_names(from: &[&str], to: &[&str]) -> Vec<Option<usize>> {
         is_taken[place] = true;
         Some(place)
     };
-    to.iter().map(|name| take(name)).collect()
+    to.iter().map(&mut take).collect()
 }
 
 #[cfg(test)]

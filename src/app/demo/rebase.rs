@@ -71,12 +71,12 @@ impl Rebase {
 /// For each of `to`, where in `from` it is: the first of a name is the first of that name there, the second the second.
 fn same_names(from: &[&str], to: &[&str]) -> Vec<Option<usize>> {
     let mut is_taken = vec![false; from.len()];
-    let mut take = |name: &&str| {
+    let take = |name: &&str| {
         let place = (0..from.len()).find(|&place| from[place] == *name && !is_taken[place])?;
         is_taken[place] = true;
         Some(place)
     };
-    to.iter().map(&mut take).collect()
+    to.iter().map(take).collect()
 }
 
 #[cfg(test)]

@@ -225,7 +225,7 @@ fn libraries_are_found_where_they_can_be() {
         ("SUB\\m.mtl", "sub/M.mtl"),
         ("sub/../SUB/m.mtl", "sub/M.mtl"),
         ("C:\\work\\m.mtl", "m.mtl"),
-        ("/home/me/m.mtl", "M.mtl"),
+        ("/models/m.mtl", "M.mtl"),
         ("../../m.mtl", "m.mtl"),
     ] {
         let (found, warnings) = colour(line, &[(file, grey)]);

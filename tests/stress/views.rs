@@ -20,10 +20,14 @@ fn assert_no_hole(renderer: &Renderer) {
 
 #[test]
 fn odd_image_sizes() {
+    let mut scene = room();
+    scene.cameras[0].size = [1, 1];
+    let mut renderer = render(scene, SMALL);
+    // A picture that has been resized is that of a cold start: see `passes::resize`.
     for size in [[1, 1], [17, 1], [1, 33], [513, 3], [16, 16], [65, 63]] {
-        let mut scene = room();
-        scene.cameras[0].size = size;
-        let renderer = render(scene, SMALL);
+        renderer.resize(size).unwrap();
+        renderer.frame().unwrap();
+        assert_finite(&renderer);
         assert_eq!(renderer.size(), size);
         assert_eq!(renderer.layer(Layer::Beauty).unwrap().len(), (size[0] * size[1]) as usize);
         assert_no_hole(&renderer);

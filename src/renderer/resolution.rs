@@ -104,7 +104,7 @@ pub(super) fn few_paths(scene: &Scene, light: usize, count: f64) -> String {
 /// a speck further and further away (`docs/decisions.md`).
 const ROOM: f64 = 0.75;
 /// The same of what the camera sees, by few rays. The built-in scenes have 0.47 (atrium, `draft`) and more.
-const ROOM_IN_VIEW: f64 = 0.35;
+const ROOM_IN_VIEW: f64 = 0.45;
 
 /// How far half of the surface has no other before it, metres; by what the pieces are from what they see.
 pub(super) fn room(pieces: &[Piece], clearances: &[f32]) -> f64 {

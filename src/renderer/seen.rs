@@ -18,7 +18,7 @@ use std::f32::consts::TAU;
 const RAYS: [u32; 2] = [32, 24];
 /// Rays from each point that they meet, spread over its hemisphere.
 const AROUND: u32 = 16;
-/// Levels from a base cluster to the one that stands for what is around a point.
+/// Levels at most from a base cluster to the one that stands for what is around a point: as wide as rays are apart there.
 const LEVELS: u32 = 3;
 /// Lights that are looked at, the first that are on.
 const LIGHTS: usize = 16;
@@ -27,7 +27,7 @@ const SLIGHT: f64 = 0.02;
 
 /// What the camera sees.
 pub(super) struct Seen {
-    /// Clusters, [`LEVELS`] above the base, that hold a point of it.
+    /// Clusters, up to [`LEVELS`] above the base, that hold a point of it.
     clusters: HashSet<u32>,
     /// How far each point has no other surface before it, metres, in order.
     clearances: Vec<f32>,
@@ -48,6 +48,9 @@ impl Seen {
         };
         let queries: Vec<RayQuery> = (0..columns * rows).map(query).collect();
         let answers = made.closed.rays.trace(&made.buffers, &queries)?;
+        let cell_size = made.hvds.grid.cell_size() as f32;
+        // Of two rays, a metre away.
+        let spacing = 2.0 * view.right.length() / columns as f32;
         let clear = 1e-5 * (scene.bounds().1 - scene.bounds().0).length();
         let (mut clusters, mut around) = (HashSet::new(), Vec::new());
         for (query, answer) in queries.iter().zip(&answers).filter(|(_, answer)| answer.t >= 0.0) {
@@ -57,7 +60,8 @@ impl Seen {
             let Some(cluster) = made.hvds.base_cluster(cell, surface.side_code(is_back), position) else {
                 continue;
             };
-            clusters.insert(above(made, cluster));
+            let levels = (answer.t * spacing / cell_size).log2().ceil().clamp(0.0, LEVELS as f32) as usize;
+            clusters.extend(above(made, cluster).take(1 + levels).last());
             around.extend(hemisphere(position + clear * normal, normal));
         }
         let answers = made.closed.rays.trace(&made.buffers, &around)?;
@@ -79,7 +83,8 @@ impl Seen {
     pub(super) fn paths(&self, made: &Precomputed) -> Vec<bool> {
         let mut reach = vec![false; made.entry_points.len()];
         for (cluster, runs) in (0..).zip(made.paths.first_deposits.windows(3).step_by(2)) {
-            if self.clusters.contains(&above(made, cluster)) {
+            let mut around = above(made, cluster).take(1 + LEVELS as usize);
+            if around.any(|cluster| self.clusters.contains(&cluster)) {
                 let deposits = &made.paths.deposits[runs[1] as usize..runs[2] as usize];
                 deposits.iter().for_each(|deposit| reach[deposit.path() as usize] = true);
             }
@@ -105,14 +110,11 @@ pub(super) fn paths_to_view(scene: &mut Scene, made: &Precomputed) -> Result<Vec
     Ok(seen.paths(made))
 }
 
-fn above(made: &Precomputed, mut cluster: u32) -> u32 {
-    for _ in 0..LEVELS {
-        match made.hvds.parents[cluster as usize] {
-            NO_CLUSTER => break,
-            parent => cluster = parent,
-        }
-    }
-    cluster
+/// A base cluster and those that hold it.
+fn above(made: &Precomputed, cluster: u32) -> impl Iterator<Item = u32> {
+    std::iter::successors(Some(cluster), |&cluster| {
+        Some(made.hvds.parents[cluster as usize]).filter(|&parent| parent != NO_CLUSTER)
+    })
 }
 
 /// Rays to all sides of a surface. Unit directions.

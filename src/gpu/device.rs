@@ -169,7 +169,7 @@ pub(super) const EXTENSIONS: [&std::ffi::CStr; 2] =
 /// they need against their binaries.
 fn too_low(limits: &Limits) -> Option<String> {
     let rows = [
-        ("maxPerStageDescriptorStorageBuffers (or maxPushDescriptors)", limits.storage_buffers, 18),
+        ("maxPerStageDescriptorStorageBuffers (or maxPushDescriptors)", limits.storage_buffers, 20),
         ("maxComputeWorkGroupInvocations", limits.workgroup_invocations, 256),
         ("maxComputeWorkGroupSize[0]", limits.workgroup_size[0], 256),
     ];

@@ -119,8 +119,10 @@ impl Outcome {
     /// Demands that exit code, and one line on stderr that holds these words. Faults that were asked for must have come about.
     pub fn assert_failed(&self, code: i32, words: &[&str], case: &str) {
         assert_eq!(self.status.code(), Some(code), "{case}: {:?}", self.said);
-        assert_eq!(self.said.len(), 1, "{case}: {:?}", self.said);
-        let line = &self.said[0];
+        // Scenes of few entry points are warned about.
+        let said: Vec<_> = self.said.iter().filter(|line| !line.contains(": warning: ")).collect();
+        assert_eq!(said.len(), 1, "{case}: {:?}", self.said);
+        let line = said[0];
         assert!(line.starts_with("lightpaths: "), "{case}: {line}");
         for word in words {
             assert!(line.contains(word), "{case}: no {word:?} in {line}");

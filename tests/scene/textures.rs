@@ -237,7 +237,7 @@ fn a_jpeg_that_was_cut_is_used_and_said_to_be_damaged() {
     let image = RgbImage::from_fn(64, 64, |x, y| Rgb([(7 * x + 3 * y) as u8, (x * y) as u8, 90]));
     let jpeg = encoded(image, ImageFormat::Jpeg);
     let warnings = |bytes: &[u8]| {
-        let scene = load(SQUARE, "newmtl wall\nmap_Kd a.jpg\n", &[("a.jpg", bytes)]).unwrap();
+        let scene = load(SQUARE, "newmtl wall\nKd 0.9\nmap_Kd a.jpg\n", &[("a.jpg", bytes)]).unwrap();
         assert_eq!(texture(&scene).image.size, [64, 64]);
         scene.warnings
     };
@@ -335,7 +335,7 @@ fn albedos_are_bounded_and_one_warning_names_the_first() {
     let two = SQUARE.replace("f 1/1", "f 1/1 2/2 3/3\nusemtl other\nf 1/1");
     let mtl = format!("{white}newmtl other\nKd 1 1 1\n");
     let scene = load_with(&good_toml(), &two, &mtl, &[], &LoadOptions::default()).unwrap();
-    let told = scene.warnings.iter().filter(|warning| warning.contains("and one more")).count();
+    let told = scene.warnings.iter().filter(|warning| warning.contains("2 in all")).count();
     let about = scene.warnings.iter().filter(|warning| warning.contains("0.99")).count();
     assert_eq!((told, about), (1, 1), "{:?}", scene.warnings);
 }

@@ -19,7 +19,7 @@ pub(super) fn png_pixels(bytes: &[u8]) -> Cow<'_, [u8]> {
         rest = after;
     }
     let is_essential = |chunk: &&[u8]| chunk.get(4..8).is_none_or(|name| PIXEL_CHUNKS.contains(&name));
-    if chunks.iter().all(|chunk| is_essential(&chunk)) {
+    if chunks.iter().all(&is_essential) {
         return bytes.into();
     }
     let kept = chunks.into_iter().filter(is_essential);

@@ -86,7 +86,7 @@ impl<'a> Map<'a> {
 
 /// What follows the values of an option that is not known: the longest name of a file, or else the
 /// last word.
-fn after_unknown<'a>(rest: &'a str, is_file: impl Fn(&str) -> bool) -> &'a str {
+fn after_unknown(rest: &str, is_file: impl Fn(&str) -> bool) -> &str {
     let mut from = rest;
     for _ in 0..=UNKNOWN_WORDS {
         if from.starts_with('-') || is_file(from) {

@@ -98,7 +98,7 @@ impl<'a> Iterator for Lines<'a> {
 /// and so do names of images and folders, which may end in a backslash themselves.
 fn continued(line: &str) -> Option<&str> {
     let start = line.trim_end().strip_suffix('\\')?;
-    let keyword = start.trim_start().split_whitespace().next().unwrap_or_default();
+    let keyword = start.split_whitespace().next().unwrap_or_default();
     let is_name = || {
         let holds_names =
             ["map_", "bump", "disp", "decal", "refl", "norm"].iter().any(|name| keyword.starts_with(name));

@@ -136,7 +136,7 @@ impl Library<'_, '_> {
             Missed::Ambient => self.draft().ambient = Some(line),
             Missed::Refraction => self.draft().refraction = Some(line),
             Missed::Unknown => {
-                self.note_named("statements that are not known are passed over", &excerpt(keyword))
+                self.note_named("statements that are not known are passed over", &excerpt(keyword));
             }
         }
     }

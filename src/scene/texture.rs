@@ -105,7 +105,7 @@ impl Image {
                 let scans = about.scans;
                 return Err(format!("has {scans} scans, {JPEG_SCANS} at most are decoded: save it anew"));
             }
-            let cut = "is damaged: it ends early, and what is missing has no colour of its own: save it anew";
+            let cut = "is damaged: it ends early, and the decoder filled in the rest: save it anew";
             damage = (!about.has_end).then(|| cut.to_owned());
         }
         let mut reader = ImageReader::with_format(Cursor::new(&*essential), format);

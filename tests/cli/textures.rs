@@ -1,6 +1,6 @@
 //! Materials with images, and with lobes.
 
-use super::{CUBE, CUBE_SCENE, SMALL, folder_with, lightpaths, render_cube, stderr};
+use super::{CUBE, CUBE_SCENE, SMALL, folder_with, lightpaths, render_cube, stderr, stdout};
 use crate::common::channels;
 use image::{Rgb, RgbImage};
 use std::fs;
@@ -13,7 +13,7 @@ usemtl image\nf 1/1 2/2 6/3 5/4\n";
 const MTL: &str =
     "newmtl grey\nKd 0.5 0.5 0.5\nnewmtl image\nKd 0.5 1 1\nmap_Kd -clamp on pictures/four.png\n";
 /// Row by row from the top.
-const CODES: [[u8; 3]; 4] = [[252, 0, 0], [0, 252, 0], [0, 0, 252], [128, 64, 252]];
+const CODES: [[u8; 3]; 4] = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [128, 64, 255]];
 
 fn room() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -44,12 +44,12 @@ fn every_method_shows_the_image_where_it_lies() {
         let albedo =
             |x: usize, y: usize| ["R", "G", "B"].map(|c| channels[&format!("albedo.{c}")][32 * y + x]);
         // The far wall spans a pixel from 1/11 of the image on. Its image's corners are of one colour each, times Kd.
-        let (half, full) = (0.215_86, 0.973_45);
+        let half = 0.215_86;
         for (x, y, expected) in [
-            (3, 3, [0.5 * full, 0.0, 0.0]),
-            (28, 3, [0.0, full, 0.0]),
-            (3, 28, [0.0, 0.0, full]),
-            (28, 28, [0.5 * half, 0.051_27, full]),
+            (3, 3, [0.5, 0.0, 0.0]),
+            (28, 3, [0.0, 1.0, 0.0]),
+            (3, 28, [0.0, 0.0, 1.0]),
+            (28, 28, [0.5 * half, 0.051_27, 1.0]),
         ] {
             let found = albedo(x, y);
             let apart = found.iter().zip(expected).map(|(a, b): (&f32, f32)| (a - b).abs());
@@ -64,18 +64,24 @@ fn every_method_shows_the_image_where_it_lies() {
     assert!(ratios[3] < 0.9, "direct light alone");
 }
 
+/// The picture is rendered without the image. Both `render` and `info` name it.
 #[test]
-fn a_missing_image_is_named_and_its_kd_taken() {
+fn a_missing_image_is_left_out_and_named() {
     let folder = room();
     fs::remove_file(folder.path().join("pictures/four.png")).unwrap();
-    let output = lightpaths(&folder, &["info", "room.toml"]).output().unwrap();
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert!(stderr(&output).contains("pictures/four.png"), "{}", stderr(&output));
-    assert!(!super::stdout(&output).contains("image ("), "{}", super::stdout(&output));
+    let render = ["render", "room.toml", "--method", "path", "--spp", "1", "--size", "16x16", "-o", "a.png"];
+    let output = lightpaths(&folder, &render).output().unwrap();
+    assert!(output.status.success() && folder.path().join("a.png").exists(), "{}", stderr(&output));
+    let output_of_info = lightpaths(&folder, &["info", "room.toml"]).output().unwrap();
+    for text in [stderr(&output), stdout(&output_of_info)] {
+        let warnings: Vec<&str> = text.lines().filter(|line| line.contains("room.mtl:5: ")).collect();
+        let [warning] = warnings[..] else { panic!("{text}") };
+        assert!(warning.contains("\"pictures/four.png\" does not exist"), "{warning}");
+    }
     // `info` tells of images.
     let folder = room();
     let output = lightpaths(&folder, &["info", "room.toml"]).output().unwrap();
-    assert!(super::stdout(&output).contains("image (2×2)"), "{}", super::stdout(&output));
+    assert!(stdout(&output).contains("image (2×2)"), "{}", stdout(&output));
 }
 
 #[test]

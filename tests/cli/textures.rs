@@ -13,7 +13,7 @@ usemtl image\nf 1/1 2/2 6/3 5/4\n";
 const MTL: &str =
     "newmtl grey\nKd 0.5 0.5 0.5\nnewmtl image\nKd 0.5 1 1\nmap_Kd -clamp on pictures/four.png\n";
 /// Row by row from the top.
-const CODES: [[u8; 3]; 4] = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [128, 64, 255]];
+const CODES: [[u8; 3]; 4] = [[252, 0, 0], [0, 252, 0], [0, 0, 252], [128, 64, 252]];
 
 fn room() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -44,12 +44,12 @@ fn every_method_shows_the_image_where_it_lies() {
         let albedo =
             |x: usize, y: usize| ["R", "G", "B"].map(|c| channels[&format!("albedo.{c}")][32 * y + x]);
         // The far wall spans a pixel from 1/11 of the image on. Its image's corners are of one colour each, times Kd.
-        let half = 0.215_86;
+        let (half, full) = (0.215_86, 0.973_45);
         for (x, y, expected) in [
-            (3, 3, [0.5, 0.0, 0.0]),
-            (28, 3, [0.0, 1.0, 0.0]),
-            (3, 28, [0.0, 0.0, 1.0]),
-            (28, 28, [0.5 * half, 0.051_27, 1.0]),
+            (3, 3, [0.5 * full, 0.0, 0.0]),
+            (28, 3, [0.0, full, 0.0]),
+            (3, 28, [0.0, 0.0, full]),
+            (28, 28, [0.5 * half, 0.051_27, full]),
         ] {
             let found = albedo(x, y);
             let apart = found.iter().zip(expected).map(|(a, b): (&f32, f32)| (a - b).abs());

@@ -145,6 +145,14 @@ impl<'a> Demo<'a> {
         self.wait_for_line_since(mark, "lightpaths: settled", HANG);
     }
 
+    /// Presses and releases the button at a point. The window sees the pointer there in a frame before: what lies
+    /// under it is known from that frame.
+    pub fn click(&self, button: u8, at: Point) {
+        self.client().move_to(at);
+        self.wait_for_answer();
+        self.client().click(button, at);
+    }
+
     /// Moves from one point to the other in `steps` with the button down. The window sees the press, moves and the release in frames of
     /// their own, however slow these are: where all came in one, nothing would be dragged.
     pub fn drag(&self, button: u8, from: Point, to: Point, steps: i32) {

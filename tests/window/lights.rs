@@ -103,6 +103,8 @@ impl<'a> Room<'a> {
     fn open(display: &'a Display, folder: &'a Path) -> Self {
         std::fs::write(folder.join("s.toml"), SCENE).unwrap();
         let demo = open_in(display, folder, "s.toml");
+        // The panels move down while there is progress to show.
+        demo.settled(None);
         let scene = load(&folder.join("s.toml"));
         let sight = Sight::of(&scene);
         Self { demo, folder, scene, sight }
@@ -116,7 +118,7 @@ impl<'a> Room<'a> {
     /// is taken back, as is the scene.
     fn drag(&self, index: usize, from: Vec2, to: Vec2) -> LightKind {
         let client = self.demo.client();
-        client.click(1, NAMES[index]);
+        self.demo.click(1, NAMES[index]);
         let before = self.settled();
         self.demo.drag(1, point(from), point(to), 12);
         let after = self.settled();

@@ -102,8 +102,8 @@ fn assert_whole(folder: &Path, case: &str) {
 fn every_command_ends_at_once_at_any_moment() {
     let commands = [
         "render CUBE -o a.png --stats s.json",
-        "render CUBE -o a.exr --method path --seconds 1000",
-        "render CUBE -o a.exr --method photon --seconds 1000",
+        "render CUBE -o a.exr --method path --seconds 300",
+        "render CUBE -o a.exr --method photon --seconds 300",
         "precompute CUBE -o a.paths",
         "render CUBE -o a.png --cache cache",
         // So many that its picture is near enough to the path tracer's, should it come so far.
@@ -185,7 +185,7 @@ fn what_encodes_a_film_ends_with_the_program() {
     let stage = Stage::new();
     let programs = tempfile::tempdir().unwrap();
     let script =
-        "#!/bin/sh\nfor last; do :; done\necho half > \"$last\"\necho $$ > encoder\nexec /bin/sleep 3000\n";
+        "#!/bin/sh\nfor last; do :; done\necho half > \"$last\"\necho $$ > encoder\nexec /bin/sleep 900\n";
     let ffmpeg = programs.path().join("ffmpeg");
     fs::write(&ffmpeg, script).unwrap();
     fs::set_permissions(&ffmpeg, fs::Permissions::from_mode(0o755)).unwrap();

@@ -2,13 +2,14 @@
 """Tries mutants: small faults in the code, each of which some test ought to see.
 
     scripts/mutants.py build [--rust N] [--glsl N] [--seed S]   choose faults, build once with all of them
-    scripts/mutants.py run [--minutes M]                        try those that were not tried yet
+    scripts/mutants.py run [--minutes M] [--jobs J]             try those that were not tried yet
     scripts/mutants.py report                                   print the table of docs/testing.md
 
 Every Rust mutant is compiled into one build as `if crate::mutant(ID) { changed } else { original }`, and the
 environment variable LP_MUTANT chooses one: 150 mutants cost one build instead of 150. GLSL mutants are
 compiled by glslc when their turn comes; the build reads SPIR-V from the folder LP_MUTANT_SPIRV first.
-A mutant is tried against the test binaries that reach its line, the quickest first, until one fails.
+A mutant is tried against the tests that reach its line (a shader: the tests that load it), the quickest first,
+until one fails. Two mutants are tried at a time.
 Everything lies in target/mutants; the tree itself is not changed.
 """
 
@@ -22,6 +23,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -30,32 +32,71 @@ TREE = WORK / "tree"
 SITES, RESULTS = WORK / "sites.json", WORK / "results.json"
 RUST = ["src/passes", "src/renderer", "src/cpu", "src/gpu"]
 # Test binaries in the order in which a mutant is tried.
-ORDER = ["lightpaths", "hazards", "passes", "stored", "physics", "stress", "failures", "scene", "cli", "soak"]
-# A mutant that makes a binary take so many times as long has hung it.
+ORDER = ["lightpaths", "hazards", "interface", "passes", "stored", "physics", "stress", "scene", "soak"]
+# A mutant that makes tests take so many times as long has hung them.
 HANGS = 6
+# Seconds of the tests of one process: few at first, for most mutants are seen at once.
+CHUNKS = [3, 15, 60, 1e9]
 
 SWAPS = [(" + ", " - "), (" - ", " + "), (" * ", " / "), (" / ", " * "), (" < ", " <= "), (" <= ", " < "),
          (" > ", " >= "), (" >= ", " > "), (" == ", " != "), (" != ", " == "), (" && ", " || "), (" || ", " && "),
          (".max(", ".min("), (".min(", ".max("), (" << ", " >> "), (" + 1", " + 2"), (" - 1", " - 0"),
          ("true", "false"), ("false", "true"), (".div_ceil(", " / ("), ("max(", "min("), ("min(", "max(")]
 HOOK = """
-/// Whether the mutant of that number is tried; notes in the file LP_MUTANT_COVER which were reached.
+/// Whether the mutant of that number is tried; notes in the file LP_MUTANT_COVER which test reached it first.
 #[doc(hidden)]
 pub fn mutant(id: u32) -> bool {
-    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::sync::atomic::{AtomicU32, Ordering};
     static CHOSEN: std::sync::LazyLock<u32> =
         std::sync::LazyLock::new(|| std::env::var("LP_MUTANT").map_or(0, |id| id.parse().unwrap_or(0)));
-    static SEEN: [AtomicBool; 4096] = [const { AtomicBool::new(false) }; 4096];
-    if *CHOSEN == 0 && !SEEN[id as usize].swap(true, Ordering::Relaxed) {
-        if let Some(path) = std::env::var_os("LP_MUTANT_COVER") {
-            use std::io::Write;
-            let file = std::fs::OpenOptions::new().create(true).append(true).open(path);
-            let _ = file.and_then(|mut file| file.write_all(format!("{id}\\n").as_bytes()));
-        }
+    static SEEN: [AtomicU32; 4096] = [const { AtomicU32::new(0) }; 4096];
+    if *CHOSEN == 0 && SEEN[id as usize].swap(mutant_test(), Ordering::Relaxed) != mutant_test() {
+        mutant_cover(&id.to_string());
     }
     *CHOSEN == id
 }
+
+static MUTANT_TEST: std::sync::Mutex<(u32, String)> = std::sync::Mutex::new((1, String::new()));
+
+/// The number of the test that runs: tests run one after another, each in a thread of its name.
+fn mutant_test() -> u32 {
+    use std::sync::atomic::{AtomicU32, Ordering};
+    static NUMBER: AtomicU32 = AtomicU32::new(1);
+    std::thread_local!(static NAMED: () = {
+        if let Some(name) = std::thread::current().name().filter(|name| *name != "main") {
+            *MUTANT_TEST.lock().unwrap() = (1 + NUMBER.fetch_add(1, Ordering::Relaxed), name.to_owned());
+        }
+    });
+    NAMED.with(|()| NUMBER.load(Ordering::Relaxed))
+}
+
+pub(crate) fn mutant_cover(what: &str) {
+    static PATH: std::sync::LazyLock<Option<std::ffi::OsString>> =
+        std::sync::LazyLock::new(|| std::env::var_os("LP_MUTANT_COVER"));
+    if let Some(path) = &*PATH {
+        use std::io::Write;
+        mutant_test();
+        let line = format!("{what} {}\\n", MUTANT_TEST.lock().unwrap().1);
+        let file = std::fs::OpenOptions::new().create(true).append(true).open(path);
+        let _ = file.and_then(|mut file| file.write_all(line.as_bytes()));
+    }
+}
 """
+
+
+# A shader is read from the folder of the mutant first.
+WORDS = ("        let (words, rest) = self.bytes.as_chunks::<4>();\n", """\
+        let folder = std::env::var_os("LP_MUTANT_SPIRV").map(std::path::PathBuf::from);
+        let changed = folder.and_then(|folder| std::fs::read(folder.join(format!("{}.spv", self.stem))).ok());
+        let bytes = changed.as_deref().unwrap_or(self.bytes);
+        let (words, rest) = bytes.as_chunks::<4>();
+""")
+# A test reaches the shaders that it dispatches: who compiled them is chance.
+BIND = ("        check_bindings(self.pass_name, program, push, bindings);\n        if self.leaves_out {\n", """\
+        check_bindings(self.pass_name, program, push, bindings);
+        crate::mutant_cover(program.stem);
+        if self.leaves_out {
+""")
 
 
 def swaps(text, chance):
@@ -126,7 +167,9 @@ def instrument(sites):
             if name == "src/lib.rs":
                 text += HOOK.encode()
             if name == "src/gpu/shaders.rs":
-                text = patch_shaders(text.decode()).encode()
+                text = patch(text.decode(), WORDS).encode()
+            if name == "src/gpu/recorder.rs":
+                text = patch(text.decode(), BIND).encode()
             chosen = [s for s in sites if s["file"] == name and s["kind"] == "rust"]
             if chosen:
                 lines = text.decode().split("\n")
@@ -137,15 +180,10 @@ def instrument(sites):
                 (TREE / name).write_bytes(text)
 
 
-def patch_shaders(text):
-    head = "    pub fn words(&self) -> Vec<u32> {\n"
-    assert head in text, "src/gpu/shaders.rs has no `words` any more"
-    body = """        let folder = std::env::var_os("LP_MUTANT_SPIRV").map(std::path::PathBuf::from);
-        let changed = folder.and_then(|folder| std::fs::read(folder.join(format!("{}.spv", self.stem))).ok());
-        let bytes = changed.as_deref().unwrap_or(self.bytes);
-        let (words, rest) = bytes.as_chunks::<4>();
-"""
-    return text.replace(head + "        let (words, rest) = self.bytes.as_chunks::<4>();\n", head + body)
+def patch(text, change):
+    old, new = change
+    assert old in text, f"no longer in the source: {old}"
+    return text.replace(old, new)
 
 
 def build(options):
@@ -193,25 +231,26 @@ def broken(check, sites):
     return wrong
 
 
-def test(binary, mutant, timeout, cover=None, spirv=None):
-    """Runs a test binary until a test fails. Returns that test's name, "hang", or None; and the seconds."""
-    environment = {**os.environ, "RUST_TEST_THREADS": "1", "CARGO_MANIFEST_DIR": str(TREE), "LP_MUTANT": str(mutant)}
+def test(binary, mutant, timeout, tests=(), cover=None, spirv=None):
+    """Runs tests of a binary until one fails. Returns its name, "hang", or None; and the seconds of each that ended."""
+    environment = {**os.environ, "RUST_TEST_THREADS": "1", "CARGO_MANIFEST_DIR": str(TREE), "LP_MUTANT": str(mutant),
+                   "RUSTC_BOOTSTRAP": "1"}
     environment |= {"LP_MUTANT_COVER": str(cover)} if cover else {}
     environment |= {"LP_MUTANT_SPIRV": str(spirv)} if spirv else {}
     begun = time.monotonic()
-    process = subprocess.Popen([binary], cwd=TREE, env=environment, stdout=subprocess.PIPE,
+    command = [binary, "-Zunstable-options", "--report-time", *(["--exact", *tests] if tests else [])]
+    process = subprocess.Popen(command, cwd=TREE, env=environment, stdout=subprocess.PIPE,
                                stderr=subprocess.DEVNULL, text=True, start_new_session=True)
-    failed, last = None, "the whole binary"
+    failed, text = None, ""
     os.set_blocking(process.stdout.fileno(), False)
-    text = ""
     while failed is None:
-        chunk = process.stdout.read() or ""
-        text += chunk
+        ended = process.poll() is not None
+        text += process.stdout.read() or ""
         if match := re.search(r"^test (\S+).* FAILED", text, re.M):
             failed = match[1]
-        elif process.poll() is not None and not chunk:
+        elif ended:
             names = re.findall(r"^test (\S+)", text, re.M)
-            failed = None if process.returncode == 0 else (names or [last])[-1] + " (ended the process)"
+            failed = None if process.returncode == 0 else (names or ["no test"])[-1] + " (ended the process)"
             break
         elif time.monotonic() - begun > timeout:
             failed = "hang"
@@ -220,25 +259,37 @@ def test(binary, mutant, timeout, cover=None, spirv=None):
     if process.poll() is None:
         os.killpg(process.pid, signal.SIGKILL)
         process.wait()
-    return failed, time.monotonic() - begun
+    times = re.findall(r"^test (\S+)(?: - should panic)? \.\.\. ok <([\d.]+)s>", text, re.M)
+    return failed, {name: float(seconds) for name, seconds in times}
 
 
 def cover(rust):
-    """Notes which mutants each binary reaches, and how long it takes without one."""
+    """Notes which tests reach a mutant or load a shader, and how long each takes without one."""
     known = json.loads(SITES.read_text())
-    for name, binary in known["binaries"].items():
+
+    def of(name):
         file = WORK / f"{name}.reached"
         file.unlink(missing_ok=True)
-        failed, seconds = test(binary, 0, 3600, cover=file)
-        reached = sorted({int(line) for line in file.read_text().split()}) if file.exists() else []
-        known["baseline"][name] = {"seconds": seconds, "reached": reached, "failed": failed}
-        print(f"{name}: {seconds:.0f} s, reaches {len(reached)} of {len(rust)}" + (f", FAILS: {failed}" if failed else ""))
-        SITES.write_text(json.dumps(known))
+        failed, times = test(known["binaries"][name], 0, 3600, cover=file)
+        reached = {}
+        for line in file.read_text().split("\n") if file.exists() else []:
+            if len(words := line.split(" ")) == 2 and words[1] in times:
+                reached.setdefault(words[0], set()).add(words[1])
+        reached = {key: sorted(tests) for key, tests in reached.items()}
+        print(f"{name}: {sum(times.values()):.0f} s, reaches {len(reached)}" + (f", FAILS: {failed}" if failed else ""),
+              flush=True)
+        return name, {"times": times, "reached": reached, "failed": failed}
+
+    with ThreadPoolExecutor(2) as pool:
+        known["baseline"] = dict(pool.map(of, known["binaries"]))
+    SITES.write_text(json.dumps(known))
+    missed = [site for site in rust if not any(str(site["id"]) in b["reached"] for b in known["baseline"].values())]
+    print(f"{len(missed)} of {len(rust)} are reached by no test")
 
 
 def compile_glsl(site):
-    """Compiles the shaders that a mutated line reaches. Returns their folder, or None if it does not compile."""
-    folder, sources = WORK / "spirv", WORK / "glsl"
+    """Compiles the shaders that a mutated line reaches. Returns their folder and stems; None if it does not compile."""
+    folder, sources = WORK / f"spirv-{site['id']}", WORK / f"glsl-{site['id']}"
     shutil.rmtree(folder, ignore_errors=True)
     shutil.rmtree(sources, ignore_errors=True)
     shutil.copytree(ROOT / "glsl", sources)
@@ -247,16 +298,14 @@ def compile_glsl(site):
     lines = changed.read_text().split("\n")
     lines[site["line"]] = site["template"]
     changed.write_text("\n".join(lines))
-    reached = 0
-    for shader in sorted(sources.glob("*.comp")):
-        if changed not in includes(shader, sources):
-            continue
-        command = ["glslc", "--target-env=vulkan1.2", "-O0", "-fshader-stage=compute", str(shader), "-o",
-                   str(folder / f"{shader.stem}.spv")]
+    stems = [shader.stem for shader in sorted(sources.glob("*.comp")) if changed in includes(shader, sources)]
+    for stem in stems:
+        command = ["glslc", "--target-env=vulkan1.2", "-O0", "-fshader-stage=compute", str(sources / f"{stem}.comp"),
+                   "-o", str(folder / f"{stem}.spv")]
         if subprocess.run(command, capture_output=True).returncode:
-            return None
-        reached += 1
-    return folder if reached else None
+            stems = []
+    shutil.rmtree(sources)
+    return (folder, stems) if stems else None
 
 
 def includes(path, folder):
@@ -266,36 +315,50 @@ def includes(path, folder):
     return found
 
 
+def attempt(site, known):
+    """The test that sees a mutant; None if none does, "compiler" if it is no program."""
+    spirv, keys = None, [str(site["id"])]
+    if site["kind"] == "glsl":
+        made = compile_glsl(site)
+        if made is None:
+            return "compiler"
+        spirv, keys = made
+    try:
+        for name, binary in known["binaries"].items():
+            base = known["baseline"][name]
+            tests = sorted({test for key in keys for test in base["reached"].get(key, [])}, key=base["times"].get)
+            for most in CHUNKS:
+                chunk, seconds = [], 0
+                while tests and (not chunk or seconds + base["times"][tests[0]] < most):
+                    seconds += base["times"][tests[0]]
+                    chunk.append(tests.pop(0))
+                if not chunk:
+                    continue
+                number = site["id"] if site["kind"] == "rust" else 0
+                failed, _ = test(binary, number, 60 + HANGS * seconds, chunk, spirv=spirv)
+                if failed:
+                    return f"{name}::{failed}"
+    finally:
+        if spirv:
+            shutil.rmtree(spirv)
+    return None
+
+
 def run(options):
     known = json.loads(SITES.read_text())
     results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     stop = time.monotonic() + 60 * options.minutes
-    for site in known["sites"]:
-        if str(site["id"]) in results:
-            continue
-        if time.monotonic() > stop:
-            break
-        if site["kind"] == "glsl" and sum(r["kind"] == "glsl" and r["by"] != "compiler" for r in results.values()) >= known["glsl"]:
-            continue
-        outcome = {**site, "by": None}
-        spirv = compile_glsl(site) if site["kind"] == "glsl" else None
-        if site["kind"] == "glsl" and spirv is None:
-            outcome["by"] = "compiler"
-        else:
-            for name, binary in known["binaries"].items():
-                base = known["baseline"][name]
-                if base["failed"] or (site["kind"] == "rust" and site["id"] not in base["reached"]):
-                    continue
-                if site["kind"] == "glsl" and name in ("lightpaths", "scene", "cli", "soak", "failures"):
-                    continue
-                failed, _ = test(binary, site["id"] if site["kind"] == "rust" else 0,
-                                 60 + HANGS * base["seconds"], spirv=spirv)
-                if failed:
-                    outcome["by"] = f"{name}::{failed}"
-                    break
-        results[str(site["id"])] = outcome
+
+    def of(site):
+        tried = sum(r["kind"] == "glsl" and r["by"] != "compiler" for r in results.values())
+        if time.monotonic() > stop or site["kind"] == "glsl" and tried >= known["glsl"]:
+            return
+        results[str(site["id"])] = {**site, "by": attempt(site, known)}
         RESULTS.write_text(json.dumps(results))
-        print(f"{site['id']} {site['file']}:{site['line'] + 1}: {outcome['by'] or 'SURVIVED'}", flush=True)
+        print(f"{site['id']} {site['file']}:{site['line'] + 1}: {results[str(site['id'])]['by'] or 'SURVIVED'}", flush=True)
+
+    with ThreadPoolExecutor(options.jobs) as pool:
+        list(pool.map(of, [site for site in known["sites"] if str(site["id"]) not in results]))
 
 
 def report(_):
@@ -322,6 +385,7 @@ def main():
     builder.add_argument("--seed", type=int, default=1)
     builder.set_defaults(call=build)
     runner = commands.add_parser("run")
+    runner.add_argument("--jobs", type=int, default=2)
     runner.add_argument("--minutes", type=float, default=1e6)
     runner.set_defaults(call=run)
     commands.add_parser("report").set_defaults(call=report)

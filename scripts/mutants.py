@@ -99,6 +99,50 @@ BIND = ("        check_bindings(self.pass_name, program, push, bindings);\n     
 """)
 
 
+# Mutants that are always tried, because nothing saw them once: file, what stands there (once), what it becomes.
+CHOSEN = [
+    ("src/renderer/edits.rs", "(old.exponent != new.exponent || ", "((!crate::mutant(ID) && old.exponent != new.exponent) || "),
+    ("src/renderer/lights.rs", "        self.rows.remove(light);",
+     "        if crate::mutant(ID) { self.rows.swap_remove(light); } else { self.rows.remove(light); }"),
+    ("src/renderer/stored/key.rs", "words.extend([exponent.to_bits(),",
+     "words.extend([if crate::mutant(ID) { 0 } else { exponent.to_bits() },"),
+    ("src/renderer/stored/key.rs", "u32::from(texture.is_clamped)", "u32::from(!crate::mutant(ID) && texture.is_clamped)"),
+    ("src/renderer/stored/key.rs", "points.iter().map(|point| point",
+     "points.iter().take(if crate::mutant(ID) { 1 } else { usize::MAX }).map(|point| point"),
+    ("src/renderer/lights.rs", "            gloss.sample_count = sample_count;",
+     "            if !crate::mutant(ID) { gloss.sample_count = sample_count; }"),
+    ("src/renderer/edits.rs", "        self.view = View::from(&camera);\n        *old = camera;\n        self.closed.is_due = true;",
+     "        self.view = View::from(&camera);\n        *old = camera;\n        self.closed.is_due |= !crate::mutant(ID);"),
+    ("src/renderer/closed_places.rs", "        opened.set_exposure(self.exposure_stops);",
+     "        if !crate::mutant(ID) { opened.set_exposure(self.exposure_stops); }"),
+    ("src/passes/frame/form_factors.rs", "*next += (part.items.len() as u32).div_ceil(BATCH);",
+     "*next += if crate::mutant(ID) { part.items.len() as u32 / BATCH } else { (part.items.len() as u32).div_ceil(BATCH) };"),
+    ("src/gpu/parts.rs", "storage_range_bytes / size_of::<T>() as u64;",
+     "storage_range_bytes / size_of::<T>() as u64 + u64::from(crate::mutant(ID));"),
+    ("src/passes/turns.rs", "    if !is_cut_short {", "    if !is_cut_short || crate::mutant(ID) {"),
+    ("glsl/shafts.comp", "float slack = 0.25 * shaft.clear * length(across);", "float slack = 0.0;"),
+    ("glsl/include/bvh.glsl", "vec3 slack = 4e-7 * (abs(base) + 255.0 * abs(cell));", "vec3 slack = vec3(0.0);"),
+    ("glsl/include/emission.glsl", "return 2.0 * PI * (2.0 * sine * sine + cos(mean) * lost);",
+     "return 2.0 * PI * (2.0 * sine * sine);"),
+    ("glsl/form_factors.comp", "if (!loops_still_turn(push.point_count)) cut_short[0] = CUT_SHORT;", ""),
+    ("glsl/light_paths.comp", "loops_still_turn(push.path_count) ? count : CUT_SHORT", "count"),
+    ("glsl/gloss_rays.comp", "if (!loops_still_turn(push.stride)) cut_short[0] = CUT_SHORT;", ""),
+    ("glsl/primary.comp", "if (!loops_still_turn(view.width)) cut_short[0] = CUT_SHORT;", ""),
+]
+
+
+def chosen_sites():
+    for file, old, new in CHOSEN:
+        text = (ROOT / file).read_text()
+        assert text.count(old) == 1, f"{file} has {text.count(old)} of: {old}"
+        # Lines of a file keep their numbers: the last of the lines that change carries the change.
+        line, old, new = text[:text.index(old)].count("\n") + old.count("\n"), old.split("\n")[-1], new.split("\n")[-1]
+        whole = text.split("\n")[line]
+        kind = "glsl" if file.startswith("glsl") else "rust"
+        yield {"kind": kind, "file": file, "line": line, "old": whole.strip(), "new": new.strip() or "nothing",
+               "template": whole.replace(old, new), "chosen": True}
+
+
 def swaps(text, chance):
     """The text with one operator changed; None if it has none."""
     found = [(old, new) for old, new in SWAPS if old in text]
@@ -140,6 +184,8 @@ def rust_sites(chance):
             for number, line in enumerate(path.read_text().split("\n")):
                 if line.strip() == "#[cfg(test)]":
                     break
+                if line in WORDS[0] + BIND[0]:
+                    continue
                 if made := rust_mutant(line, chance):
                     yield {"kind": "rust", "file": str(path.relative_to(ROOT)), "line": number, "old": line.strip(),
                            "new": made[1], "template": made[0]}
@@ -166,16 +212,16 @@ def instrument(sites):
             text = (ROOT / name).read_bytes()
             if name == "src/lib.rs":
                 text += HOOK.encode()
-            if name == "src/gpu/shaders.rs":
-                text = patch(text.decode(), WORDS).encode()
-            if name == "src/gpu/recorder.rs":
-                text = patch(text.decode(), BIND).encode()
             chosen = [s for s in sites if s["file"] == name and s["kind"] == "rust"]
             if chosen:
                 lines = text.decode().split("\n")
                 for site in chosen:
                     lines[site["line"]] = site["template"].replace("ID", str(site["id"]), 1)
                 text = "\n".join(lines).encode()
+            if name == "src/gpu/shaders.rs":
+                text = patch(text.decode(), WORDS).encode()
+            if name == "src/gpu/recorder.rs":
+                text = patch(text.decode(), BIND).encode()
             if not (TREE / name).exists() or (TREE / name).read_bytes() != text:
                 (TREE / name).write_bytes(text)
 
@@ -193,20 +239,25 @@ def build(options):
     # Some do not compile, where an operator stands for something else: more are chosen than wanted.
     rust = sorted(chance.sample(rust, min(len(rust), options.rust * 5 // 4)), key=lambda s: (s["file"], s["line"]))
     glsl = chance.sample(glsl, min(len(glsl), options.glsl * 5 // 4))
-    for number, site in enumerate(rust + glsl):
+    always = list(chosen_sites())
+    places = {(site["file"], site["line"]) for site in always}
+    rust, glsl = ([site for site in sites if (site["file"], site["line"]) not in places] for sites in (rust, glsl))
+    for number, site in enumerate(always + rust + glsl):
         site["id"] = number + 1
+    always_rust = [site for site in always if site["kind"] == "rust"]
     command = ["cargo", "test", "--locked", "--no-run", "--message-format=json", "--lib", "--tests"]
     environment = {**os.environ, "CARGO_TARGET_DIR": str(WORK / "target"), "RUSTFLAGS": "-A warnings"}
     while True:
-        instrument(rust)
+        instrument(always_rust + rust)
         check = [*command[:1], "check", "--locked", "--lib", "--message-format=json"]
-        wrong = broken(subprocess.run(check, cwd=TREE, env=environment, capture_output=True, text=True), rust)
+        wrong = broken(subprocess.run(check, cwd=TREE, env=environment, capture_output=True, text=True), always_rust + rust)
         if not wrong:
             break
         print(f"{len(wrong)} mutants do not compile")
         rust = [site for site in rust if site["id"] not in wrong]
-    rust = sorted(chance.sample(rust, min(len(rust), options.rust)), key=lambda s: s["id"])
+    rust = always_rust + sorted(chance.sample(rust, min(len(rust), options.rust)), key=lambda s: s["id"])
     instrument(rust)
+    glsl = [site for site in always if site["kind"] == "glsl"] + glsl
     made = subprocess.run(command, cwd=TREE, env=environment, stdout=subprocess.PIPE, text=True)
     if made.returncode:
         sys.exit("the tests do not build")
@@ -214,7 +265,6 @@ def build(options):
     binaries = {m["target"]["name"]: m["executable"] for m in messages if m.get("executable") and m["profile"]["test"]}
     binaries = {name: binaries[name] for name in ORDER if name in binaries}
     SITES.write_text(json.dumps({"sites": rust + glsl, "glsl": options.glsl, "binaries": binaries, "baseline": {}}))
-    cover(rust)
 
 
 def broken(check, sites):
@@ -263,9 +313,8 @@ def test(binary, mutant, timeout, tests=(), cover=None, spirv=None):
     return failed, {name: float(seconds) for name, seconds in times}
 
 
-def cover(rust):
-    """Notes which tests reach a mutant or load a shader, and how long each takes without one."""
-    known = json.loads(SITES.read_text())
+def cover(known):
+    """Notes which tests reach a mutant or dispatch a shader, and how long each takes without one."""
 
     def of(name):
         file = WORK / f"{name}.reached"
@@ -283,8 +332,9 @@ def cover(rust):
     with ThreadPoolExecutor(2) as pool:
         known["baseline"] = dict(pool.map(of, known["binaries"]))
     SITES.write_text(json.dumps(known))
-    missed = [site for site in rust if not any(str(site["id"]) in b["reached"] for b in known["baseline"].values())]
-    print(f"{len(missed)} of {len(rust)} are reached by no test")
+    reached = {key for base in known["baseline"].values() for key in base["reached"]}
+    missed = [site for site in known["sites"] if site["kind"] == "rust" and str(site["id"]) not in reached]
+    print(f"{len(missed)} mutants are reached by no test")
 
 
 def compile_glsl(site):
@@ -346,12 +396,14 @@ def attempt(site, known):
 
 def run(options):
     known = json.loads(SITES.read_text())
+    if not known["baseline"]:
+        cover(known)
     results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     stop = time.monotonic() + 60 * options.minutes
 
     def of(site):
         tried = sum(r["kind"] == "glsl" and r["by"] != "compiler" for r in results.values())
-        if time.monotonic() > stop or site["kind"] == "glsl" and tried >= known["glsl"]:
+        if time.monotonic() > stop or site["kind"] == "glsl" and tried >= known["glsl"] + len(CHOSEN):
             return
         results[str(site["id"])] = {**site, "by": attempt(site, known)}
         RESULTS.write_text(json.dumps(results))

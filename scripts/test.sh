@@ -82,11 +82,16 @@ CARGO_PROFILE_TEST_OPT_LEVEL=0 $CARGO test --locked --lib --no-run 2>&1 | tee "$
 $CARGO test --locked --bins --examples --test '*' --no-run 2>&1 | tee -a "$DIR/cargo"
 built=$((SECONDS - start))
 
+# A shell that runs this in the background, or nohup, has some signals ignored, and all processes inherit that: tests of
+# signals need what is usual. GNU env can restore it, a shell cannot.
+usual=(env --default-signal=HUP,INT,TERM)
+"${usual[@]}" true 2>/dev/null || usual=()
+
 status=0
 # Pipelines that the driver has compiled stay with what cargo has.
 export CARGO_MANIFEST_DIR=$PWD RUST_TEST_THREADS=1 LIGHTPATHS_PIPELINES=$PWD/target/pipelines
 # No blank may end a line: xargs would join the next one to it.
-binaries <"$DIR/cargo" | sed "s|\$|${*:+ $*}|" | xargs -P "${JOBS:-2}" -L 1 "$0" --one || status=1
+binaries <"$DIR/cargo" | sed "s|\$|${*:+ $*}|" | ${usual[@]+"${usual[@]}"} xargs -P "${JOBS:-2}" -L 1 "$0" --one || status=1
 
 echo
 echo 'The twenty slowest tests, seconds on the clock while another binary ran beside:'

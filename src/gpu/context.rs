@@ -2,6 +2,7 @@
 
 use std::ffi::{CStr, CString};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
@@ -209,6 +210,13 @@ impl Context {
         *self.memory.lock().expect("no holder panics")
     }
 
+    /// Lets the peaks of [`Self::memory`] begin anew with what is in use.
+    pub fn reset_memory_peak(&self) {
+        let mut memory = self.memory.lock().expect("no holder panics");
+        memory.peak_bytes = memory.current_bytes;
+        memory.peak_staging_bytes = 0;
+    }
+
     /// Warnings and errors of the validation layer since the last call. Empty when validation is off.
     pub fn take_validation_messages(&self) -> Vec<String> {
         self.instance.take_messages()
@@ -244,6 +252,11 @@ impl Context {
     /// How many pipelines the driver has compiled for this context.
     pub fn pipelines_made(&self) -> u32 {
         self.pipelines.made()
+    }
+
+    /// Time on the clock that compiling these pipelines took.
+    pub fn compile_time(&self) -> Duration {
+        self.pipelines.compile_time()
     }
 
     /// What the driver tells of the pipelines made since the last call, in the order in which they were made; none where it tells nothing of

@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 use std::num::NonZero;
-use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use ash::vk;
 
@@ -24,6 +25,8 @@ pub(super) struct Pipelines {
     store: PipelineStore,
     /// Variants that were compiled.
     made: AtomicU32,
+    /// Nanoseconds on the clock that compiling took.
+    compile_ns: AtomicU64,
 }
 
 /// A variant of a program that a recording needs and the driver has not compiled yet.
@@ -33,7 +36,13 @@ impl Pipelines {
     /// None yet; the driver starts with what the store has.
     pub(super) fn new(device: &ash::Device, names: &Names, mut store: PipelineStore) -> Self {
         let cache = store.open(device, names);
-        Self { programs: Mutex::default(), cache, store, made: AtomicU32::new(0) }
+        Self {
+            programs: Mutex::default(),
+            cache,
+            store,
+            made: AtomicU32::new(0),
+            compile_ns: AtomicU64::new(0),
+        }
     }
 
     /// The program of that shader and these constants: the one that there is, or a new one.
@@ -67,6 +76,7 @@ impl Pipelines {
             optional: &context.optional,
             cache: self.cache,
         };
+        let start = Instant::now();
         let next = AtomicUsize::new(0);
         let work = || {
             let mut made = Vec::new();
@@ -87,6 +97,7 @@ impl Pipelines {
             made
         });
         self.made.fetch_add(missing.len() as u32, Ordering::Relaxed);
+        self.compile_ns.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
         made.sort_unstable_by_key(|(index, _)| *index);
         made.into_iter().try_for_each(|(_, result)| result)
     }
@@ -94,6 +105,11 @@ impl Pipelines {
     /// How many variants of programs were compiled so far.
     pub(super) fn made(&self) -> u32 {
         self.made.load(Ordering::Relaxed)
+    }
+
+    /// Time on the clock that compiling took so far.
+    pub(super) fn compile_time(&self) -> Duration {
+        Duration::from_nanos(self.compile_ns.load(Ordering::Relaxed))
     }
 
     /// Destroys all programs and the cache. No submission may use them any more.

@@ -55,6 +55,7 @@ use closed_places::ClosedPlaces;
 use lights::Lights;
 use needs::{Gathering, Needs};
 use precompute::Precomputed;
+use report::FrameWatch;
 use scope::Scopes;
 use shine::Shine;
 use std::sync::Arc;
@@ -220,7 +221,7 @@ impl Renderer {
         if !self.skips {
             self.force(Work::Everything);
         }
-        let start = Instant::now();
+        let watch = FrameWatch::start(&self.context);
         let near_lamps_ms = self.find_near_lamps()?;
         self.scopes.prepare(self.skips)?;
         let stages = Stages::new(self.changes, &self.lights);
@@ -232,7 +233,7 @@ impl Renderer {
                 break passes;
             }
         };
-        let frame_ms = start.elapsed().as_secs_f64() * 1e3;
+        let [frame_ms, pipelines_ms] = watch.stop(&self.context);
         if let Some(pass) = passes.iter_mut().find(|pass| pass.name == FormFactors::STEM) {
             pass.ms += near_lamps_ms;
         }
@@ -245,7 +246,7 @@ impl Renderer {
         let lights_unchanged = self.lights.unchanged();
         self.lights.settle();
         self.changes = Changes::default();
-        Ok(FrameReport { passes, frame_ms, columns, bytes, rays, gathered, lights_unchanged })
+        Ok(FrameReport { passes, frame_ms, pipelines_ms, columns, bytes, rays, gathered, lights_unchanged })
     }
 
     /// The frame. [Yue §3] Every pass waits for the one before, so that the timings tell them apart.

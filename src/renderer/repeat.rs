@@ -1,7 +1,8 @@
 //! One pass of the frame, again and again: to profile it.
 
 use super::changes::{Stages, Work};
-use super::{FrameReport, Renderer, report::Columns};
+use super::report::{Columns, FrameWatch};
+use super::{FrameReport, Renderer};
 use crate::error::Result;
 use crate::passes::frame::{
     antialias::Antialias, blend::Blend, cluster_views::ClusterViews, compose::Compose, direct::Direct,
@@ -9,7 +10,6 @@ use crate::passes::frame::{
     near_field::NearField, needed_records::NeededRecords, path_scan::PathScan, pixel_colours::PixelColours,
     primary::Primary, splat::Splat, tonemap::Tonemap,
 };
-use std::time::Instant;
 
 /// Every pass that a frame may have. A pass that changes what it reads follows the one that makes it anew, see [`prepared`].
 const PASSES: [&str; 26] = [
@@ -65,15 +65,24 @@ impl Renderer {
         self.force(Work::Everything);
         let stages = Stages::new(self.changes, &self.lights);
         let gathering = self.needs.of(stages, self.skips);
-        let start = Instant::now();
+        let watch = FrameWatch::start(&self.context);
         let ((), passes) = self.context.run(|rec| {
             rec.only(prepared(place));
             self.record(rec, stages, gathering);
         })?;
-        let frame_ms = start.elapsed().as_secs_f64() * 1e3;
+        let [frame_ms, pipelines_ms] = watch.stop(&self.context);
         let (bytes, rays) = self.accounts(&passes)?;
         let (columns, lights_unchanged) = (Columns::of(&passes), [0.0, 0.0]);
-        Ok(FrameReport { passes, frame_ms, columns, bytes, rays, gathered: 0, lights_unchanged })
+        Ok(FrameReport {
+            passes,
+            frame_ms,
+            pipelines_ms,
+            columns,
+            bytes,
+            rays,
+            gathered: 0,
+            lights_unchanged,
+        })
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a frame reports.
 
-use crate::gpu::PassTiming;
+use crate::gpu::{Context, PassTiming};
 use crate::passes::frame::{
     antialias::Antialias, blend::Blend, cluster_views::ClusterViews, compose::Compose, direct::Direct,
     form_factors::FormFactors, gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid,
@@ -8,7 +8,7 @@ use crate::passes::frame::{
     primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use std::collections::BTreeMap;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// A layer of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,13 +73,33 @@ impl Columns {
     }
 }
 
+/// Wall-clock time of a frame and of the pipelines that are compiled in it.
+pub(super) struct FrameWatch {
+    start: Instant,
+    compiled: Duration,
+}
+
+impl FrameWatch {
+    pub(super) fn start(context: &Context) -> Self {
+        Self { start: Instant::now(), compiled: context.compile_time() }
+    }
+
+    /// Milliseconds without and of compiling.
+    pub(super) fn stop(self, context: &Context) -> [f64; 2] {
+        let compiling = context.compile_time() - self.compiled;
+        [self.start.elapsed().saturating_sub(compiling), compiling].map(|time| 1e3 * time.as_secs_f64())
+    }
+}
+
 /// One frame's cost.
 #[derive(Clone, Debug)]
 pub struct FrameReport {
     /// Device time of each pass that ran.
     pub passes: Vec<PassTiming>,
-    /// Wall-clock time of recording, device and wait, milliseconds.
+    /// Wall-clock time of recording, device and wait, milliseconds, without `pipelines_ms`.
     pub frame_ms: f64,
+    /// Wall-clock time of compiling the pipelines that no frame has needed before, milliseconds.
+    pub pipelines_ms: f64,
     /// The passes by the paper's columns.
     pub columns: Columns,
     /// Bytes that each pass has to move at the least: every input once, every output once.

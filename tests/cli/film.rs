@@ -49,7 +49,7 @@ const SMALL: [&str; 8] = [
     "--set",
     "quality.entry_points=2000",
     "--set",
-    "quality.gather_rays=64",
+    "quality.gather_rays=16",
     "--set",
     "quality.cells=8",
     "--set",

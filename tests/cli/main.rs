@@ -1,11 +1,13 @@
 //! The command line as scripts see it: exit codes, one line a failure, files whole or absent.
-#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![allow(unreachable_pub, clippy::unwrap_used, reason = "a test may panic")]
 
 #[path = "../common/mod.rs"]
 mod common;
 mod compare;
 mod exact;
 mod film;
+#[path = "../common/layer.rs"]
+mod layer;
 mod lights;
 mod outputs;
 mod profile;
@@ -24,8 +26,16 @@ use common::channels;
 use tempfile::TempDir;
 
 /// Quality at which precomputation and frame of a small scene take no time worth speaking of.
-const SMALL: [&str; 6] =
-    ["--size", "32x32", "--set", "quality.entry_points=2000", "--set", "quality.gather_rays=64"];
+const SMALL: [&str; 8] = [
+    "--size",
+    "32x32",
+    "--set",
+    "quality.entry_points=2000",
+    "--set",
+    "quality.gather_rays=64",
+    "--set",
+    "quality.cells=8",
+];
 
 /// A closed room, two metres each way, with its eye and its lamp inside.
 const CUBE: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
@@ -304,52 +314,6 @@ fn the_direct_method_is_the_direct_layer() {
         assert!((picture - layer).abs() <= 4.0 * f32::EPSILON * layer, "{picture}, {layer}");
     }
     assert!(channels["R"].iter().any(|&value| value > 0.0));
-}
-
-#[test]
-fn time_prints_the_tables_and_writes_the_promised_keys() {
-    let folder = tempfile::tempdir().unwrap();
-    let arguments = ["time", "box", "--frames", "2", "--json", "t.json"];
-    // So many that the energy is right.
-    let entry_points = ["--set", "quality.entry_points=20000"];
-    let output = run(&folder, &[&arguments[..], &SMALL, &entry_points].concat());
-    assert!(output.status.success(), "{}", stderr(&output));
-    for word in ["Tdi", "Tlpe", "Thvds", "Tfg", "Tsplat", "Ttot", "Tlight", "Tview", "Tmat", "paper", "1271"]
-    {
-        assert!(stdout(&output).contains(word), "{word}");
-    }
-    assert_eq!(stderr(&output).contains("debug build"), cfg!(debug_assertions));
-
-    let document = json(&folder, "t.json");
-    assert!(document["copy_gbps"].as_f64().unwrap() > 0.0);
-    for unit in ["texels", "words"] {
-        assert!(document["kernel_copy_gbps"][unit].as_f64().unwrap() > 0.0, "{unit}");
-    }
-    assert!(document["device"]["name"].is_string() && document["device"]["driver"].is_string());
-    let scene = &document["scenes"][0];
-    assert_eq!(scene["name"], "box");
-    assert_eq!(scene["size"], serde_json::json!([32, 32]));
-    assert_eq!(scene["triangles"], 2914);
-    for key in ["precompute_s", "memory_mb"] {
-        assert!(scene[key].as_f64().unwrap() > 0.0, "{key}");
-    }
-    for column in ["Tdi", "Tlpe", "Thvds", "Tfg", "Tsplat", "Ttot", "Tlight", "Tview", "Tmat"] {
-        assert!(scene["ms"][column].as_f64().unwrap() >= 0.0, "{column}");
-    }
-    assert!(scene["ms"]["Ttot"].as_f64().unwrap() > 0.0);
-    for (count, unchanged) in [("1", 0.0), ("2", 0.5), ("4", 0.75), ("8", 0.875)] {
-        assert!(scene["fps_by_lights"][count].as_f64().unwrap() > 0.0, "{count} lights");
-        assert_eq!(scene["by_lights"][count]["unchanged"], unchanged);
-    }
-    assert!(scene["skipped"].is_object());
-    assert_eq!(scene["removed"].as_object().unwrap().len(), 2);
-    let passes = scene["passes"].as_array().unwrap();
-    assert!(!passes.is_empty());
-    for pass in passes {
-        for key in ["name", "ms", "bytes", "gbps", "share_of_copy", "mrays_per_s"] {
-            assert!(pass.get(key).is_some(), "{key} in {pass}");
-        }
-    }
 }
 
 #[test]

@@ -3,11 +3,9 @@
 use super::*;
 
 /// Those of the cube at small settings, and no picture's.
-const PRECOMPUTE: [&str; 4] = ["--set", "quality.entry_points=2000", "--set", "quality.gather_rays=64"];
-
 fn precompute(folder: &TempDir, cube: &TempDir, file: &str) -> Output {
     let scene = cube.path().join("cube.toml");
-    run(folder, &[&["precompute", scene.to_str().unwrap(), "-o", file], &PRECOMPUTE[..]].concat())
+    run(folder, &[&["precompute", scene.to_str().unwrap(), "-o", file], &SMALL[2..]].concat())
 }
 
 fn paths_in(folder: &TempDir) -> Vec<PathBuf> {

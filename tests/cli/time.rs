@@ -1,15 +1,28 @@
 //! The paper's tables and figures as scripts see them.
 
+use std::sync::LazyLock;
+
 use super::{json, run, stderr, stdout};
+
+/// What `time` prints of the Box, and its document. Of so many light paths that the energy is right.
+struct Timed {
+    stdout: String,
+    stderr: String,
+    document: serde_json::Value,
+}
+
+static TIMED: LazyLock<Timed> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().unwrap();
+    let small = "time box --frames 2 --lights 1,8,3,2,4 --json t.json --size 32x32 --set quality.entry_points=10000 \
+                 --set quality.gather_rays=64 --set quality.cache_points=5000";
+    let output = run(&folder, &small.split_whitespace().collect::<Vec<_>>());
+    assert!(output.status.success(), "{}", stderr(&output));
+    Timed { stdout: stdout(&output), stderr: stderr(&output), document: json(&folder, "t.json") }
+});
 
 #[test]
 fn the_tables_stand_beside_the_papers() {
-    let folder = tempfile::tempdir().unwrap();
-    let small = "time box --frames 1 --lights 1,8,3 --size 32x32 --set quality.entry_points=10000 --set quality.gather_rays=64";
-    let small = format!("{small} --json t.json");
-    let output = run(&folder, &small.split(' ').collect::<Vec<_>>());
-    assert!(output.status.success(), "{}", stderr(&output));
-    let text = stdout(&output).split_whitespace().collect::<Vec<_>>().join(" ");
+    let text = TIMED.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
     let tables = &text[text.find("Table 1: scenes").unwrap()..];
     for words in [
         "paper's Box 2914 512x512 1920 9.20 165",
@@ -20,8 +33,8 @@ fn the_tables_stand_beside_the_papers() {
         assert!(tables.contains(words), "{words} in {tables}");
     }
     assert_eq!(tables.matches("here / paper").count(), 3);
-    let document = json(&folder, "t.json");
-    floors_follow_from_what_was_measured(&document);
+    let document = &TIMED.document;
+    floors_follow_from_what_was_measured(document);
     assert!(
         text.contains("Mrays/s camera reflected to light pairs device") && text.contains("sum of floors")
     );
@@ -65,10 +78,50 @@ fn floors_follow_from_what_was_measured(document: &serde_json::Value) {
 fn times_of_a_wrong_picture_are_not_printed() {
     let folder = tempfile::tempdir().unwrap();
     // A handful of light paths cannot hold the energy.
-    let few = "time box --frames 1 --lights 1 --size 32x32 --set quality.entry_points=10 --set quality.gather_rays=16 -q";
+    let few = "time box --frames 1 --lights 1 --size 32x32 --set quality.entry_points=10 --set quality.gather_rays=16 --set quality.cache_points=500 --set quality.cells=8 -q";
     let output = run(&folder, &few.split(' ').chain(["--json", "t.json"]).collect::<Vec<_>>());
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("box: the picture's energy is "), "{}", stderr(&output));
     assert!(!stdout(&output).contains("Tdi") && !stdout(&output).contains("Table"), "{}", stdout(&output));
     assert_eq!(json(&folder, "t.json")["scenes"], serde_json::json!([]));
+}
+
+#[test]
+fn the_tables_and_the_promised_keys_are_there() {
+    for word in ["Tdi", "Tlpe", "Thvds", "Tfg", "Tsplat", "Ttot", "Tlight", "Tview", "Tmat", "paper", "1271"]
+    {
+        assert!(TIMED.stdout.contains(word), "{word}");
+    }
+    assert_eq!(TIMED.stderr.contains("debug build"), cfg!(debug_assertions));
+
+    let document = &TIMED.document;
+    assert!(document["copy_gbps"].as_f64().unwrap() > 0.0);
+    for unit in ["texels", "words"] {
+        assert!(document["kernel_copy_gbps"][unit].as_f64().unwrap() > 0.0, "{unit}");
+    }
+    assert!(document["device"]["name"].is_string() && document["device"]["driver"].is_string());
+    let scene = &document["scenes"][0];
+    assert_eq!(scene["name"], "box");
+    assert_eq!(scene["size"], serde_json::json!([32, 32]));
+    assert_eq!(scene["triangles"], 2914);
+    for key in ["precompute_s", "memory_mb"] {
+        assert!(scene[key].as_f64().unwrap() > 0.0, "{key}");
+    }
+    for column in ["Tdi", "Tlpe", "Thvds", "Tfg", "Tsplat", "Ttot", "Tlight", "Tview", "Tmat"] {
+        assert!(scene["ms"][column].as_f64().unwrap() >= 0.0, "{column}");
+    }
+    assert!(scene["ms"]["Ttot"].as_f64().unwrap() > 0.0);
+    for (count, unchanged) in [("1", 0.0), ("2", 0.5), ("4", 0.75), ("8", 0.875)] {
+        assert!(scene["fps_by_lights"][count].as_f64().unwrap() > 0.0, "{count} lights");
+        assert_eq!(scene["by_lights"][count]["unchanged"], unchanged);
+    }
+    assert!(scene["skipped"].is_object());
+    assert_eq!(scene["removed"].as_object().unwrap().len(), 2);
+    let passes = scene["passes"].as_array().unwrap();
+    assert!(!passes.is_empty());
+    for pass in passes {
+        for key in ["name", "ms", "bytes", "gbps", "share_of_copy", "mrays_per_s"] {
+            assert!(pass.get(key).is_some(), "{key} in {pass}");
+        }
+    }
 }

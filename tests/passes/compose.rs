@@ -23,7 +23,7 @@ fn colours_of_pixels_and_samples_equal_the_twin() {
     let squares = World::new(&textured(shapes::facing_squares(1.0, 1.0, 0.5)), 8);
     for (world, distance, size, most) in [
         (&room, 1.0, [1, 1], 16),
-        (&room, 1.0, [31, 17], 256),
+        (&room, 1.0, [31, 17], 64),
         (&room, 1.0, [31, 17], 0),
         (&squares, 4.0, [31, 17], 64),
     ] {

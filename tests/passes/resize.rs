@@ -47,7 +47,7 @@ fn a_picture_of_another_size_is_that_of_a_cold_start() {
     for (what, scene) in
         [("matt", scene()), ("textured", textured(scene())), ("shining", textured(shining(scene())))]
     {
-        let [small, odd] = [[64, 48], [97, 31]];
+        let [small, odd] = [[40, 32], [67, 19]];
         let before = memory();
         let mut other = cold(scene.clone(), odd);
         other.frame().unwrap();

@@ -43,7 +43,7 @@ fn covered_room(gap: f32) -> Scene {
 /// Share by which the irradiance of all records is off.
 fn error(scene: Scene, quality: Quality) -> f32 {
     let renderer = render(scene, quality);
-    let exact = Exact { stage: Stage::Clusters, samples: 16, sequence: 0 };
+    let exact = Exact { stage: Stage::Clusters, samples: 4, sequence: 0 };
     let expected: f32 = renderer.exact_irradiance(exact).unwrap().iter().map(|exact| exact.x).sum();
     let records: Vec<Record> = renderer.stages().gathered.read().unwrap();
     let found: f32 = records.iter().map(|record| record.irradiance.x).sum();

@@ -51,9 +51,9 @@ fn facets_keep_their_direct_light() {
     let quality = Quality { entry_points: 0, cache_points: 0, edge_samples: 16, ..SMALL };
     for (name, height) in reliefs {
         let mut scene = relief(height);
-        let size = [160, 120];
+        let size = [100, 75];
         scene.cameras[0].size = size;
-        let tracer = trace(scene.clone(), size, 64);
+        let tracer = trace(scene.clone(), size, 32);
         let found = render(scene, quality.clone()).layer(Layer::Direct).unwrap();
         let energy = energy_ratio(&found, &tracer.picture().unwrap().direct);
         println!("{name}: {energy:.5}");

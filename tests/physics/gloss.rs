@@ -6,12 +6,16 @@ use crate::path_tracer::trace;
 use crate::{SMALL, render};
 use glam::Vec3;
 use lightpaths::metrics::{debiased_relmse, energy_ratio};
-use lightpaths::reference::Progressive;
+use lightpaths::reference::{Picture, Progressive};
 use lightpaths::renderer::Layer;
 use lightpaths::scene::{Light, LightKind, Material, Quality, Scene};
+use std::sync::LazyLock;
 
 const QUALITY: Quality =
     Quality { edge_samples: 16, cache_points: 2_000, gather_rays: 144, gloss_rays: 32, ..SMALL };
+
+/// Where light need not be right, only the same.
+const SKETCH: Quality = Quality { entry_points: 2_000, cache_points: 100, gather_rays: 36, ..QUALITY };
 
 /// The room with a block that shines on a floor that does, too, lit by a lamp and a panel.
 fn shining(exponent: f32, editable: bool) -> Scene {
@@ -47,88 +51,156 @@ fn shining(exponent: f32, editable: bool) -> Scene {
     scene
 }
 
-/// Noise-free relMSE of the picture, and energy by layer.
-fn errors(scene: Scene, samples: u32) -> [f64; 3] {
-    errors_at(scene, samples, QUALITY)
+/// One scene of [`shining`] by both methods.
+struct Case {
+    exponent: f32,
+    beauty: Vec<[f32; 3]>,
+    direct: Vec<[f32; 3]>,
+    indirect: Vec<[f32; 3]>,
+    halves: [Vec<[f32; 3]>; 2],
+    truth: Picture,
+    /// Albedo of each pixel.
+    albedo: Vec<[f32; 3]>,
+    directions: u64,
 }
 
-fn errors_at(scene: Scene, samples: u32, quality: Quality) -> [f64; 3] {
-    let tracer = trace(scene.clone(), scene.cameras[0].size, samples);
-    let renderer = render(scene, quality);
-    let picture = tracer.picture().unwrap();
-    let halves = tracer.halves().unwrap();
-    let layer = |layer| renderer.layer(layer).unwrap();
-    [
-        debiased_relmse(&layer(Layer::Beauty), [&halves[0], &halves[1]]),
-        energy_ratio(&layer(Layer::Direct), &picture.direct),
-        energy_ratio(&layer(Layer::Indirect), &picture.indirect),
-    ]
+impl Case {
+    fn new(scene: Scene, samples: u32, quality: Quality) -> Self {
+        let tracer = trace(scene.clone(), scene.cameras[0].size, samples);
+        let exponent = scene.materials[1].exponent;
+        let renderer = render(scene, quality);
+        let layer = |layer| renderer.layer(layer).unwrap();
+        Self {
+            exponent,
+            beauty: layer(Layer::Beauty),
+            direct: layer(Layer::Direct),
+            indirect: layer(Layer::Indirect),
+            halves: tracer.halves().unwrap(),
+            truth: tracer.picture().unwrap(),
+            albedo: tracer.traced_scene().first_hits().unwrap().albedo,
+            directions: renderer.statistics().unwrap().counts["directions of the sphere"],
+        }
+    }
+
+    /// Noise-free relMSE of the picture, and energy by layer.
+    fn errors(&self) -> [f64; 3] {
+        let [a, b] = &self.halves;
+        [
+            debiased_relmse(&self.beauty, [a, b]),
+            energy_ratio(&self.direct, &self.truth.direct),
+            energy_ratio(&self.indirect, &self.truth.indirect),
+        ]
+    }
+
+    /// Noise-free relMSE of the pixels that do not shine, and the energy of their indirect light.
+    fn errors_sent_on(&self) -> [f64; 2] {
+        let only = |layer: &[[f32; 3]]| -> Vec<[f32; 3]> {
+            let pixels = layer.iter().zip(&self.albedo).filter(|(_, albedo)| albedo[0] > 0.5);
+            pixels.map(|(pixel, _)| *pixel).collect()
+        };
+        let [a, b] = [0, 1].map(|half: usize| only(&self.halves[half]));
+        assert!(a.len() > 100);
+        [
+            debiased_relmse(&only(&self.beauty), [&a, &b]),
+            energy_ratio(&only(&self.indirect), &only(&self.truth.indirect)),
+        ]
+    }
 }
+
+/// Cases of several tests.
+static CASES: LazyLock<[Case; 3]> =
+    LazyLock::new(|| [1.0, 40.0, 200.0].map(|exponent| Case::new(shining(exponent, false), 256, QUALITY)));
 
 /// [Yue §5]: up to 40 without a visible difference. Sharper lobes show an error that grows: what they send to other surfaces is
 /// blurred, and the reference's own noise with it; their energy is right.
+#[track_caller]
+fn check_lobe(case: &Case, tolerance: f64) {
+    let exponent = case.exponent;
+    let [relmse, direct, indirect] = case.errors();
+    println!("exponent {exponent}: relMSE {relmse:.2e}, direct {direct:.4}, indirect {indirect:.4}");
+    assert!(exponent > 40.0 || relmse < 2e-3, "exponent {exponent}: relMSE {relmse:.2e}");
+    assert!((direct - 1.0).abs() < 0.01, "exponent {exponent}: {direct} of the direct light");
+    assert!((indirect - 1.0).abs() < tolerance, "exponent {exponent}: {indirect} of the indirect light");
+}
+
+/// Over seeds, indirect light of 50 000 entry points scatters by 0.65 %: the bound is three times that.
 #[test]
 fn lobes_broad_and_sharp_hold_against_the_path_tracer() {
-    for exponent in [1.0, 10.0, 40.0, 200.0, 1000.0] {
-        let [relmse, direct, indirect] = errors(shining(exponent, false), 192);
-        println!("exponent {exponent}: relMSE {relmse:.2e}, direct {direct:.4}, indirect {indirect:.4}");
-        assert!(exponent > 40.0 || relmse < 2e-3, "exponent {exponent}: relMSE {relmse:.2e}");
-        assert!((direct - 1.0).abs() < 0.01, "exponent {exponent}: {direct} of the direct light");
-        assert!((indirect - 1.0).abs() < 0.01, "exponent {exponent}: {indirect} of the indirect light");
-    }
+    CASES.iter().for_each(|case| check_lobe(case, 0.02));
     assert_silent(&context());
 }
 
-/// What shines sends on to what does not, in as many directions as its lobe asks for; an editable lobe has to do with those of the
-/// settings, and that is told.
+/// What shines sends on to what does not, in as many directions as its lobe asks for.
+#[track_caller]
+fn check_sent_on(case: &Case, directions: u64, bound: f64, tolerance: f64) {
+    let exponent = case.exponent;
+    assert_eq!(case.directions, directions, "exponent {exponent}");
+    let [relmse, energy] = case.errors_sent_on();
+    println!("exponent {exponent}, sent on: relMSE {relmse:.2e}, indirect {energy:.4}");
+    assert!(relmse < bound && (energy - 1.0).abs() < tolerance, "{exponent}: {relmse:.2e}, {energy}");
+}
+
+/// Over three seeds relMSE at an exponent of 200 is 3e-4 to 5e-4. The number of directions shows a blur.
 #[test]
 fn light_sent_on_is_as_sharp_as_its_lobe() {
-    for (exponent, editable, directions, bound) in [
-        (40.0, false, 144, 5e-4),
-        (200.0, false, 625, 8e-4),
-        (1000.0, false, 2916, 2.5e-3),
-        (200.0, true, 144, f64::INFINITY),
-    ] {
-        let scene = shining(exponent, editable);
-        let renderer = render(scene.clone(), QUALITY);
-        let statistics = renderer.statistics().unwrap();
-        assert_eq!(statistics.counts["directions of the sphere"], directions);
-        let is_blurred = renderer.scene().warnings.iter().any(|warning| warning.contains("blurred"));
-        assert_eq!(is_blurred, editable);
-        if editable {
-            continue;
-        }
-        let tracer = trace(scene.clone(), [40, 30], 1024);
-        let albedo = tracer.traced_scene().first_hits().unwrap().albedo;
-        let only = |layer: &[[f32; 3]]| -> Vec<[f32; 3]> {
-            let pixels = layer.iter().zip(&albedo).filter(|(_, albedo)| albedo[0] > 0.5);
-            pixels.map(|(pixel, _)| *pixel).collect()
-        };
-        let halves = tracer.halves().unwrap().map(|half| only(&half));
-        assert!(halves[0].len() > 100);
-        let [beauty, indirect] =
-            [Layer::Beauty, Layer::Indirect].map(|layer| only(&renderer.layer(layer).unwrap()));
-        let relmse = debiased_relmse(&beauty, [&halves[0], &halves[1]]);
-        let energy = energy_ratio(&indirect, &only(&tracer.picture().unwrap().indirect));
-        println!("exponent {exponent}, sent on: relMSE {relmse:.2e}, indirect {energy:.4}");
-        assert!(relmse < bound && (energy - 1.0).abs() < 0.01, "{exponent}: {relmse:.2e}, {energy}");
+    check_sent_on(&CASES[1], 144, 5e-4, 0.02);
+    check_sent_on(&CASES[2], 625, 8e-4, 0.02);
+    assert_silent(&context());
+}
+
+#[test]
+#[ignore = "full size: make stress"]
+fn sharp_lobes_hold_against_the_path_tracer() {
+    for (exponent, directions, bound) in
+        [(10.0, 144, 5e-4), (40.0, 144, 5e-4), (200.0, 625, 8e-4), (1000.0, 2916, 2.5e-3)]
+    {
+        let case = Case::new(shining(exponent, false), 1024, QUALITY);
+        check_lobe(&case, 0.01);
+        check_sent_on(&case, directions, bound, 0.01);
     }
     assert_silent(&context());
 }
 
-/// Paths that are cosine sampled, so that materials may be edited, carry the same light; also after an edit from matt to shining.
+/// The sharper the lobe, the more directions; an editable one has to do with those of the settings, and that is told.
 #[test]
-fn editable_surfaces_shine_alike() {
-    // Over six seeds of 50 000 entry points indirect light has a mean of 0.9999 and scatters by 0.65 %.
-    let many = Quality { entry_points: 200_000, ..QUALITY };
-    let [relmse, direct, indirect] = errors_at(shining(20.0, true), 192, many);
+fn directions_follow_the_sharpest_lobe() {
+    for (exponent, editable, directions) in [(1000.0, false, 2916), (200.0, true, 144)] {
+        let renderer = render(shining(exponent, editable), SKETCH);
+        assert_eq!(renderer.statistics().unwrap().counts["directions of the sphere"], directions);
+        let is_blurred = renderer.scene().warnings.iter().any(|warning| warning.contains("blurred"));
+        assert_eq!(is_blurred, editable);
+    }
+    assert_silent(&context());
+}
+
+/// Paths that are cosine sampled, so that materials may be edited, carry the same light.
+fn check_editable(entry_points: u32, tolerance: f64) {
+    let case = Case::new(shining(20.0, true), 192, Quality { entry_points, ..QUALITY });
+    let [relmse, direct, indirect] = case.errors();
     println!("editable: relMSE {relmse:.2e}, direct {direct:.4}, indirect {indirect:.4}");
     assert!(relmse < 2e-3);
-    assert!((direct - 1.0).abs() < 0.01 && (indirect - 1.0).abs() < 0.01);
+    assert!((direct - 1.0).abs() < 0.01 && (indirect - 1.0).abs() < tolerance);
+    assert_silent(&context());
+}
+
+/// Over six seeds of 50 000 entry points indirect light has a mean of 0.9999 and scatters by 0.65 %: the bound is three times that.
+#[test]
+fn editable_surfaces_shine_alike() {
+    check_editable(50_000, 0.02);
+}
+
+#[test]
+#[ignore = "full size: make stress"]
+fn editable_surfaces_shine_alike_by_many_paths() {
+    check_editable(200_000, 0.01);
+}
+
+#[test]
+fn surfaces_edited_from_matt_to_shining_are_as_good_as_loaded() {
     let mut matt = shining(20.0, true);
     matt.materials[1..].iter_mut().for_each(|material| material.specular = Vec3::ZERO);
-    let shining = render(shining(20.0, true), QUALITY);
-    let mut edited = render(matt, QUALITY);
+    let shining = render(shining(20.0, true), SKETCH);
+    let mut edited = render(matt, SKETCH);
     for (index, material) in shining.scene().materials.iter().enumerate().skip(1) {
         edited.set_material(index, material.diffuse, material.specular, material.exponent).unwrap();
     }
@@ -144,13 +216,12 @@ fn editable_surfaces_shine_alike() {
 /// those of the whole picture.
 #[test]
 fn direct_light_alone_is_that_of_the_whole_picture() {
-    for exponent in [2.0, 20.0, 400.0] {
-        let scene = shining(exponent, false);
-        let whole = render(scene.clone(), QUALITY);
-        let alone = render(scene, Quality { entry_points: 0, cache_points: 0, ..QUALITY });
+    for case in &*CASES {
+        let exponent = case.exponent;
+        let alone = render(shining(exponent, false), Quality { entry_points: 0, cache_points: 0, ..QUALITY });
         let direct = alone.layer(Layer::Direct).unwrap();
         assert!(direct.as_flattened().iter().all(|value| value.is_finite()), "exponent {exponent}");
-        assert!(direct == whole.layer(Layer::Direct).unwrap(), "exponent {exponent}");
+        assert!(direct == case.direct, "exponent {exponent}");
         let beauty = alone.layer(Layer::Beauty).unwrap();
         for (beauty, direct) in beauty.as_flattened().iter().zip(direct.as_flattened()) {
             assert!((beauty - direct).abs() <= 1e-6 * direct, "{beauty} instead of {direct}");

@@ -99,7 +99,8 @@ fn form_factors_take_in_the_power_of_each_kind() {
     for (kind, power) in [(spot(0.0), 2.0 * cone), (spot(1.0), 2.0 * soft), (area, 5.0 * PI * extent)] {
         let mut scene = shapes::integrating_sphere(0.8, 3, 0.5, Vec3::ZERO, 1.0);
         scene.lights[0].kind = kind;
-        let renderer = render(scene, SMALL);
+        // Records have no part in it.
+        let renderer = render(scene, Quality { cache_points: 50, gather_rays: 16, ..SMALL });
         let stages = renderer.stages();
         let flux = renderer.path_flux().unwrap();
         let entering: f64 = flux.iter().map(|flux| f64::from(flux.x * stages.tint.x)).sum();
@@ -144,7 +145,7 @@ fn rooms_hold_the_light_that_the_path_tracer_finds() {
         LightKind::Directional { direction, irradiance: Vec3::splat(2.0) },
     ] {
         let renderer: Renderer = render(room(kind), quality.clone());
-        let tracer = trace(room(kind), [40, 30], 128);
+        let tracer = trace(room(kind), [40, 30], 64);
         let picture = tracer.picture().unwrap();
         let direct = mean(&renderer.layer(Layer::Direct).unwrap()) / mean(&picture.direct);
         let indirect = mean(&renderer.layer(Layer::Indirect).unwrap()) / mean(&picture.indirect);

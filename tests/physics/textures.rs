@@ -154,7 +154,7 @@ fn room() -> Scene {
 fn a_room_with_images_equals_the_path_tracer() {
     let mut scene = room();
     let size = [64, 48];
-    let tracer = trace(scene.clone(), size, 512);
+    let tracer = trace(scene.clone(), size, 256);
     let expected = tracer.picture().unwrap();
     let noise = tracer.noise().unwrap().unwrap();
     scene.cameras[0].size = size;
@@ -202,12 +202,12 @@ fn a_shining_room_with_images_equals_the_path_tracer() {
     }
     // Its paths are sampled by other rules.
     scene.materials[2].editable = true;
-    let size = [64, 48];
-    let tracer = trace(scene.clone(), size, 512);
+    let size = [48, 36];
+    let tracer = trace(scene.clone(), size, 256);
     let expected = tracer.picture().unwrap();
     let noise = tracer.noise().unwrap().unwrap();
     scene.cameras[0].size = size;
-    let quality = Quality { preset: "test", entry_points: 200_000, cache_points: 2_000, ..Quality::DRAFT };
+    let quality = Quality { preset: "test", entry_points: 100_000, cache_points: 2_000, ..Quality::DRAFT };
     let renderer = render(scene, quality);
     for (layer, expected, bound) in [
         (Layer::Beauty, &expected.beauty, noise + 2.5e-3),

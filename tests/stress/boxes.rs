@@ -53,7 +53,7 @@ fn check(places: &[(f64, f64)], quality: &Quality, size: u32, bound: Option<f64>
 #[test]
 fn the_box_is_the_same_at_other_scales_and_places() {
     let quality = Quality { entry_points: 5_000, cache_points: 600, ..SMALL };
-    check(&[(1e-3, 0.0), (1e4, 0.0), (1.0, 1e5)], &quality, 32, None);
+    check(&[(1e-3, 0.0), (1e4, 1e5)], &quality, 32, None);
 }
 
 #[test]

@@ -20,10 +20,12 @@ const SMALL: Quality = Quality {
 const BLOCK: Vec3 = Vec3::new(3.0, 0.0, 0.0);
 const CELL: Vec3 = Vec3::new(-3.0, 0.0, 0.0);
 
-/// The Box, which is open in front, a block that is solid, and a chamber that is a surface wound inwards in a shell that
+/// The Box without its teapot, open in front, a block that is solid, and a chamber that is a surface wound inwards in a shell that
 /// has a hole in its corner, so that it is none.
 fn scene() -> Scene {
     let mut scene = the_box(&["camera.size=[40,30]".to_owned()]);
+    let teapot = scene.materials.iter().position(|material| material.name == "teapot").unwrap();
+    scene.triangles.retain(|triangle| triangle.material as usize != teapot);
     let mut add = |size: f32, middle: Vec3, turn: bool, count: usize| {
         let chamber = shapes::closed_box(Vec3::splat(size), 0.5);
         scene.triangles.extend(chamber.triangles.iter().take(count).map(|triangle| {

@@ -1,7 +1,7 @@
 //! The same inputs give the same bytes, whatever came before.
 
 use crate::common::{assert_silent, context};
-use crate::{LAYERS, SMALL, prepare, the_box};
+use crate::{FEW, LAYERS, prepare, the_box};
 use glam::Vec3;
 use lightpaths::renderer::{Renderer, Work};
 
@@ -12,7 +12,7 @@ pub(crate) fn bits(renderer: &Renderer) -> Vec<u32> {
 }
 
 fn cold() -> Renderer {
-    prepare(the_box(&[]), SMALL)
+    prepare(the_box(&[]), FEW)
 }
 
 #[test]
@@ -35,7 +35,7 @@ fn cold_starts_and_the_twentieth_frame_agree_to_the_bit() {
 #[test]
 fn a_light_and_a_camera_edited_are_as_good_as_loaded() {
     let moved = ["light.lamp.position=[0.3,1.2,0.4]", "camera.position=[0.2,1.1,3.5]"].map(str::to_owned);
-    let mut loaded = prepare(the_box(&moved), SMALL);
+    let mut loaded = prepare(the_box(&moved), FEW);
     loaded.frame().unwrap();
     let target = loaded.scene().cameras[0].clone();
     let mut edited = cold();

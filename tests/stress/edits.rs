@@ -6,10 +6,14 @@ use crate::determinism::bits;
 use crate::prepare;
 use glam::Vec3;
 use lightpaths::renderer::Renderer;
+use lightpaths::scene::Quality;
+
+/// Enough for lists of several workgroups.
+const TINIER: Quality = Quality { entry_points: 1_000, cache_points: 150, gather_rays: 32, ..TINY };
 
 /// A renderer of the scene as it should stand, ahead of its first frame. Lights that are off are not there. Albedos of materials
 /// that are not editable are set afterwards: paths are traced for those at load.
-fn cold(state: &State) -> Renderer {
+fn cold(state: &State, quality: &Quality) -> Renderer {
     let mut scene = scene(state.may_shine);
     let on = state.lights.iter().filter(|(_, is_on)| *is_on);
     scene.lights = on.map(|(light, _)| light.clone()).collect();
@@ -19,7 +23,7 @@ fn cold(state: &State) -> Renderer {
             *material = state.clone();
         }
     }
-    let mut renderer = prepare(scene, TINY);
+    let mut renderer = prepare(scene, quality.clone());
     for (material, state) in state.materials.iter().enumerate() {
         renderer.set_diffuse(material, state.diffuse).unwrap();
     }
@@ -28,25 +32,30 @@ fn cold(state: &State) -> Renderer {
 
 #[test]
 fn any_sequence_of_edits_ends_where_a_cold_start_does() {
-    any_sequence_ends_where_a_cold_start_does(true, [3, 40], 150);
+    any_sequence_ends_where_a_cold_start_does(true, &TINIER, [3, 24], 90);
 }
 
 #[test]
 fn any_sequence_of_edits_of_matt_surfaces_ends_where_a_cold_start_does() {
-    any_sequence_ends_where_a_cold_start_does(false, [3, 30], 100);
+    any_sequence_ends_where_a_cold_start_does(false, &TINIER, [3, 30], 100);
 }
 
 #[test]
 #[ignore = "full size: make stress"]
 fn any_long_sequence_of_edits_ends_where_a_cold_start_does() {
     for may_shine in [true, false] {
-        any_sequence_ends_where_a_cold_start_does(may_shine, [6, 105], 1_000);
+        any_sequence_ends_where_a_cold_start_does(may_shine, &TINY, [6, 105], 1_000);
     }
 }
 
 /// Checks so often, and renders so many frames before each; `least`: edits that must have been made.
-fn any_sequence_ends_where_a_cold_start_does(may_shine: bool, [checks, frames]: [usize; 2], least: usize) {
-    let mut edited = prepare(scene(may_shine), TINY);
+fn any_sequence_ends_where_a_cold_start_does(
+    may_shine: bool,
+    quality: &Quality,
+    [checks, frames]: [usize; 2],
+    least: usize,
+) {
+    let mut edited = prepare(scene(may_shine), quality.clone());
     edited.move_camera(edited.scene().cameras[0].position, Vec3::ZERO);
     let mut state = State::of(&edited);
     let mut dice = Dice::new(4);
@@ -60,12 +69,12 @@ fn any_sequence_ends_where_a_cold_start_does(may_shine: bool, [checks, frames]: 
             edited.frame().unwrap();
             most_lights = most_lights.max(state.lights.len());
         }
-        let mut fresh = cold(&state);
+        let mut fresh = cold(&state, quality);
         fresh.frame().unwrap();
         let expected = bits(&fresh);
         assert!(bits(&edited) == expected, "after {edits} edits");
         if check % 3 == 2 {
-            let mut untiring = cold(&state);
+            let mut untiring = cold(&state, quality);
             untiring.set_skipping(false);
             untiring.frame().unwrap();
             assert!(bits(&untiring) == expected, "with nothing left out, after {edits} edits");

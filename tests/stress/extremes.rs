@@ -1,7 +1,7 @@
 //! Powers, albedos and quality settings at the ends of their ranges.
 
 use crate::common::{assert_silent, context, random_words};
-use crate::{SMALL, assert_finite, count, prepare, render, room, the_box};
+use crate::{FEW, SMALL, assert_finite, count, prepare, render, room, the_box};
 use glam::Vec3;
 use lightpaths::Error;
 use lightpaths::passes::precompute::entry_points::DENSEST;
@@ -20,14 +20,14 @@ fn with_intensity(mut scene: Scene, watts_per_steradian: f32) -> Scene {
 
 #[test]
 fn pictures_are_linear_in_the_power_of_the_light() {
-    let mut edited = render(with_intensity(the_box(&[]), 1.0), SMALL);
+    let mut edited = render(with_intensity(the_box(&[]), 1.0), FEW);
     let unit = edited.layer(Layer::Beauty).unwrap();
     // As loaded, at the ends, and as edited.
     for (power, is_loaded) in
         [(1e-8, true), (1e12, true), (1e-8, false), (1e-3, false), (1e6, false), (1e12, false)]
     {
         let beauty = if is_loaded {
-            render(with_intensity(the_box(&[]), power), SMALL).layer(Layer::Beauty).unwrap()
+            render(with_intensity(the_box(&[]), power), FEW).layer(Layer::Beauty).unwrap()
         } else {
             let kind = edited.scene().lights[0].kind.with_emission(Vec3::splat(power));
             edited.set_light(0, kind).unwrap();
@@ -83,7 +83,7 @@ fn light_beside_what_is_much_brighter_is_not_lost() {
     assert_silent(&context());
 }
 
-fn check_materials(rounds: usize, scene: impl Fn() -> Scene) {
+fn check_materials(rounds: usize, quality: &Quality, scene: impl Fn() -> Scene) {
     let mut words = random_words(7, 20 * rounds * 64).into_iter();
     let mut unit = || (words.next().unwrap() >> 8) as f32 / 16_777_216.0;
     let mut renderer = None;
@@ -110,7 +110,7 @@ fn check_materials(rounds: usize, scene: impl Fn() -> Scene) {
             material.conserve_energy();
         }
         if is_cold {
-            renderer = Some(prepare(with_intensity(cold, power), SMALL));
+            renderer = Some(prepare(with_intensity(cold, power), quality.clone()));
         }
         let renderer = renderer.as_mut().unwrap();
         for light in 0..renderer.scene().lights.len() {
@@ -132,37 +132,38 @@ fn fickle_box() -> Scene {
 
 #[test]
 fn random_materials_and_powers_give_finite_pictures() {
-    check_materials(6, fickle_box);
+    check_materials(6, &FEW, fickle_box);
 }
 
 #[test]
 #[ignore = "full size: make stress"]
 fn many_random_materials_and_powers_give_finite_pictures() {
-    check_materials(200, fickle_box);
+    check_materials(200, &SMALL, fickle_box);
 }
 
 #[test]
 fn a_dark_lamp_leaves_everything_black() {
-    let renderer = render(with_intensity(the_box(&[]), 0.0), SMALL);
+    let renderer = render(with_intensity(the_box(&[]), 0.0), FEW);
     assert!(renderer.layer(Layer::Beauty).unwrap().iter().all(|pixel| *pixel == [0.0; 3]));
     assert_silent(&context());
 }
 
 #[test]
 fn black_walls_have_no_indirect_light() {
-    let renderer = render(shapes::closed_box(Vec3::ONE, 0.0), SMALL);
+    let renderer = render(shapes::closed_box(Vec3::ONE, 0.0), FEW);
     assert!(renderer.layer(Layer::Indirect).unwrap().iter().all(|pixel| *pixel == [0.0; 3]));
     let irradiance: Vec<Vec3> = renderer.stages().cluster_irradiance.read().unwrap();
     assert!(irradiance.iter().any(|e| e.x > 0.0), "direct light arrives all the same");
-    let mut edited = render(shapes::closed_box(Vec3::ONE, 0.5), SMALL);
+    let mut edited = render(shapes::closed_box(Vec3::ONE, 0.5), FEW);
     edited.set_diffuse(0, Vec3::ZERO).unwrap();
     edited.frame().unwrap();
     assert!(edited.layer(Layer::Beauty).unwrap().iter().all(|pixel| *pixel == [0.0; 3]), "edited to black");
     assert_silent(&context());
 }
 
-/// Where nothing is absorbed, no path ever ends.
+/// No path ends where no surface absorbs. The vertices fill the device's memory before the renderer refuses the scene.
 #[test]
+#[ignore = "full size: make stress"]
 fn a_closed_room_that_absorbs_nothing_is_refused() {
     let mut scene = shapes::closed_box(Vec3::ONE, 1.0);
     scene.quality = Quality { entry_points: 100_000, ..SMALL };
@@ -196,13 +197,13 @@ fn a_white_furnace_is_as_bright_as_its_closed_form() {
 
 #[test]
 fn each_setting_at_its_least() {
-    let least = Quality { entry_points: 1, cache_points: 1, gather_rays: 4, cells: 8, ..SMALL };
+    let least = Quality { entry_points: 1, cache_points: 1, gather_rays: 4, cells: 8, ..FEW };
     let sphere = || shapes::integrating_sphere(1.0, 2, 0.5, Vec3::ZERO, 1.0);
     for (scene, quality) in [
-        (room(), Quality { entry_points: 1, ..SMALL }),
-        (the_box(&[]), Quality { cache_points: 1, ..SMALL }),
-        (room(), Quality { gather_rays: 4, ..SMALL }),
-        (sphere(), Quality { cells: 8, ..SMALL }),
+        (room(), Quality { entry_points: 1, ..FEW }),
+        (the_box(&[]), Quality { cache_points: 1, ..FEW }),
+        (room(), Quality { gather_rays: 4, ..FEW }),
+        (sphere(), Quality { cells: 8, ..FEW }),
         (the_box(&[]), least.clone()),
         (sphere(), least),
     ] {
@@ -221,7 +222,7 @@ fn two_lights_add_up() {
     });
     let picture = |lights: &[Light]| {
         // Which pixels show an edge, a shadow's among them, is no sum over lights.
-        let quality = Quality { edge_samples: 0, ..SMALL };
+        let quality = Quality { edge_samples: 0, ..FEW };
         let renderer = render(Scene { lights: lights.to_vec(), ..room() }, quality);
         renderer.layer(Layer::Beauty).unwrap().into_flattened()
     };
@@ -236,7 +237,7 @@ fn two_lights_add_up() {
 fn a_scene_without_a_light_is_black() {
     let mut scene = the_box(&[]);
     scene.lights.clear();
-    let renderer = render(scene, SMALL);
+    let renderer = render(scene, FEW);
     assert!(renderer.layer(Layer::Beauty).unwrap().iter().all(|pixel| *pixel == [0.0; 3]));
     assert_silent(&context());
 }
@@ -261,7 +262,7 @@ fn scenes_without_any_bounce() {
 
 #[test]
 fn throughputs_are_shares_of_what_paths_start_with() {
-    let renderer = render(the_box(&[]), SMALL);
+    let renderer = render(the_box(&[]), FEW);
     let deposits: Vec<Deposit> = renderer.stages().deposits.read().unwrap();
     // The weight of an entry point is the mean density over its own; reflection and roulette never raise it.
     let is_share = |t: Vec3| t.is_finite() && t.cmpge(Vec3::ZERO).all() && t.max_element() <= DENSEST;

@@ -21,6 +21,11 @@ fn hall(size: [u32; 2], albedo: f64) -> Scene {
     scene
 }
 
+/// A black hall. Only its light paths are read, so that it has few cache points.
+fn prepare_black(quality: &Quality) -> Renderer {
+    prepare(hall([8, 8], 0.0), Quality { cache_points: 100, gather_rays: 16, ..quality.clone() })
+}
+
 fn far(renderer: &Renderer, layer: Layer, is_far: &[bool]) -> Vec<[f32; 3]> {
     let pixels = renderer.layer(layer).unwrap();
     pixels.into_iter().zip(is_far).filter(|(_, is_far)| **is_far).map(|(pixel, _)| pixel).collect()
@@ -36,7 +41,7 @@ fn deposited(renderer: &Renderer) -> f64 {
 /// Pictures of lamps nearer and nearer to a place, without what is within 0.3 m of it: light must be that of a lamp a millimetre off, and all of it has
 /// to be there. A lamp on the wall itself is on neither of its sides, and only its direct light on other walls is asked for.
 fn check(quality: Quality, size: [u32; 2]) {
-    let mut black = prepare(hall([8, 8], 0.0), quality.clone());
+    let mut black = prepare_black(&quality);
     let mut renderer = prepare(hall(size, ALBEDO), quality);
     renderer.frame().unwrap();
     let positions = positions(&renderer);
@@ -90,7 +95,7 @@ fn check(quality: Quality, size: [u32; 2]) {
 /// Panels that face a wall nearer and nearer to it: its point samples are no spots there, and what is far takes no notice.
 fn check_panels(quality: Quality, size: [u32; 2]) {
     let entry_points = f64::from(quality.entry_points);
-    let mut black = prepare(hall([8, 8], 0.0), quality.clone());
+    let mut black = prepare_black(&quality);
     let mut renderer = prepare(hall(size, ALBEDO), quality);
     renderer.frame().unwrap();
     let on = Vec3::new(-0.5, 0.1, -0.05);

@@ -33,6 +33,9 @@ const SMALL: Quality = Quality {
     ..Quality::DRAFT
 };
 
+/// Less of everything, for checks that hold at any size: bits, exact ratios, black, finite.
+const FEW: Quality = Quality { entry_points: 4_000, cache_points: 400, gather_rays: 32, ..SMALL };
+
 const LAYERS: [Layer; 6] =
     [Layer::Beauty, Layer::Direct, Layer::Indirect, Layer::Albedo, Layer::Normal, Layer::Depth];
 

@@ -17,14 +17,14 @@ use crate::scenarios::{BOX, PICTURE, READY, SIDE, SOON, changed, close, device_m
 const ABOVE: Area = Area { height: PICTURE.height - 48, ..PICTURE };
 
 fn open_in<'a>(display: &'a Display, folder: &Path, faults: &Faults) -> Demo<'a> {
-    let demo = start_in(display, folder, faults);
+    let demo = start_in(display, folder, faults, &[]);
     demo.wait_for_line("lightpaths: ready", READY);
     demo
 }
 
-fn start_in<'a>(display: &'a Display, folder: &Path, faults: &Faults) -> Demo<'a> {
+fn start_in<'a>(display: &'a Display, folder: &Path, faults: &Faults, arguments: &[&str]) -> Demo<'a> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
-    command.arg("demo").args(BOX).current_dir(folder);
+    command.arg("demo").args(BOX).args(arguments).current_dir(folder);
     faults.afflict(&mut command);
     let demo = Demo::run(Some(display), command);
     demo.client();
@@ -109,10 +109,10 @@ fn a_size_that_does_not_fit_leaves_the_picture_as_it_is() {
 #[test]
 fn direct_light_remains_where_light_paths_do_not_fit() {
     let (display, folder, faults) = (Display::start(), tempfile::tempdir().unwrap(), Faults::new());
-    // Of the renderer's pipelines, which are made when the light paths are traced.
-    faults.set("vkCreateComputePipelines:60:VK_ERROR_OUT_OF_DEVICE_MEMORY");
-    let demo = start_in(&display, folder.path(), &faults);
-    demo.wait_for_line("faults: vkCreateComputePipelines,", READY);
+    // Direct light takes 40 MB, so many light paths more than 130 MB.
+    faults.set("vkAllocateMemory:1+:MOST=100000000");
+    let demo = start_in(&display, folder.path(), &faults, &["--set", "quality.entry_points=1000000"]);
+    demo.wait_for_line("faults: vkAllocateMemory,", READY);
     let before = settled(&demo);
     assert!(shows_alarm(&before), "a line says why");
     drag_light(&demo);

@@ -163,7 +163,8 @@ impl Viewport {
     ) -> Result<()> {
         let modifiers = ui.input(|input| input.modifiers);
         if response.clicked_by(PointerButton::Primary)
-            && let Some(pointer) = response.interact_pointer_pos()
+            // Where it was clicked, wherever the pointer has gone since the last frame.
+            && let Some(pointer) = ui.input(|input| input.events.iter().find_map(released))
         {
             self.choose(vec(pointer), lens, session, desk)?;
         }

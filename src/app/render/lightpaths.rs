@@ -113,6 +113,6 @@ fn document(
         "size": renderer.size(),
         "quality": renderer.scene().quality,
         "renderer": made,
-        "frame": {"ms": frame.frame_ms, "passes": passes.collect::<Vec<_>>()},
+        "frame": {"ms": frame.frame_ms, "pipelines_ms": frame.pipelines_ms, "passes": passes.collect::<Vec<_>>()},
     })
 }

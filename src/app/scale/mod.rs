@@ -5,6 +5,7 @@ mod trials;
 
 use std::io::Write;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 
@@ -13,6 +14,7 @@ use super::numbers::each_whole;
 use super::output::{OutputFile, create_folder};
 use super::overlap;
 use crate::error::{Error, Result};
+use crate::gpu::Context;
 use crate::scene::Scene;
 use trials::{Quantity, Sizes, Trial, measure};
 
@@ -99,10 +101,9 @@ impl Scale {
             trials: Vec::new(),
             refused: Vec::new(),
         };
-        drop(context);
         for (quantity, sizes) in lists {
             for size in sizes {
-                self.attempt(&scene, quantity, size, &mut results)?;
+                self.attempt(&scene, quantity, size, &context, &mut results)?;
             }
         }
         let text = serde_json::to_string_pretty(&results).expect("results are plain data");
@@ -145,7 +146,14 @@ impl Scale {
     }
 
     /// Tries a size, or notes why that cannot be.
-    fn attempt(&self, scene: &Scene, quantity: Quantity, size: u32, results: &mut Results) -> Result<()> {
+    fn attempt(
+        &self,
+        scene: &Scene,
+        quantity: Quantity,
+        size: u32,
+        context: &Arc<Context>,
+        results: &mut Results,
+    ) -> Result<()> {
         let name = quantity.name();
         let sized = match quantity {
             Quantity::Triangles => self.load(size)?,
@@ -156,7 +164,7 @@ impl Scale {
         let known = results.trials.iter().find(|trial| trial.sizes == sizes).cloned();
         let trial = match known {
             Some(known) => Ok(Trial { quantity: name, ..known }),
-            None => measure(sized, name, &self.device_args),
+            None => measure(sized, name, context, &self.device_args),
         };
         match trial {
             Ok(trial) => {

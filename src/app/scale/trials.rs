@@ -1,10 +1,12 @@
 //! One size: what it costs.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use crate::app::args::DeviceArgs;
 use crate::app::time::{lights::fitting, measure::Summary};
 use crate::error::Result;
+use crate::gpu::Context;
 use crate::renderer::{FrameReport, Renderer, Work};
 use crate::scene::{Quality, Scene};
 
@@ -97,20 +99,22 @@ pub(super) struct Trial {
 }
 
 /// Precomputes and renders a scene.
-pub(super) fn measure(scene: Scene, quantity: &'static str, device_args: &DeviceArgs) -> Result<Trial> {
+pub(super) fn measure(
+    scene: Scene,
+    quantity: &'static str,
+    context: &Arc<Context>,
+    device_args: &DeviceArgs,
+) -> Result<Trial> {
     let sizes = Sizes::of(&scene);
-    // A context for each, so that the peak of its memory is its own.
-    let context = device_args.open()?;
+    context.reset_memory_peak();
     let start = Instant::now();
-    let mut renderer = device_args.renderer(&context, scene)?;
+    let mut renderer = device_args.renderer(context, scene)?;
     let precompute_s = start.elapsed().as_secs_f64();
-    let start = Instant::now();
-    renderer.frame()?;
-    let first_frame_ms = 1e3 * start.elapsed().as_secs_f64();
+    let first_frame_ms = renderer.frame()?.frame_ms;
     let relit = frames(&mut renderer, Work::Light(0))?;
     let view = frames(&mut renderer, Work::View)?;
     let statistics = renderer.statistics()?;
-    device_args.report_validation(&context);
+    device_args.report_validation(context);
     let rest = |frame: &FrameReport| {
         let passes = frame.passes.iter().filter(|pass| !SHADOWS.contains(&pass.name));
         passes.map(|pass| pass.ms).sum::<f64>()

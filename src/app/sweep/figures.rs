@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 
@@ -13,6 +14,7 @@ use crate::app::args::{DeviceArgs, SceneArgs, device_label, shell_word};
 use crate::app::output::{OutputFile, create_folder};
 use crate::app::{overlap, plot};
 use crate::error::{Error, Result};
+use crate::gpu::Context;
 use crate::scene::{Scene, builtin};
 
 /// Time that a reference gets where the user does not say, seconds.
@@ -53,7 +55,6 @@ impl Figures {
         let cache = self.reference_args.folder()?;
         let context = self.device_args.open()?;
         let device = format!("{}, {}", device_label(&context), context.driver());
-        drop(context);
         create_folder(&self.output)?;
         let page = |stem: &String| OutputFile::check(&self.output.join(format!("{stem}.html")));
         let pages = stems.iter().map(page).collect::<Result<Vec<_>>>()?;
@@ -63,7 +64,7 @@ impl Figures {
         for ((scene, spec), page) in scenes.into_iter().zip(specs).zip(pages) {
             self.device_args.say(&format!("{}: its figure", scene.name));
             scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
-            let html = self.figure(&scene, spec, &device, &cache)?;
+            let html = self.figure(&scene, spec, &device, (&context, &cache))?;
             page.write(|out| out.write_all(html.as_bytes()))?;
             crate::app::print_line(&format!("{}", page.path().display()))?;
         }
@@ -71,15 +72,22 @@ impl Figures {
     }
 
     /// The page of a scene; its pictures are written beside it.
-    fn figure(&self, scene: &Scene, spec: &str, device: &str, cache: &std::path::Path) -> Result<String> {
+    fn figure(
+        &self,
+        scene: &Scene,
+        spec: &str,
+        device: &str,
+        (context, cache): (&Arc<Context>, &std::path::Path),
+    ) -> Result<String> {
         let budget = self.reference_args.budget(DEFAULT_SECONDS);
-        let mut reference = Reference::find(scene, budget, cache, &self.device_args)?;
+        let mut reference = Reference::find(scene, budget, cache, (context, &self.device_args))?;
         let preset = settings::trials(&scene.quality).swap_remove(0);
-        let preset = measure(preset, scene, &reference, &self.device_args)?;
+        let preset = measure(preset, scene, &reference, context, &self.device_args)?;
         reference.set_scale(preset.picture.pixels.clone());
-        let preset = Preset::new(preset, &reference, None)?;
+        let preset = Preset::new(preset, &reference, context, None)?;
         let compare = |method: &rivals::Method| {
-            let outcome = rivals::compare(method, scene, &preset.setting, &reference, &self.device_args)?;
+            let outcome =
+                rivals::compare(method, scene, &preset.setting, &reference, (context, &self.device_args))?;
             Ok((method.name, outcome))
         };
         let outcomes = rivals::METHODS.iter().map(compare).collect::<Result<Vec<_>>>()?;

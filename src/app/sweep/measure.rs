@@ -33,7 +33,6 @@ pub(super) struct Measured {
     pub(super) picture: Judged,
     /// With nothing out of date.
     pub(super) renderer: Renderer,
-    pub(super) context: Arc<Context>,
 }
 
 /// Precomputes, renders and times one setting.
@@ -41,18 +40,16 @@ pub(super) fn measure(
     trial: Trial,
     scene: &Scene,
     reference: &Reference,
+    context: &Arc<Context>,
     device_args: &DeviceArgs,
 ) -> Result<Measured> {
     let Trial { series, factor, quality } = trial;
-    // A context for each setting, so that the peak of its memory is that setting's own.
-    let context = device_args.open()?;
+    context.reset_memory_peak();
     let scene = Scene { quality: quality.clone(), ..scene.clone() };
     let start = Instant::now();
-    let mut renderer = Renderer::new(&context, scene, device_args.progress().as_mut())?;
+    let mut renderer = Renderer::new(context, scene, device_args.progress().as_mut())?;
     let precompute_s = start.elapsed().as_secs_f64();
-    let start = Instant::now();
-    renderer.frame()?;
-    let first_frame_ms = 1e3 * start.elapsed().as_secs_f64();
+    let first_frame_ms = renderer.frame()?.frame_ms;
 
     let mut frames = |work, count: usize| {
         let start = Instant::now();
@@ -70,7 +67,7 @@ pub(super) fn measure(
     ];
     let picture = judge(renderer.layer(Layer::Beauty)?, Some(&renderer.layer(Layer::Indirect)?), reference)?;
     let memory_mb = renderer.statistics()?.peak_memory_bytes as f64 / 1e6;
-    device_args.report_validation(&context);
+    device_args.report_validation(context);
     let device = |frames: &[FrameReport]| {
         median(frames.iter().map(|frame| frame.passes.iter().map(|pass| pass.ms).sum::<f64>()))
     };
@@ -91,7 +88,7 @@ pub(super) fn measure(
         error: picture.error,
         is_on_pareto_front: false,
     };
-    Ok(Measured { setting, picture, renderer, context })
+    Ok(Measured { setting, picture, renderer })
 }
 
 /// Sets a picture against the reference.

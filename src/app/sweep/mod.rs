@@ -15,6 +15,7 @@ mod tests;
 
 use std::io::Write;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 
@@ -25,6 +26,7 @@ use super::render::sampled::Budget;
 use super::{heatmap, overlap};
 use crate::cpu::tonemap::dithered;
 use crate::error::{Error, Result};
+use crate::gpu::Context;
 use crate::image::write_png;
 use crate::renderer::Layer;
 use crate::scene::Scene;
@@ -94,11 +96,16 @@ struct Preset {
 
 impl Preset {
     /// What its renderer, which goes afterwards, can tell as well; the stages' errors where somebody is to hear of them.
-    fn new(measured: Measured, reference: &Reference, stages: Option<&DeviceArgs>) -> Result<Self> {
-        let Measured { setting, picture, mut renderer, context } = measured;
+    fn new(
+        measured: Measured,
+        reference: &Reference,
+        context: &Arc<Context>,
+        stages: Option<&DeviceArgs>,
+    ) -> Result<Self> {
+        let Measured { setting, picture, mut renderer } = measured;
         let direct = judge(renderer.layer(Layer::Direct)?, None, reference)?;
         let stages = match stages {
-            Some(device_args) => stages::measure(&context, &mut renderer, reference, device_args)?,
+            Some(device_args) => stages::measure(context, &mut renderer, reference, device_args)?,
             None => Vec::new(),
         };
         Ok(Self { setting, picture, direct, stages })
@@ -126,14 +133,13 @@ impl Sweep {
             cpu: processor(),
             cores: std::thread::available_parallelism().map_or(1, usize::from),
         };
-        drop(context);
-        let mut reference =
-            Reference::find(&scene, self.reference_args.budget(DEFAULT_SECONDS), &cache, &self.device_args)?;
-        let (mut preset, others) = self.try_settings(&scene, &mut reference)?;
+        let budget = self.reference_args.budget(DEFAULT_SECONDS);
+        let mut reference = Reference::find(&scene, budget, &cache, (&context, &self.device_args))?;
+        let (mut preset, others) = self.try_settings(&scene, &mut reference, &context)?;
         let mut settings = vec![preset.setting.clone()];
         settings.extend(others);
         mark_pareto_front(&mut settings);
-        let outcomes = self.try_rivals(&scene, &preset, &reference)?;
+        let outcomes = self.try_rivals(&scene, &preset, &reference, &context)?;
         let shown = shown(&preset, &outcomes, &reference, scene.cameras[0].size)?;
         let results = Results {
             version: env!("CARGO_PKG_VERSION"),
@@ -160,13 +166,18 @@ impl Sweep {
     }
 
     /// The preset, and what the other settings gave. A setting that the device has no room for is left out, with a warning.
-    fn try_settings(&self, scene: &Scene, reference: &mut Reference) -> Result<(Preset, Vec<Setting>)> {
+    fn try_settings(
+        &self,
+        scene: &Scene,
+        reference: &mut Reference,
+        context: &Arc<Context>,
+    ) -> Result<(Preset, Vec<Setting>)> {
         let trials = settings::trials(&scene.quality);
         let count = trials.len();
         let (mut preset, mut others) = (None, Vec::new());
         for (number, trial) in trials.into_iter().enumerate() {
             let arguments = settings::arguments(&trial.quality);
-            match measure(trial, scene, reference, &self.device_args) {
+            match measure(trial, scene, reference, context, &self.device_args) {
                 Ok(measured) => {
                     let setting = &measured.setting;
                     self.device_args.say(&format!(
@@ -178,7 +189,7 @@ impl Sweep {
                     ));
                     if preset.is_none() {
                         reference.set_scale(measured.picture.pixels.clone());
-                        preset = Some(Preset::new(measured, reference, Some(&self.device_args))?);
+                        preset = Some(Preset::new(measured, reference, context, Some(&self.device_args))?);
                     } else {
                         others.push(measured.setting);
                     }
@@ -197,10 +208,12 @@ impl Sweep {
         scene: &Scene,
         preset: &Preset,
         reference: &Reference,
+        context: &Arc<Context>,
     ) -> Result<Vec<(&'static str, Outcome)>> {
         let compare = |method: &rivals::Method| {
             self.device_args.say(&format!("{}: at equal time and equal error", method.name));
-            let outcome = rivals::compare(method, scene, &preset.setting, reference, &self.device_args)?;
+            let outcome =
+                rivals::compare(method, scene, &preset.setting, reference, (context, &self.device_args))?;
             Ok((method.name, outcome))
         };
         rivals::METHODS.iter().map(compare).collect()

@@ -1,6 +1,7 @@
 //! What the pictures of a sweep are held against: the path tracer's picture, in two halves, from the cache if it is there.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::cache::{self, Kept};
 use super::results::{Judge, ReferenceFacts};
@@ -8,6 +9,7 @@ use crate::app::args::DeviceArgs;
 use crate::app::picture::refuse_non_finite;
 use crate::app::render::sampled::{Budget, spend};
 use crate::error::Result;
+use crate::gpu::Context;
 use crate::metrics;
 use crate::reference::{PathTracer, Progressive};
 use crate::scene::Scene;
@@ -30,7 +32,7 @@ impl Reference {
         scene: &Scene,
         budget: Budget,
         folder: &Path,
-        device_args: &DeviceArgs,
+        (context, device_args): (&Arc<Context>, &DeviceArgs),
     ) -> Result<Self> {
         let size = scene.cameras[0].size;
         let file = folder.join(cache::file_name(scene, &format!("{budget:?}")));
@@ -44,7 +46,7 @@ impl Reference {
                 device_args.warn(&format!("the reference {} {reason}; it is made anew", file.display()));
             }
         }
-        let kept = render(scene, budget, device_args)?;
+        let kept = render(scene, budget, context, device_args)?;
         // A cache that cannot be written costs time, not results.
         if let Err(error) = cache::write(&file, size, &kept) {
             device_args.warn(&format!("the reference is not kept: {error}"));
@@ -94,11 +96,10 @@ impl Reference {
     }
 }
 
-fn render(scene: &Scene, budget: Budget, device_args: &DeviceArgs) -> Result<Kept> {
+fn render(scene: &Scene, budget: Budget, context: &Arc<Context>, device_args: &DeviceArgs) -> Result<Kept> {
     device_args.say("reference: path tracing");
-    let context = device_args.open()?;
     let mut progress = device_args.progress();
-    let mut tracer = PathTracer::new(&context, scene.clone(), progress.as_mut())?;
+    let mut tracer = PathTracer::new(context, scene.clone(), progress.as_mut())?;
     let seconds = spend(&mut tracer, budget, progress.as_mut())?;
     progress.finish();
     // Halves of one size, so that their mean is that of all samples.
@@ -107,7 +108,7 @@ fn render(scene: &Scene, budget: Budget, device_args: &DeviceArgs) -> Result<Kep
     }
     let picture = tracer.picture()?;
     let [a, b] = tracer.halves()?;
-    device_args.report_validation(&context);
+    device_args.report_validation(context);
     for image in [&a, &b, &picture.direct, &picture.indirect] {
         refuse_non_finite(picture.size, image)?;
     }

@@ -58,13 +58,12 @@ pub(super) fn compare(
     scene: &Scene,
     ours: &Setting,
     reference: &Reference,
-    device_args: &DeviceArgs,
+    (context, device_args): (&Arc<Context>, &DeviceArgs),
 ) -> Result<Outcome> {
-    let context = device_args.open()?;
     // Independent of the reference's own samples.
     let mut scene = scene.clone();
     scene.quality.seed = scene.quality.seed.wrapping_add(0x9e37_79b9);
-    let renderer = (method.open)(&context, scene.clone())?;
+    let renderer = (method.open)(context, scene.clone())?;
     let round = renderer.round();
     let open = method.open;
     let mut run =
@@ -102,7 +101,7 @@ pub(super) fn compare(
     let (spp, seconds) = (run.renderer.samples(), run.seconds());
     told(&run, Occasion::FirstPictureTime, spp, &picture, first_s);
     rivals.push(equal_error(method, run, curve, ours)?);
-    device_args.report_validation(&context);
+    device_args.report_validation(context);
     Ok(Outcome { rivals, picture, spp, seconds })
 }
 

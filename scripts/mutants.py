@@ -2,14 +2,14 @@
 """Tries mutants: small faults in the code, each of which some test ought to see.
 
     scripts/mutants.py build [--rust N] [--glsl N] [--seed S]   choose faults, build once with all of them
-    scripts/mutants.py run [--minutes M] [--jobs J]             try those that were not tried yet
+    scripts/mutants.py run [--minutes M] [--jobs J] [--seconds S] try those that were not tried yet
     scripts/mutants.py report                                   print the table of docs/testing.md
 
 Every Rust mutant is compiled into one build as `if crate::mutant(ID) { changed } else { original }`, and the
 environment variable LP_MUTANT chooses one: 150 mutants cost one build instead of 150. GLSL mutants are
 compiled by glslc when their turn comes; the build reads SPIR-V from the folder LP_MUTANT_SPIRV first.
-A mutant is tried against the tests that reach its line (a shader: the tests that load it), the quickest first,
-until one fails. Two mutants are tried at a time.
+A mutant is tried against the tests that reach its line (a shader: the tests that dispatch it), the quickest first,
+until one fails or they have taken long enough. Two mutants are tried at a time.
 Everything lies in target/mutants; the tree itself is not changed.
 """
 
@@ -262,7 +262,8 @@ def build(options):
     if made.returncode:
         sys.exit("the tests do not build")
     messages = [json.loads(line) for line in made.stdout.split("\n") if line.startswith("{")]
-    binaries = {m["target"]["name"]: m["executable"] for m in messages if m.get("executable") and m["profile"]["test"]}
+    made = [m for m in messages if m.get("executable") and m["profile"]["test"] and m["target"]["kind"] != ["bin"]]
+    binaries = {m["target"]["name"]: m["executable"] for m in made}
     binaries = {name: binaries[name] for name in ORDER if name in binaries}
     SITES.write_text(json.dumps({"sites": rust + glsl, "glsl": options.glsl, "binaries": binaries, "baseline": {}}))
 
@@ -290,12 +291,12 @@ def test(binary, mutant, timeout, tests=(), cover=None, spirv=None):
     begun = time.monotonic()
     command = [binary, "-Zunstable-options", "--report-time", *(["--exact", *tests] if tests else [])]
     process = subprocess.Popen(command, cwd=TREE, env=environment, stdout=subprocess.PIPE,
-                               stderr=subprocess.DEVNULL, text=True, start_new_session=True)
+                               stderr=subprocess.DEVNULL, start_new_session=True)
     failed, text = None, ""
     os.set_blocking(process.stdout.fileno(), False)
     while failed is None:
         ended = process.poll() is not None
-        text += process.stdout.read() or ""
+        text += (process.stdout.read() or b"").decode(errors="replace")
         if match := re.search(r"^test (\S+).* FAILED", text, re.M):
             failed = match[1]
         elif ended:
@@ -365,7 +366,7 @@ def includes(path, folder):
     return found
 
 
-def attempt(site, known):
+def attempt(site, known, most_seconds):
     """The test that sees a mutant; None if none does, "compiler" if it is no program."""
     spirv, keys = None, [str(site["id"])]
     if site["kind"] == "glsl":
@@ -373,19 +374,23 @@ def attempt(site, known):
         if made is None:
             return "compiler"
         spirv, keys = made
+    queues = {}
+    for name, base in known["baseline"].items():
+        reached = {test for key in keys for test in base["reached"].get(key, [])}
+        queues[name] = sorted(reached, key=base["times"].get)
+    left = most_seconds
     try:
-        for name, binary in known["binaries"].items():
-            base = known["baseline"][name]
-            tests = sorted({test for key in keys for test in base["reached"].get(key, [])}, key=base["times"].get)
-            for most in CHUNKS:
-                chunk, seconds = [], 0
-                while tests and (not chunk or seconds + base["times"][tests[0]] < most):
-                    seconds += base["times"][tests[0]]
+        for most in CHUNKS:
+            for name, tests in queues.items():
+                times, chunk, seconds = known["baseline"][name]["times"], [], 0
+                while tests and (not chunk or seconds + times[tests[0]] < min(most, left)):
+                    seconds += times[tests[0]]
                     chunk.append(tests.pop(0))
-                if not chunk:
+                if not chunk or left < 0:
                     continue
+                left -= seconds
                 number = site["id"] if site["kind"] == "rust" else 0
-                failed, _ = test(binary, number, 60 + HANGS * seconds, chunk, spirv=spirv)
+                failed, _ = test(known["binaries"][name], number, 60 + HANGS * seconds, chunk, spirv=spirv)
                 if failed:
                     return f"{name}::{failed}"
     finally:
@@ -405,12 +410,17 @@ def run(options):
         tried = sum(r["kind"] == "glsl" and r["by"] != "compiler" for r in results.values())
         if time.monotonic() > stop or site["kind"] == "glsl" and tried >= known["glsl"] + len(CHOSEN):
             return
-        results[str(site["id"])] = {**site, "by": attempt(site, known)}
+        results[str(site["id"])] = {**site, "by": attempt(site, known, options.seconds)}
         RESULTS.write_text(json.dumps(results))
         print(f"{site['id']} {site['file']}:{site['line'] + 1}: {results[str(site['id'])]['by'] or 'SURVIVED'}", flush=True)
 
+    if options.again:
+        results = {key: outcome for key, outcome in results.items() if outcome["by"]}
+    due = [site for site in known["sites"] if str(site["id"]) not in results]
+    # In any order: what was tried when time is up stands for all.
+    random.Random(1).shuffle(due)
     with ThreadPoolExecutor(options.jobs) as pool:
-        list(pool.map(of, [site for site in known["sites"] if str(site["id"]) not in results]))
+        list(pool.map(of, due))
 
 
 def report(_):
@@ -438,6 +448,8 @@ def main():
     builder.set_defaults(call=build)
     runner = commands.add_parser("run")
     runner.add_argument("--jobs", type=int, default=2)
+    runner.add_argument("--again", action="store_true", help="also those that survived")
+    runner.add_argument("--seconds", type=float, default=100, help="of the tests that a mutant is tried against")
     runner.add_argument("--minutes", type=float, default=1e6)
     runner.set_defaults(call=run)
     commands.add_parser("report").set_defaults(call=report)

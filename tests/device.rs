@@ -9,7 +9,7 @@ use std::sync::Arc;
 use common::{assert_silent, context, random_words};
 use lightpaths::Error;
 use lightpaths::gpu::barrier::{COMPUTE_TO_COMPUTE, TRANSFER_TO_TRANSFER};
-use lightpaths::gpu::{Buffer, Context, ContextOptions, Pipeline};
+use lightpaths::gpu::{Buffer, Context, ContextOptions, Parts, Pipeline};
 use lightpaths::passes::frame::prefix_sum::PrefixSumPush;
 
 #[test]
@@ -23,6 +23,8 @@ fn data_comes_back_as_it_went() {
 
     buffer.write(&[1_u32, 2, 3]).unwrap();
     assert!(buffer.read_range::<u32>(0, 4).unwrap() == [1, 2, 3, words[3]]);
+    buffer.write_range(50, &[4_u32, 5]).unwrap();
+    assert!(buffer.read_range::<u32>(49, 4).unwrap() == [words[49], 4, 5, words[52]]);
     assert_silent(&context);
 }
 
@@ -167,4 +169,22 @@ fn a_device_can_be_chosen_by_index_and_by_part_of_its_name() {
         let options = ContextOptions { device: Some(wanted), ..ContextOptions::default() };
         assert_eq!(Context::new(&options).unwrap().name(), usable.name);
     }
+}
+
+/// One item more would not fit.
+#[test]
+fn a_part_is_as_long_as_a_binding_may_be() {
+    fn check<T>(context: &Context) {
+        let (longest, size) = (u64::from(Parts::longest::<T>(context)), size_of::<T>() as u64);
+        let most = context.limits().storage_range_bytes;
+        assert!(longest * size <= most, "{longest} items of {size} bytes in {most}");
+        assert!(
+            (longest + 1) * size > most || longest == u64::from(u32::MAX),
+            "{longest} of {size} in {most}"
+        );
+    }
+    let context = context();
+    check::<[u32; 1]>(&context);
+    check::<[u32; 3]>(&context);
+    check::<[u32; 8]>(&context);
 }

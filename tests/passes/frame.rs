@@ -208,3 +208,18 @@ fn lights_that_the_scene_has_off_do_not_shine() {
     assert!(renderer.scene().lights[1].is_on);
     assert_silent(&context);
 }
+
+/// A pass is repeated without the others, and leaves what a frame left.
+#[test]
+fn a_pass_alone_is_repeated() {
+    let mut renderer = Renderer::new(&context(), scene(), &mut Silent).unwrap();
+    renderer.force(Work::Everything);
+    renderer.frame().unwrap();
+    for name in ["primary", "form_factors", "hvds", "gather", "compose"] {
+        let report = renderer.repeat(name).unwrap();
+        assert!(!report.passes.is_empty() && report.passes.iter().all(|pass| pass.name == name), "{name}");
+    }
+    let idle = renderer.frame().unwrap();
+    assert!(idle.passes.iter().any(|pass| pass.name == "tonemap"), "the next frame redoes everything");
+    assert_silent(&context());
+}

@@ -75,13 +75,19 @@ fn form_factors_equal_the_twin() {
                 .run(|rec| pass.record(&mut rec.pass("form_factors"), &world.buffers, light_at, &factors))
                 .unwrap();
             let needed: Vec<f32> = factors.read().unwrap();
-            let light_at = OneLight { traces_all: true, ..light_at };
-            world
-                .context
-                .run(|rec| in_parts.record(&mut rec.pass("form_factors"), &world.buffers, light_at, &factors))
-                .unwrap();
-            let factors: Vec<f32> = factors.read().unwrap();
-            assert!(factors == needed, "rays that cannot bring light do not, and parts are as good as one");
+            for traces_all in [false, true] {
+                factors.write(&vec![-7.0_f32; count]).unwrap();
+                let light_at = OneLight { traces_all, ..light_at };
+                world
+                    .context
+                    .run(|rec| {
+                        in_parts.record(&mut rec.pass("form_factors"), &world.buffers, light_at, &factors)
+                    })
+                    .unwrap();
+                let found: Vec<f32> = factors.read().unwrap();
+                assert!(found == needed, "in parts, from shafts or from the root ({traces_all})");
+            }
+            let factors = needed;
             let (mut disagree, mut lit) = (0, 0);
             for (point, &device) in points.iter().zip(&factors) {
                 let geometry = world.geometry();

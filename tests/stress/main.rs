@@ -14,6 +14,7 @@ mod film;
 mod geometry;
 mod lamps;
 mod rays;
+mod single_edits;
 mod turns;
 mod views;
 

@@ -74,3 +74,58 @@ fn viewpoints(points: &[Vec3]) -> [u64; 2] {
     words.sort_unstable();
     hash(bytemuck::cast_slice(&words))
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
+mod tests {
+    use super::*;
+    use crate::scene::{Image, Texture};
+    use std::sync::Arc;
+
+    fn material() -> Material {
+        let image = Arc::new(Image { size: [1, 2], codes: vec![[1, 2, 3], [4, 5, 6]] });
+        Material {
+            name: "paper".to_owned(),
+            diffuse: Vec3::splat(0.5),
+            texture: Some(Texture { image, is_clamped: false }),
+            specular: Vec3::splat(0.2),
+            exponent: 20.0,
+            editable: false,
+        }
+    }
+
+    #[test]
+    fn every_property_of_a_material_but_its_name_counts() {
+        let hash = |change: &dyn Fn(&mut Material)| {
+            let mut material = material();
+            change(&mut material);
+            materials(&[material])
+        };
+        let same = hash(&|_| {});
+        assert_eq!(same, hash(&|material| material.name.clear()));
+        let changes: [&dyn Fn(&mut Material); 7] = [
+            &|material| material.diffuse.x = 0.4,
+            &|material| material.specular.z = 0.1,
+            &|material| material.exponent = 21.0,
+            &|material| material.editable = true,
+            &|material| material.texture = None,
+            &|material| material.texture.as_mut().unwrap().is_clamped = true,
+            &|material| {
+                let image = Arc::new(Image { size: [2, 1], codes: vec![[1, 2, 3], [4, 5, 6]] });
+                material.texture.as_mut().unwrap().image = image;
+            },
+        ];
+        for (number, change) in changes.into_iter().enumerate() {
+            assert_ne!(same, hash(change), "change {number}");
+        }
+        assert_ne!(materials(&[material()]), materials(&[material(), material()]));
+    }
+
+    #[test]
+    fn every_viewpoint_counts_and_their_order_does_not() {
+        let [a, b, c] = [Vec3::X, Vec3::Y, Vec3::Z];
+        assert_eq!(viewpoints(&[a, b]), viewpoints(&[b, a]));
+        assert_ne!(viewpoints(&[a, b]), viewpoints(&[a, c]));
+        assert_ne!(viewpoints(&[a, b]), viewpoints(&[a]));
+    }
+}

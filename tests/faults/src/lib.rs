@@ -101,6 +101,52 @@ can_fail! {
     vkWaitForFences(device: vk::Device, count: u32, fences: Any, all: vk::Bool32, timeout: u64);
 }
 
+/// Declares functions that destroy an object of a device, which are counted, and finds them by name.
+macro_rules! destroys {
+    ($($name:ident)*) => {
+        $(
+            /// As in Vulkan.
+            #[allow(non_snake_case, reason = "the name is Vulkan's")]
+            unsafe extern "system" fn $name(device: vk::Device, object: u64, allocator: Any) {
+                if object != 0 {
+                    faults::asked(stringify!($name));
+                }
+                type Function = unsafe extern "system" fn(vk::Device, u64, Any);
+                // SAFETY: the name is that of a function with these parameters.
+                unsafe {
+                    let next = chain::next(device, concat!(stringify!($name), "\0"));
+                    std::mem::transmute::<vk::PFN_vkVoidFunction, Function>(next)(device, object, allocator);
+                }
+            }
+        )*
+
+        /// The function of that name, if it destroys.
+        fn destroying(name: &CStr) -> vk::PFN_vkVoidFunction {
+            $(
+                if name.to_bytes() == stringify!($name).as_bytes() {
+                    // SAFETY: whoever asks for it by name knows its type.
+                    return unsafe { std::mem::transmute::<*const (), vk::PFN_vkVoidFunction>($name as *const ()) };
+                }
+            )*
+            None
+        }
+    };
+}
+
+destroys! {
+    vkDestroyBuffer
+    vkDestroyBufferView
+    vkDestroyCommandPool
+    vkDestroyDescriptorSetLayout
+    vkDestroyFence
+    vkDestroyPipeline
+    vkDestroyPipelineCache
+    vkDestroyPipelineLayout
+    vkDestroyQueryPool
+    vkDestroySemaphore
+    vkDestroyShaderModule
+}
+
 /// What the loader fills in and reads (`VkNegotiateLayerInterface`).
 #[repr(C)]
 pub struct Negotiation {
@@ -169,7 +215,7 @@ fn ours(name: &CStr) -> vk::PFN_vkVoidFunction {
     let found = match name.to_bytes() {
         b"vkAllocateMemory" => memory::allocate as *const (),
         b"vkFreeMemory" => memory::free as *const (),
-        _ => return wrapped(name),
+        _ => return wrapped(name).or_else(|| destroying(name)),
     };
     // SAFETY: whoever asks for it by name knows its type.
     unsafe { std::mem::transmute::<*const (), vk::PFN_vkVoidFunction>(found) }

@@ -51,6 +51,9 @@ pub(crate) unsafe extern "system" fn allocate(
 
 pub(crate) unsafe extern "system" fn free(device: vk::Device, memory: vk::DeviceMemory, allocator: Any) {
     HELD.lock().expect("no holder panics").remove(&memory);
+    if memory != vk::DeviceMemory::null() {
+        faults::asked("vkFreeMemory");
+    }
     // SAFETY: as above.
     unsafe {
         let next = chain::next(device, "vkFreeMemory");

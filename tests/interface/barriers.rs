@@ -179,10 +179,11 @@ impl Program {
                     let name = String::from_utf8_lossy(&bytes);
                     program.names.insert(operands[0], name.trim_end_matches('\0').to_owned());
                 }
-                op::DECORATE if operands[1] == op::BUILT_IN => {
-                    if [op::LOCAL_ID, op::LOCAL_INDEX].contains(&operands[2]) {
-                        program.local.insert(operands[0]);
-                    }
+                op::DECORATE
+                    if operands[1] == op::BUILT_IN
+                        && [op::LOCAL_ID, op::LOCAL_INDEX].contains(&operands[2]) =>
+                {
+                    program.local.insert(operands[0]);
                 }
                 op::VARIABLE if operands[2] == op::WORKGROUP => {
                     program.shared.insert(operands[1]);
@@ -251,9 +252,9 @@ impl Program {
                     return Index::Own;
                 }
                 let other = || Index::Other(format!("%{variable};{path:?}"));
-                match self.stored.get(&variable).map_or(&[][..], Vec::as_slice) {
-                    &[value] if path.is_empty() => of(value),
-                    &[first, next] if path.is_empty() && of(first) == Index::Own => {
+                match *self.stored.get(&variable).map_or(&[][..], Vec::as_slice) {
+                    [value] if path.is_empty() => of(value),
+                    [first, next] if path.is_empty() && of(first) == Index::Own => {
                         self.step(variable, next).map_or_else(other, Index::Strided)
                     }
                     _ => other(),

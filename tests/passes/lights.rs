@@ -81,7 +81,7 @@ fn form_factors_equal_the_twin() {
                 world
                     .context
                     .run(|rec| {
-                        in_parts.record(&mut rec.pass("form_factors"), &world.buffers, light_at, &factors)
+                        in_parts.record(&mut rec.pass("form_factors"), &world.buffers, light_at, &factors);
                     })
                     .unwrap();
                 let found: Vec<f32> = factors.read().unwrap();

@@ -80,6 +80,7 @@ fn viewpoints(points: &[Vec3]) -> [u64; 2] {
 mod tests {
     use super::*;
     use crate::scene::{Image, Texture};
+    use glam::Vec2;
     use std::sync::Arc;
 
     fn material() -> Material {
@@ -119,6 +120,27 @@ mod tests {
             assert_ne!(same, hash(change), "change {number}");
         }
         assert_ne!(materials(&[material()]), materials(&[material(), material()]));
+    }
+
+    #[test]
+    fn every_property_of_a_triangle_counts() {
+        let hash = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = crate::scene::shapes::closed_box(Vec3::ONE, 0.5);
+            scene.texture_coordinates = vec![[Vec2::ZERO; 3]; scene.triangles.len()];
+            change(&mut scene);
+            geometry(&scene)
+        };
+        let same = hash(&|_| {});
+        let changes: [&dyn Fn(&mut Scene); 5] = [
+            &|scene| scene.triangles[3].positions[1].x += 0.1,
+            &|scene| scene.triangles[3].normals[2].y += 0.1,
+            &|scene| scene.triangles[3].material = 1,
+            &|scene| scene.texture_coordinates[3][0].x = 0.5,
+            &|scene| scene.triangles.swap(3, 5),
+        ];
+        for (number, change) in changes.into_iter().enumerate() {
+            assert_ne!(same, hash(change), "change {number}");
+        }
     }
 
     #[test]

@@ -59,6 +59,8 @@ fn form_factors_equal_the_twin() {
                 PathVertex { position, side, incoming: Vec3::ZERO, weight: 1.0, cluster: 0, lobe: 0.0 }
             })
             .collect();
+        // Neighbours share a batch, as in a renderer: a shaft holds little of the scene.
+        points.sort_by(|a, b| a.position.x.total_cmp(&b.position.x));
         if let [first, .., last] = &mut *points {
             // A light on the surface itself, and one just off it.
             first.position = lights[0].position;

@@ -82,8 +82,8 @@ CARGO_PROFILE_TEST_OPT_LEVEL=0 $CARGO test --locked --lib --no-run 2>&1 | tee "$
 $CARGO test --locked --bins --examples --test '*' --no-run 2>&1 | tee -a "$DIR/cargo"
 built=$((SECONDS - start))
 
-# A shell that runs this in the background, or nohup, has some signals ignored, and all processes inherit that: tests of
-# signals need what is usual. GNU env can restore it, a shell cannot.
+# Processes inherit ignored signals from nohup and from background jobs. Tests of signals need the default
+# action, which GNU env restores and a shell cannot.
 usual=(env --default-signal=HUP,INT,TERM)
 "${usual[@]}" true 2>/dev/null || usual=()
 

@@ -163,7 +163,7 @@ impl Viewport {
     ) -> Result<()> {
         let modifiers = ui.input(|input| input.modifiers);
         if response.clicked_by(PointerButton::Primary)
-            // Where it was clicked, wherever the pointer has gone since the last frame.
+            // The release holds the clicked point; the pointer may have moved on within this frame.
             && let Some(pointer) = ui.input(|input| input.events.iter().find_map(released))
         {
             self.choose(vec(pointer), lens, session, desk)?;

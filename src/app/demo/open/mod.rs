@@ -115,7 +115,7 @@ impl Open {
         let session = Session::new(&context, source, scene, watch, wake.clone())?;
         let egui = egui::Context::default();
         egui.set_theme(egui::Theme::Dark);
-        // A press and a release reach egui a frame apart: where frames take a second, a short click takes one, too.
+        // egui measures a click in frames: with frames of a second, a short click takes a second.
         egui.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
         let panels = egui_winit::State::new(egui, ViewportId::ROOT, &window, None, window.theme(), None);
         let now = Instant::now();

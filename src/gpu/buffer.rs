@@ -18,6 +18,9 @@ const STAGING_BYTES: u64 = 16 << 20;
 /// The smallest buffer: a binding may not be empty. In bytes.
 const LEAST_BYTES: u64 = 16;
 
+/// What a buffer may be longer than it seems, in bytes.
+pub(super) const MOST_UNUSED_BYTES: u64 = 256;
+
 /// What storage is used for.
 const STORAGE: vk::BufferUsageFlags = vk::BufferUsageFlags::from_raw(
     vk::BufferUsageFlags::STORAGE_BUFFER.as_raw()
@@ -37,7 +40,10 @@ pub(super) struct Allocated {
     context: Arc<Context>,
     pub(super) handle: vk::Buffer,
     pub(super) name: String,
+    /// As asked for.
     bytes: u64,
+    /// What kernels see: not less.
+    pub(super) bound_bytes: u64,
     location: MemoryLocation,
     /// Its words as texels, once a kernel has asked for them.
     texels: OnceLock<vk::BufferView>,
@@ -216,6 +222,19 @@ impl Buffer {
     }
 }
 
+/// Bytes at the end of a buffer that nothing is stored in.
+///
+/// llvmpipe compiles a shader anew for each combination of two properties of the texel buffers that it reads: whether
+/// a size is a power of two, and whether its second byte is zero. (It takes them for images, where that byte is the last level
+/// of detail.) No size here has one of them.
+const fn unused_bytes(bytes: u64) -> u64 {
+    match bytes {
+        _ if bytes & 0xff00 == 0 => MOST_UNUSED_BYTES,
+        _ if bytes.is_power_of_two() => 16,
+        _ => 0,
+    }
+}
+
 impl Allocated {
     fn new(
         context: &Arc<Context>,
@@ -225,8 +244,8 @@ impl Allocated {
         location: MemoryLocation,
     ) -> Result<Self> {
         // Fills work in words, texels are four.
-        let size = bytes.max(LEAST_BYTES).next_multiple_of(16);
-        let info = vk::BufferCreateInfo::default().size(size).usage(usage);
+        let bound_bytes = bytes.max(LEAST_BYTES).next_multiple_of(16);
+        let info = vk::BufferCreateInfo::default().size(bound_bytes + unused_bytes(bound_bytes)).usage(usage);
         // SAFETY: the device, and all that the description names, is alive.
         let handle = unsafe { context.device.create_buffer(&info, None) }.vk("vkCreateBuffer")?;
         let mut allocated = Self {
@@ -234,6 +253,7 @@ impl Allocated {
             handle,
             name: name.into(),
             bytes,
+            bound_bytes,
             location,
             texels: OnceLock::new(),
             pointee: None,
@@ -272,7 +292,7 @@ impl Allocated {
         let info = vk::BufferViewCreateInfo::default()
             .buffer(self.handle)
             .format(vk::Format::R32G32B32A32_UINT)
-            .range(vk::WHOLE_SIZE);
+            .range(self.bound_bytes + unused_bytes(self.bound_bytes));
         // SAFETY: the buffer is ours, and the view covers what it has.
         let view = unsafe { self.context.device.create_buffer_view(&info, None) }.vk("vkCreateBufferView")?;
         self.context.set_name(view, &self.name);
@@ -351,4 +371,22 @@ fn out_of_memory(name: &str, bytes: u64, limit: String) -> Error {
 
 fn mebibytes(bytes: u64) -> String {
     format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_size_is_a_power_of_two_or_has_a_zero_as_second_byte() {
+        let powers = (4..40).map(|power| 1_u64 << power);
+        let near_powers =
+            powers.flat_map(|power| (0..=64).map(move |step| (power + 16 * step).saturating_sub(512)));
+        for bytes in (16..1 << 18).step_by(16).chain(near_powers.filter(|&bytes| bytes >= LEAST_BYTES)) {
+            let unused = unused_bytes(bytes);
+            let size = bytes + unused;
+            assert!(unused <= MOST_UNUSED_BYTES && unused % 16 == 0, "{bytes}");
+            assert!(size & 0xff00 != 0 && !size.is_power_of_two(), "{bytes}");
+        }
+    }
 }

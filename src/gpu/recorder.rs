@@ -120,9 +120,9 @@ impl Recorder {
         }
         self.use_buffers(|_| vec![transfer(buffer, true)]);
         self.in_use.push(buffer.allocated.clone());
-        let handle = buffer.allocated.handle;
+        let (handle, bytes) = (buffer.allocated.handle, buffer.allocated.bound_bytes);
         // SAFETY: the commands are being recorded, and what they name lives until they have run.
-        unsafe { self.context.device.cmd_fill_buffer(self.commands, handle, 0, vk::WHOLE_SIZE, 0) };
+        unsafe { self.context.device.cmd_fill_buffer(self.commands, handle, 0, bytes, 0) };
     }
 
     /// Copies the whole of `from` to the start of `to`. A transfer. Panics if `to` is smaller.
@@ -243,7 +243,8 @@ impl Recorder {
         let infos: Vec<_> = bindings
             .iter()
             .map(|(_, buffer)| {
-                [vk::DescriptorBufferInfo::default().buffer(buffer.allocated.handle).range(vk::WHOLE_SIZE)]
+                let buffer = &buffer.allocated;
+                [vk::DescriptorBufferInfo::default().buffer(buffer.handle).range(buffer.bound_bytes)]
             })
             .collect();
         let declared = &program.module.bindings;

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Builds all tests, runs the test binaries two at a time, and prints what each took and the twenty
+# Builds all tests, runs the test binaries three at a time, and prints what each took and the twenty
 # slowest tests. Fails if a binary fails, and prints the whole output of that binary.
 #
 #   scripts/test.sh [FILTER…]    FILTER: as for `cargo test -- FILTER`
 #
 # A test binary runs its tests one after another (.cargo/config.toml), so the time of a test is the
-# time between two lines of its output. Two binaries at a time keep two cores busy: the device works
-# for one while the other is on the host. JOBS=1 runs one at a time.
+# time between two lines of its output. Three binaries at a time keep two cores busy: one of them waits for
+# its device or for a window. JOBS=1 runs one at a time, SLOWEST=50 prints as many tests.
 set -euo pipefail
 export LC_ALL=C
 cd "$(dirname "$0")/.."
@@ -50,7 +50,7 @@ note_times() {
 # Names and paths of test binaries from what cargo writes, the longest first, so that none is left
 # running alone at the end.
 binaries() {
-    local order='physics passes stress cli window failures scene stored soak' name path
+    local order='window physics stress cli passes failures readers scene stored soak' name path
     sed -n 's/^ *Executable \(unittests \)\{0,1\}\([^ ]*\) (\(.*\))$/\2 \3/p' | while read -r name path; do
         name=${name#tests/} name=${name#src/} name=${name#examples/}
         name=${name%.rs} name=${name%/main}
@@ -79,7 +79,7 @@ start=$SECONDS
 # The unit tests stand in a second copy of the library, and none of them is slow: what they lose
 # without optimisation is less than a compiler takes for it.
 CARGO_PROFILE_TEST_OPT_LEVEL=0 $CARGO test --locked --lib --no-run 2>&1 | tee "$DIR/cargo"
-$CARGO test --locked --bins --examples --test '*' --no-run 2>&1 | tee -a "$DIR/cargo"
+$CARGO test --locked --example time_ratios --test '*' --no-run 2>&1 | tee -a "$DIR/cargo"
 built=$((SECONDS - start))
 
 # Processes inherit ignored signals from nohup and from background jobs. Tests of signals need the default
@@ -91,7 +91,7 @@ status=0
 # Pipelines that the driver has compiled stay with what cargo has.
 export CARGO_MANIFEST_DIR=$PWD RUST_TEST_THREADS=1 LIGHTPATHS_PIPELINES=$PWD/target/pipelines
 # No blank may end a line: xargs would join the next one to it.
-binaries <"$DIR/cargo" | sed "s|\$|${*:+ $*}|" | ${usual[@]+"${usual[@]}"} xargs -P "${JOBS:-2}" -L 1 "$0" --one || status=1
+binaries <"$DIR/cargo" | sed "s|\$|${*:+ $*}|" | ${usual[@]+"${usual[@]}"} xargs -P "${JOBS:-3}" -L 1 "$0" --one || status=1
 
 echo
 echo 'The twenty slowest tests, seconds on the clock while another binary ran beside:'

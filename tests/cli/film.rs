@@ -88,21 +88,18 @@ fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 fn shares_hold_the_bytes_of_the_whole() {
     let folder = folder();
     // In another order, one share of a single frame, the last longer than the film.
-    for (format, all_frames) in [("png", &["4..9", "1..4", "0"][..]), ("exr", &["3..9", "0..3"])] {
-        let [whole, shares] = ["whole", "shares"].map(|name| format!("{format}-{name}"));
-        let output = film(&folder, &["-o", &whole, "--format", format]);
-        assert!(stdout(&output).contains("frames 0 to 5 of 6, 16x12"), "{}", stdout(&output));
-        assert!(stdout(&output).contains("ms in the median"), "{}", stdout(&output));
-        for frames in all_frames {
-            film(&folder, &["-o", &shares, "--format", format, "--frames", frames, "-q"]);
-        }
-        let [whole, shares] = [whole, shares].map(|name| files(&folder.path().join(name)));
-        let names: Vec<_> = whole.iter().map(|(name, _)| name.to_str().unwrap()).collect();
-        let expected: Vec<_> = (0..6).map(|frame| format!("frame-{frame:05}.{format}")).collect();
-        assert_eq!(names, expected);
-        assert!(whole == shares, "{format}");
-        assert!(whole.windows(2).all(|pair| pair[0].1 != pair[1].1), "all of them differ");
+    let output = film(&folder, &["-o", "whole", "--format", "exr"]);
+    assert!(stdout(&output).contains("frames 0 to 5 of 6, 16x12"), "{}", stdout(&output));
+    assert!(stdout(&output).contains("ms in the median"), "{}", stdout(&output));
+    for frames in ["4..9", "1..4", "0"] {
+        film(&folder, &["-o", "shares", "--format", "exr", "--frames", frames, "-q"]);
     }
+    let [whole, shares] = ["whole", "shares"].map(|name| files(&folder.path().join(name)));
+    let names: Vec<_> = whole.iter().map(|(name, _)| name.to_str().unwrap()).collect();
+    let expected: Vec<_> = (0..6).map(|frame| format!("frame-{frame:05}.exr")).collect();
+    assert_eq!(names, expected);
+    assert!(whole == shares);
+    assert!(whole.windows(2).all(|pair| pair[0].1 != pair[1].1), "all of them differ");
 }
 
 #[test]
@@ -124,14 +121,8 @@ fn frames_that_are_there_are_replaced_and_others_stay() {
 #[test]
 fn no_ffmpeg_is_a_line_and_no_error() {
     let folder = folder();
-    for video in ["mp4", "webm"] {
-        let output = film(&folder, &["-o", "out", "--video", video]);
-        let line = stderr(&output);
-        assert!(
-            line.contains("no video, ffmpeg is not installed") && line.contains(&format!("walk.{video}")),
-            "{line}"
-        );
-    }
+    let line = stderr(&film(&folder, &["-o", "out", "--video", "webm"]));
+    assert!(line.contains("no video, ffmpeg is not installed") && line.contains("walk.webm"), "{line}");
     assert_eq!(stderr(&film(&folder, &["-o", "out", "--video", "none"])), "");
     assert_eq!(files(&folder.path().join("out")).len(), 6);
 }

@@ -118,7 +118,7 @@ fn every_command_ends_at_once_at_any_moment() {
     for (index, arguments) in commands.iter().enumerate() {
         // Moments from the first instant on, in hundredths of a second of the processor: the work done by then is the same on any
         // machine like this one.
-        for (moment, signal) in [(1, INT), (25, TERM), (60 + 7 * index as u64, [INT, TERM, HUP][index % 3])] {
+        for (moment, signal) in [(1, INT), (20 + 7 * index as u64, [TERM, INT, HUP][index % 3])] {
             let stage = Stage::new();
             let mut child = start(stage.command(arguments));
             run_for(&child, moment);
@@ -127,8 +127,8 @@ fn every_command_ends_at_once_at_any_moment() {
             assert_whole(stage.folder.path(), &case);
         }
     }
-    // At least the first moment of each, and all of those that do not end by themselves.
-    assert!(interrupted >= 15, "{interrupted} of 33 were still running");
+    // At least the first moment of each, and the second of those that take their time.
+    assert!(interrupted >= 15, "{interrupted} of 22 were still running");
 }
 
 #[test]

@@ -71,7 +71,7 @@ fn assert_said(world: &mut World, is_cut: bool, name: &str, record: impl Fn(&Wor
 /// One test of both: the world of needles takes seconds to build.
 #[test]
 fn kernels_of_frames_say_it_and_those_of_the_precomputation_and_of_photons_are_refused() {
-    for count in [0, 90_000] {
+    for count in [0, 70_000] {
         let mut world = needles(count);
         let is_cut = ends_loops(&world);
         println!("{count} needles: loops are cut short: {is_cut}");

@@ -142,7 +142,7 @@ fn no_index_leads_out_of_a_list() {
     for &(section, words, word) in POINTERS {
         let count = all.tables.clone().words(section) / words;
         assert!(count > 0, "`{section}` is empty");
-        for element in [0, count / 2, count - 1] {
+        for element in [0, count - 1] {
             let mut tables = all.tables.clone();
             *tables.word(section, words * element + word) = FAR.to_le_bytes();
             all.assert_refused(&tables, &format!("{section}, element {element}, word {word}"));

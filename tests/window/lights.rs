@@ -120,7 +120,7 @@ impl<'a> Room<'a> {
         let client = self.demo.client();
         self.demo.click(1, NAMES[index]);
         let before = self.settled();
-        self.demo.drag(1, point(from), point(to), 12);
+        self.demo.drag(1, point(from), point(to), 4);
         let after = self.settled();
         let share = changed_pixels(&before, &after, PICTURE, 2) as f64 / PICTURE.pixels() as f64;
         assert!(share > 0.1, "light {index} shines elsewhere: {share}");

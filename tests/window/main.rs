@@ -14,7 +14,6 @@ mod keys;
 #[path = "../common/layer.rs"]
 mod layer;
 mod lights;
-mod looking;
 mod manager;
 mod memory;
 mod monkey;
@@ -23,6 +22,7 @@ mod picture;
 mod scenarios;
 mod screen;
 mod surfaces;
+mod tour;
 mod toy;
 
 use std::thread::sleep;

@@ -3,11 +3,10 @@
 //! Each test starts the program on a screen of its own. The monkey's actions and seed come from `LIGHTPATHS_MONKEY_ACTIONS` and
 //! `LIGHTPATHS_MONKEY_SEED`.
 
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::process::Command;
 use std::str::FromStr;
-use std::thread::sleep;
-use std::time::Duration;
 
 use image::RgbImage;
 use lightpaths::scene::film::Film;
@@ -19,7 +18,7 @@ use crate::demo::{Demo, Stream};
 use crate::display::Display;
 use crate::keys::{self, Chord};
 use crate::monkey::Monkey;
-use crate::picture::{Area, changed_pixels, colours, mean_difference};
+use crate::picture::{Area, changed_pixels, mean_difference};
 use crate::until;
 
 pub const SIDE: u32 = 512;
@@ -45,8 +44,8 @@ pub const BOX: [&str; 16] = [
 
 /// The part of the picture that nothing covers: neither panels nor numbers that change by themselves.
 pub const PICTURE: Area = Area { x: 0, y: 160, width: SIDE, height: SIDE - 160 };
-const LEFT: Area = Area { width: SIDE / 2, ..PICTURE };
-const RIGHT: Area = Area { x: SIDE / 2, ..LEFT };
+pub const LEFT: Area = Area { width: SIDE / 2, ..PICTURE };
+pub const RIGHT: Area = Area { x: SIDE / 2, ..LEFT };
 
 /// Where the pointer rests while the picture is looked at, so that nothing is lit up under it in one capture and not in the other.
 pub const ASIDE: Point = (SIDE as i32 - 2, SIDE as i32 - 2);
@@ -128,44 +127,6 @@ fn setting<T: FromStr>(name: &str, default: T) -> T {
     std::env::var(name).map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name}={text}")))
 }
 
-#[test]
-fn the_box_is_shown_and_closes_cleanly() {
-    let display = Display::start();
-    let demo = open(&display);
-    let picture = settled(&demo);
-    assert_eq!(picture.dimensions(), (SIDE, SIDE));
-    for area in [LEFT, RIGHT] {
-        assert!(colours(&picture, area) > 500, "a picture, not a plain colour: {}", colours(&picture, area));
-    }
-    // The left wall is not the right one.
-    let mirrored = image::imageops::flip_horizontal(&picture);
-    assert!(mean_difference(&picture, &mirrored, PICTURE) > 4.0);
-    close(&demo);
-    let said = demo.lines(Stream::Err).iter().any(|line| line.starts_with("lightpaths: device memory "));
-    assert!(said, "memory is said at the end");
-}
-
-#[test]
-fn a_dragged_light_changes_the_room_and_can_be_taken_back() {
-    let display = Display::start();
-    let demo = open(&display);
-    let before = settled(&demo);
-    drag_light(&demo);
-    let after = changed(&demo, &before);
-    for area in [LEFT, RIGHT] {
-        let share = changed_pixels(&before, &after, area, 2) as f64 / area.pixels() as f64;
-        assert!(share > 0.1, "{area:?}: {share}");
-    }
-
-    demo.client().tap(&[keys::CONTROL], keys::of('z'));
-    let undone = changed(&demo, &after);
-    assert_eq!(changed_pixels(&before, &undone, PICTURE, 0), 0, "undone");
-    demo.client().tap(&[keys::CONTROL, keys::SHIFT], keys::of('z'));
-    let redone = changed(&demo, &undone);
-    assert_eq!(changed_pixels(&after, &redone, PICTURE, 0), 0, "redone");
-    close(&demo);
-}
-
 /// The Box with its panels, in a folder of its own.
 pub fn open_in<'a>(display: &'a Display, folder: &Path, scene: &str) -> Demo<'a> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
@@ -175,26 +136,22 @@ pub fn open_in<'a>(display: &'a Display, folder: &Path, scene: &str) -> Demo<'a>
     demo
 }
 
-#[test]
-fn a_material_is_chosen_by_a_click_edited_and_taken_back() {
+fn a_material_is_chosen_by_a_click_edited_and_taken_back(demo: &Demo) {
     // Where the panel shows the first channel of the chosen material's albedo.
     const ALBEDO: Point = (690, 154);
-    let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
-    let demo = open_in(&display, folder.path(), "box");
     demo.client().click(1, (250, 410));
-    let before = settled(&demo);
+    let before = settled(demo);
     demo.drag(1, ALBEDO, (ALBEDO.0 - 60, ALBEDO.1), 12);
-    let after = changed(&demo, &before);
+    let after = changed(demo, &before);
     let teapot = Area { x: 190, y: 380, width: 120, height: 60 };
     assert!(mean_difference(&before, &after, teapot) > 4.0, "the teapot has another colour");
     demo.client().tap(&[keys::CONTROL], keys::of('z'));
-    let undone = changed(&demo, &after);
+    let undone = changed(demo, &after);
     assert_eq!(changed_pixels(&before, &undone, PICTURE, 0), 0, "undone");
-    close(&demo);
 }
 
 #[test]
-fn scene_picture_and_film_are_saved_as_they_were_edited() {
+fn a_material_is_edited_and_scene_picture_and_film_are_saved_as_they_were_edited() {
     let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
     let demo = open_in(&display, folder.path(), "box");
     let file = |name: &str| folder.path().join(name);
@@ -210,6 +167,7 @@ fn scene_picture_and_film_are_saved_as_they_were_edited() {
     demo.client().tap(&[keys::CONTROL], keys::of('p'));
     appears("box-edited-001.png");
     appears("box-edited-001.exr");
+    a_material_is_chosen_by_a_click_edited_and_taken_back(&demo);
     close(&demo);
 
     let options = LoadOptions { preset: Some("draft".into()), ..LoadOptions::default() };
@@ -230,55 +188,6 @@ fn scene_picture_and_film_are_saved_as_they_were_edited() {
 }
 
 #[test]
-fn any_size_is_lived_through_and_so_is_minimising() {
-    const SIZES: [(u32, u32); 10] = [
-        (1, 1),
-        (1500, 900),
-        (2, 700),
-        (1300, 3),
-        (64, 64),
-        (1, 900),
-        (1500, 1),
-        (511, 513),
-        (333, 777),
-        (SIDE, SIDE),
-    ];
-    let display = Display::start();
-    let demo = open(&display);
-    let before = settled(&demo);
-    for size in SIZES {
-        demo.client().resize(size);
-        demo.assert_presents(SOON);
-        assert_eq!(demo.client().size(), size);
-    }
-    let after = settled(&demo);
-    assert!(mean_difference(&before, &after, PICTURE) < 1.0, "back at its size it is the same picture");
-
-    demo.client().hide();
-    // For it to have drawn, if it drew; nothing can fail because that was too short.
-    sleep(Duration::from_millis(300));
-    assert!(demo.is_running());
-    demo.client().show();
-    demo.assert_presents(SOON);
-    let after = settled(&demo);
-    assert!(mean_difference(&before, &after, PICTURE) < 1.0, "and after having been minimised");
-    close(&demo);
-}
-
-#[test]
-fn sizes_in_quick_succession_are_lived_through() {
-    let display = Display::start();
-    let demo = open(&display);
-    // Not waited for: the window is told of sizes that are out of date.
-    for step in 0..100 {
-        demo.client().resize((1 + step * 373 % 1500, 1 + step * 211 % 900));
-    }
-    demo.client().resize((SIDE, SIDE));
-    demo.assert_presents(SOON);
-    close(&demo);
-}
-
-#[test]
 fn without_a_display_one_line_says_what_to_run_instead() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
     command.args(["demo", "box"]);
@@ -288,6 +197,38 @@ fn without_a_display_one_line_says_what_to_run_instead() {
     assert_eq!((lines.len(), demo.lines(Stream::Out).len()), (1, 0), "{lines:?}");
     let names_another = lines[0].contains("lightpaths render") || lines[0].contains("film");
     assert!(lines[0].starts_with("lightpaths: ") && names_another, "{lines:?}");
+}
+
+#[test]
+fn light_paths_are_kept_and_taken_from_there() {
+    let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
+    let arguments = ["--cache", folder.path().to_str().unwrap()];
+    let files = || {
+        let entries = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap());
+        entries.map(|entry| (entry.path(), entry.metadata().unwrap().len())).collect::<Vec<_>>()
+    };
+    let look = || {
+        let demo = open_with(&display, &arguments);
+        let picture = settled(&demo);
+        close(&demo);
+        picture
+    };
+    let traced = look();
+    let kept = files();
+    let [(path, length)] = &kept[..] else { panic!("{kept:?}") };
+    // A file that is written again is another one.
+    let identity = || std::fs::metadata(path).unwrap().ino();
+    let written = identity();
+    let taken = look();
+    assert_eq!(changed_pixels(&traced, &taken, PICTURE, 0), 0, "from the file");
+    assert_eq!(identity(), written, "nothing was traced");
+    let path_bytes = std::fs::read(path).unwrap();
+    std::fs::File::options().write(true).open(path).unwrap().set_len(length / 2).unwrap();
+    let mended = look();
+    assert_eq!(changed_pixels(&traced, &mended, PICTURE, 0), 0, "from half a file");
+    assert_eq!(files(), kept);
+    assert!(std::fs::read(path).unwrap() == path_bytes, "the file is whole again");
+    assert_ne!(identity(), written);
 }
 
 #[test]
@@ -325,7 +266,7 @@ fn a_monkey_does_no_harm() {
         (&[], keys::function(1)),
         (&[], keys::function(2)),
     ];
-    let actions = setting("LIGHTPATHS_MONKEY_ACTIONS", 100);
+    let actions = setting("LIGHTPATHS_MONKEY_ACTIONS", 60);
     let display = Display::start();
     let demo = open(&display);
     // The same twice: what is allocated when it is first used is allocated in the first round.

@@ -47,10 +47,11 @@ note_times() {
     done
 }
 
-# Names and paths of test binaries from what cargo writes, the longest first, so that none is left
-# running alone at the end.
+# Names and paths of test binaries from what cargo writes. First one that needs most shaders, with two that
+# need no device: the driver keeps what it has compiled. Then the longest, so that none is left running
+# alone at the end.
 binaries() {
-    local order='window physics stress cli passes failures readers scene stored soak' name path
+    local order='stress readers scene window physics cli passes failures stored soak' name path
     sed -n 's/^ *Executable \(unittests \)\{0,1\}\([^ ]*\) (\(.*\))$/\2 \3/p' | while read -r name path; do
         name=${name#tests/} name=${name#src/} name=${name#examples/}
         name=${name%.rs} name=${name%/main}

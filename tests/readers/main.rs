@@ -99,7 +99,7 @@ fn models() {
         0 => any(random, corpus),
         _ => random::obj(random),
     };
-    hold("obj", readers::obj, 1500, make, TEXTS, 100..600);
+    hold("obj", readers::obj, 1000, make, TEXTS, 100..600);
 }
 
 #[test]
@@ -109,7 +109,7 @@ fn materials() {
         _ => random::mtl(random),
     };
     // Refused are unprintable names alone.
-    hold("mtl", readers::mtl, 1000, make, TEXTS, 500..990);
+    hold("mtl", readers::mtl, 500, make, TEXTS, 500..990);
 }
 
 #[test]

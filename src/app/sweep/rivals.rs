@@ -36,6 +36,8 @@ pub(super) const METHODS: [Method; 2] = [
 
 /// Longest that a method is given to reach our error, seconds; beyond, the number of samples is extrapolated.
 const EQUAL_ERROR_S: f64 = 5.0;
+/// Nor many more samples than the reference has: its own noise would tell. Times as many.
+const MOST_OF_REFERENCE: f64 = 4.0;
 /// Renderings on the way there.
 const MOST_ATTEMPTS: u32 = 6;
 /// Samples, at least, by which a method's speed is told, after a round that contains compilation.
@@ -108,7 +110,8 @@ pub(super) fn compare(
 /// Goes on until the error is ours or time is up; begins anew where it is smaller already.
 fn equal_error(method: &Method, mut run: Run, mut curve: Vec<(f64, f64)>, ours: &Setting) -> Result<Rival> {
     let goal = ours.error.told();
-    let most = (EQUAL_ERROR_S / run.sample_s).max(1.0);
+    let most =
+        (EQUAL_ERROR_S / run.sample_s).min(MOST_OF_REFERENCE * f64::from(run.reference.facts.spp)).max(1.0);
     let mut rendered = None;
     let mut needed = samples_for(&curve, goal);
     if needed < 0.9 * f64::from(run.renderer.samples()) {

@@ -119,8 +119,22 @@ impl Image {
         check_size([width, height], decoder.total_bytes(), bytes.len(), most)?;
         let decoded = DynamicImage::from_decoder(decoder).map_err(fault)?;
         let is_transparent = has_transparency(&decoded);
-        let codes = decoded.into_rgb8().into_raw().as_chunks().0.to_vec();
+        let codes = colours(decoded);
         Ok(Decoded { image: Arc::new(Self { size: [width, height], codes }), is_transparent, damage })
+    }
+}
+
+/// Three codes a texel. `image` takes grey and transparent images to floats and back, five times as slow as this.
+fn colours(image: DynamicImage) -> Vec<[u8; 3]> {
+    match image {
+        DynamicImage::ImageLuma8(image) => image.into_raw().into_iter().map(|grey| [grey; 3]).collect(),
+        DynamicImage::ImageLumaA8(image) => {
+            image.into_raw().as_chunks().0.iter().map(|&[grey, _]| [grey; 3]).collect()
+        }
+        DynamicImage::ImageRgba8(image) => {
+            image.into_raw().as_chunks().0.iter().map(|&[r, g, b, _]| [r, g, b]).collect()
+        }
+        other => other.into_rgb8().into_raw().as_chunks().0.to_vec(),
     }
 }
 
@@ -154,5 +168,25 @@ fn has_transparency(image: &DynamicImage) -> bool {
         DynamicImage::ImageLumaA16(image) => image.pixels().any(|pixel| pixel.0[1] < u16::MAX),
         DynamicImage::ImageRgba16(image) => image.pixels().any(|pixel| pixel.0[3] < u16::MAX),
         _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grey_and_transparent_images_become_what_image_makes_of_them() {
+        let images: [DynamicImage; 4] = [
+            image::GrayImage::from_fn(256, 1, |x, _| image::Luma([x as u8])).into(),
+            image::GrayAlphaImage::from_fn(256, 2, |x, y| image::LumaA([x as u8, 200 * y as u8])).into(),
+            image::RgbaImage::from_fn(256, 2, |x, y| image::Rgba([x as u8, !(x as u8), 7, 200 * y as u8]))
+                .into(),
+            image::RgbImage::from_fn(256, 1, |x, _| image::Rgb([x as u8, 3, !(x as u8)])).into(),
+        ];
+        for image in images {
+            let expected = image.clone().into_rgb8().into_raw();
+            assert_eq!(colours(image).as_flattened(), expected);
+        }
     }
 }

@@ -385,7 +385,7 @@ mod tests {
         for bytes in (16..1 << 18).step_by(16).chain(near_powers.filter(|&bytes| bytes >= LEAST_BYTES)) {
             let unused = unused_bytes(bytes);
             let size = bytes + unused;
-            assert!(unused <= MOST_UNUSED_BYTES && unused % 16 == 0, "{bytes}");
+            assert!(unused <= MOST_UNUSED_BYTES && unused.is_multiple_of(16), "{bytes}");
             assert!(size & 0xff00 != 0 && !size.is_power_of_two(), "{bytes}");
         }
     }

@@ -1,10 +1,12 @@
-//! An edit alone ends where a cold start does. Edits that come together hide what one of them forgets.
+//! An edit alone ends where a cold start does. Edits that come together hide what one of them forgets. And
+//! whoever looks between two frames changes neither.
 
 use crate::common::edits::{TINY, scene};
 use crate::common::{assert_silent, context};
 use crate::determinism::bits;
 use crate::prepare;
 use glam::Vec3;
+use lightpaths::renderer::{Exact, Layer, Renderer, Stage};
 use lightpaths::scene::LightKind;
 
 #[test]
@@ -32,28 +34,46 @@ fn an_exponent_alone_reaches_the_picture() {
     assert_silent(&context());
 }
 
-/// Who looks at the hierarchy has all of it worked out, which must leave what frames take for current as it is.
+/// Asks a renderer for something between frames.
+type Look = fn(&mut Renderer);
+
+const LOOKS: [(&str, Look); 6] = [
+    ("clusters of pixels", |renderer| drop(renderer.cluster_colours(0).unwrap())),
+    ("the gather at pixels", |renderer| drop(renderer.layer_gathered_at_pixels(Layer::Indirect).unwrap())),
+    ("exact records", |renderer| drop(renderer.layer_with_exact(EXACT, Layer::Indirect).unwrap())),
+    ("exact irradiance", |renderer| drop(renderer.exact_irradiance(EXACT).unwrap())),
+    ("records of a pixel", |renderer| drop(renderer.records_at([4, 4]).unwrap())),
+    ("gather rays", |renderer| drop(renderer.gather_rays_of(0).unwrap())),
+];
+
+const EXACT: Exact = Exact { stage: Stage::Gather, samples: 1, sequence: 0 };
+
+/// Some answers need all clusters or other records than the last frame's. What the frames take for current stays.
 #[test]
-fn looking_at_clusters_leaves_the_picture() {
+fn looking_between_frames_leaves_the_picture() {
     let scene = scene(false);
-    let mut renderer = prepare(scene.clone(), TINY);
-    renderer.frame().unwrap();
-    let first = bits(&renderer);
     let light = scene.lights[0].kind;
     let LightKind::Point { position, intensity } = light else { panic!("{light:?}") };
     let moved = LightKind::Point { position: position + Vec3::X * 0.1, intensity };
-    let mut camera = scene.cameras[0].clone();
-    for kind in [moved, light, moved, light] {
-        renderer.set_light(0, kind).unwrap();
-        renderer.frame().unwrap();
+    let home = scene.cameras[0].clone();
+    let mut away = home.clone();
+    away.position += Vec3::new(0.1, 0.0, -0.5);
+    let mut renderer = prepare(scene.clone(), TINY);
+    renderer.frame().unwrap();
+    let first = bits(&renderer);
+    for (what, look) in LOOKS {
+        // After an edit of the light, only the records of this view are current.
+        for kind in [moved, light] {
+            renderer.set_light(0, kind).unwrap();
+            renderer.frame().unwrap();
+        }
+        look(&mut renderer);
+        assert!(bits(&renderer) == first, "{what}: the picture stays");
+        for camera in [&away, &home] {
+            renderer.set_camera(camera);
+            renderer.frame().unwrap();
+        }
+        assert!(bits(&renderer) == first, "{what}: the camera is back");
     }
-    assert!(bits(&renderer) == first, "the light is back");
-    renderer.cluster_colours(0).unwrap();
-    camera.position += Vec3::new(0.1, 0.0, -0.5);
-    renderer.set_camera(&camera);
-    renderer.frame().unwrap();
-    renderer.set_camera(&scene.cameras[0]);
-    renderer.frame().unwrap();
-    assert!(bits(&renderer) == first, "the camera is back");
     assert_silent(&context());
 }

@@ -18,7 +18,7 @@ const STAGING_BYTES: u64 = 16 << 20;
 /// The smallest buffer: a binding may not be empty. In bytes.
 const LEAST_BYTES: u64 = 16;
 
-/// What a buffer may be longer than it seems, in bytes.
+/// The most that [`unused_bytes`] adds to a buffer.
 pub(super) const MOST_UNUSED_BYTES: u64 = 256;
 
 /// What storage is used for.
@@ -42,7 +42,7 @@ pub(super) struct Allocated {
     pub(super) name: String,
     /// As asked for.
     bytes: u64,
-    /// What kernels see: not less.
+    /// What kernels can address, at least as much.
     pub(super) bound_bytes: u64,
     location: MemoryLocation,
     /// Its words as texels, once a kernel has asked for them.
@@ -224,9 +224,9 @@ impl Buffer {
 
 /// Bytes at the end of a buffer that nothing is stored in.
 ///
-/// llvmpipe compiles a shader anew for each combination of two properties of the texel buffers that it reads: whether
-/// a size is a power of two, and whether its second byte is zero. (It takes them for images, where that byte is the last level
-/// of detail.) No size here has one of them.
+/// llvmpipe (Mesa 22.3.6) treats texel buffers like images. It compiles a shader again if the size of one becomes a power
+/// of two, or if the second byte of that size becomes zero: that byte is where images have their last level of detail.
+/// The added bytes keep every size free of both.
 const fn unused_bytes(bytes: u64) -> u64 {
     match bytes {
         _ if bytes & 0xff00 == 0 => MOST_UNUSED_BYTES,

@@ -127,7 +127,8 @@ impl Renderer {
         self.context.run(|rec| {
             self.record_flux(rec, &whole, &self.lights.cluster_lights());
             self.record_near_field(rec, &whole);
-            // The near field was worked out by records gathered from clusters on the way; frames take these for current.
+            // The near field has overwritten these records with light gathered from unfinished clusters. The next frame
+            // takes them for current, so they are gathered from the finished ones.
             self.gather.record(rec, self.gather_sources(), &whole.sources);
         })?;
         Ok(())

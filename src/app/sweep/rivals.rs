@@ -36,7 +36,8 @@ pub(super) const METHODS: [Method; 2] = [
 
 /// Longest that a method is given to reach our error, seconds; beyond, the number of samples is extrapolated.
 const EQUAL_ERROR_S: f64 = 5.0;
-/// Nor many more samples than the reference has: its own noise would tell. Times as many.
+/// Most samples that a method is given for that, as a multiple of those of the reference. Beyond, the noise of the
+/// reference would be most of the error.
 const MOST_OF_REFERENCE: f64 = 4.0;
 /// Renderings on the way there.
 const MOST_ATTEMPTS: u32 = 6;

@@ -32,7 +32,10 @@ TREE = WORK / "tree"
 SITES, RESULTS = WORK / "sites.json", WORK / "results.json"
 RUST = ["src/passes", "src/renderer", "src/cpu", "src/gpu"]
 # Test binaries in the order in which a mutant is tried.
-ORDER = ["lightpaths", "hazards", "interface", "passes", "stored", "physics", "stress", "scene", "soak"]
+ORDER = ["lightpaths", "hazards", "device", "interface", "passes", "stored", "physics", "stress", "scene", "soak",
+         "cli", "failures", "window"]
+# These start the program, which does not know for which test it runs.
+BY_PROGRAM = ["cli", "failures", "window"]
 # A mutant that makes tests take so many times as long has hung them.
 HANGS = 6
 # Seconds of the tests of one process: few at first, for most mutants are seen at once.
@@ -264,7 +267,7 @@ def build(options):
     messages = [json.loads(line) for line in made.stdout.split("\n") if line.startswith("{")]
     made = [m for m in messages if m.get("executable") and m["profile"]["test"] and m["target"]["kind"] != ["bin"]]
     binaries = {m["target"]["name"]: m["executable"] for m in made}
-    binaries = {name: binaries[name] for name in ORDER if name in binaries}
+    binaries = {name: binaries[name] for name in ORDER}
     SITES.write_text(json.dumps({"sites": rust + glsl, "glsl": options.glsl, "binaries": binaries, "baseline": {}}))
 
 
@@ -319,19 +322,26 @@ def cover(known):
 
     def of(name):
         file = WORK / f"{name}.reached"
-        file.unlink(missing_ok=True)
-        failed, times = test(known["binaries"][name], 0, 3600, cover=file)
-        reached = {}
-        for line in file.read_text().split("\n") if file.exists() else []:
-            if len(words := line.split(" ")) == 2 and words[1] in times:
-                reached.setdefault(words[0], set()).add(words[1])
+        binary, times, reached, failed = known["binaries"][name], {}, {}, None
+        listed = subprocess.check_output([binary, "--list"], text=True, cwd=TREE)
+        names = re.findall(r"^(\S+): test$", listed, re.M)
+        for tests in [[test] for test in names] if name in BY_PROGRAM else [[]]:
+            file.unlink(missing_ok=True)
+            seen, seconds = test(binary, 0, 3600, tests, cover=file)
+            failed = failed or seen
+            times |= seconds
+            for line in file.read_text().split("\n") if file.exists() else []:
+                words = line.split(" ")
+                by = tests[0] if tests else words[-1]
+                if len(words) == 2 and by in seconds:
+                    reached.setdefault(words[0], set()).add(by)
         reached = {key: sorted(tests) for key, tests in reached.items()}
         print(f"{name}: {sum(times.values()):.0f} s, reaches {len(reached)}" + (f", FAILS: {failed}" if failed else ""),
               flush=True)
         return name, {"times": times, "reached": reached, "failed": failed}
 
     with ThreadPoolExecutor(2) as pool:
-        known["baseline"] = dict(pool.map(of, known["binaries"]))
+        known["baseline"] |= dict(pool.map(of, [name for name in known["binaries"] if name not in known["baseline"]]))
     SITES.write_text(json.dumps(known))
     reached = {key for base in known["baseline"].values() for key in base["reached"]}
     missed = [site for site in known["sites"] if site["kind"] == "rust" and str(site["id"]) not in reached]
@@ -401,7 +411,7 @@ def attempt(site, known, most_seconds):
 
 def run(options):
     known = json.loads(SITES.read_text())
-    if not known["baseline"]:
+    if known["baseline"].keys() != known["binaries"].keys():
         cover(known)
     results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     stop = time.monotonic() + 60 * options.minutes

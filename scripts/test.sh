@@ -77,10 +77,9 @@ export DIR
 trap 'rm -rf "$DIR"' EXIT
 
 start=$SECONDS
-# The unit tests stand in a second copy of the library, and none of them is slow: what they lose
-# without optimisation is less than a compiler takes for it.
-CARGO_PROFILE_TEST_OPT_LEVEL=0 $CARGO test --locked --lib --no-run 2>&1 | tee "$DIR/cargo"
-$CARGO test --locked --example time_ratios --test '*' --no-run 2>&1 | tee -a "$DIR/cargo"
+# Only the library and the program are optimised (profile.test): see scripts/rustc_for_tests.sh.
+RUSTC_WORKSPACE_WRAPPER=$PWD/scripts/rustc_for_tests.sh $CARGO test --locked --lib --example time_ratios --test '*' \
+    --no-run 2>&1 | tee "$DIR/cargo"
 built=$((SECONDS - start))
 
 # Processes inherit ignored signals from nohup and from background jobs. Tests of signals need the default

@@ -40,17 +40,11 @@ impl Seen {
     /// The device lacks memory or failed.
     pub(super) fn new(scene: &Scene, made: &Precomputed) -> Result<Self> {
         let view = View::from(&scene.cameras[0]);
-        let [columns, rows] = RAYS;
-        let query = |index: u32| {
-            let part = |place: u32, count: u32| (place as f32 + 0.5) / count as f32 * 2.0 - 1.0;
-            let (x, y) = (part(index % columns, columns), part(index / columns, rows));
-            RayQuery { origin: view.position, direction: view.forward + x * view.right - y * view.up }
-        };
-        let queries: Vec<RayQuery> = (0..columns * rows).map(query).collect();
+        let queries: Vec<RayQuery> = camera_rays(&view).collect();
         let answers = made.closed.rays.trace(&made.buffers, &queries)?;
         let cell_size = made.hvds.grid.cell_size() as f32;
         // Of two rays, a metre away.
-        let spacing = 2.0 * view.right.length() / columns as f32;
+        let spacing = 2.0 * view.right.length() / RAYS[0] as f32;
         let clear = 1e-5 * (scene.bounds().1 - scene.bounds().0).length();
         let (mut clusters, mut around) = (HashSet::new(), Vec::new());
         for (query, answer) in queries.iter().zip(&answers).filter(|(_, answer)| answer.t >= 0.0) {
@@ -108,6 +102,16 @@ pub(super) fn paths_to_view(scene: &mut Scene, made: &Precomputed) -> Result<Vec
         ));
     }
     Ok(seen.paths(made))
+}
+
+/// Rays through the middles of equal rectangles of the picture, row by row.
+fn camera_rays(view: &View) -> impl Iterator<Item = RayQuery> {
+    let [columns, rows] = RAYS;
+    let middle = |place: u32, count: u32| (place as f32 + 0.5) / count as f32 * 2.0 - 1.0;
+    (0..columns * rows).map(move |index| {
+        let (x, y) = (middle(index % columns, columns), middle(index / columns, rows));
+        RayQuery { origin: view.position, direction: view.forward + x * view.right - y * view.up }
+    })
 }
 
 /// A base cluster and those that hold it.
@@ -170,5 +174,45 @@ impl Renderer {
             few.map(|(light, _, count)| resolution::few_paths(&self.scene, light, count)).collect();
         self.scene.warnings.extend(warnings);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Camera;
+
+    #[test]
+    fn camera_rays_are_spread_evenly_over_the_picture() {
+        let camera = Camera {
+            name: String::new(),
+            position: Vec3::new(1.0, 2.0, 3.0),
+            target: Vec3::new(-1.0, 1.5, 0.5),
+            up: Vec3::Y,
+            fov_y_degrees: 50.0,
+            size: [80, 60],
+        };
+        let view = View::from(&camera);
+        let place = |ray: &RayQuery| {
+            let from_axis = ray.direction - view.forward;
+            [
+                from_axis.dot(view.right) / view.right.length_squared(),
+                from_axis.dot(view.up) / view.up.length_squared(),
+            ]
+        };
+        let places: Vec<[f32; 2]> = camera_rays(&view).map(|ray| place(&ray)).collect();
+        for (axis, count) in RAYS.into_iter().enumerate() {
+            let mut along: Vec<f32> = places.iter().map(|place| place[axis]).collect();
+            along.sort_by(f32::total_cmp);
+            along.dedup_by(|a, b| (*a - *b).abs() < 1e-4);
+            assert_eq!(along.len(), count as usize);
+            // The middles of equal parts of -1 … 1.
+            for (index, middle) in along.iter().enumerate() {
+                assert!(
+                    (middle - ((2 * index + 1) as f32 / count as f32 - 1.0)).abs() < 1e-4,
+                    "{axis}: {along:?}"
+                );
+            }
+        }
     }
 }

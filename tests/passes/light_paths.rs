@@ -96,6 +96,10 @@ fn parts(walk: &Walk<'_>, walker: &mut Walker, found: &[(PathVertex, u32)], goes
         if vertex.cluster != walk.geometry.cluster(walk.hvds, vertex.position, vertex.side) {
             return true;
         }
+        // Where the twin stands now is its own vertex.
+        if walker.position != twin.position || walker.incoming.as_vec3() != twin.incoming {
+            return true;
+        }
         walker.position = vertex.position;
         walker.incoming = vertex.incoming.as_dvec3();
     }

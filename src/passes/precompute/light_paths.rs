@@ -71,6 +71,13 @@ pub const ROULETTE_THRESHOLD: f32 = 0.5;
 /// What roulette takes editable materials to reflect: were it what they reflect at load, the paths that matter after an edit
 /// upwards would have ended early; were it all, paths among editable materials would never end.
 pub const EDITABLE_ALBEDO: f32 = 0.9;
+
+/// Vertices that a device of so much memory holds, a deposit and a step each. The host holds them, too, in what may be less memory.
+fn most_vertices(device_memory_bytes: u64) -> u64 {
+    let on_device = device_memory_bytes / (size_of::<Deposit>() + size_of::<PathStep>()) as u64;
+    on_device.min(MOST_VERTICES)
+}
+
 /// Traces all paths. Where some materials are editable, entry points and their paths are put in an order in which those that the same
 /// of them reflect stand together. `surfaces` in BVH order, `materials` as on the device. Before the vertices are listed, `measure`
 /// may find their openness.
@@ -104,9 +111,7 @@ pub fn trace(
     let mut chunks = Chunks::new(1 << 12, LIMIT);
     progress.stage("light paths", live.len() as u64);
     let total = live.len() as u64;
-    // Of a deposit and a step each; and the host holds them, too, in what may be less memory.
-    let most = context.limits().device_memory_bytes / (size_of::<Deposit>() + size_of::<PathStep>()) as u64;
-    let most = most.min(MOST_VERTICES);
+    let most = most_vertices(context.limits().device_memory_bytes);
     while !live.is_empty() {
         if vertices.len() as u64 >= most {
             return Err(Error::OutOfMemory(format!(
@@ -259,5 +264,18 @@ impl Walk {
         let after: Vec<PathState> = self.paths.read_range(0, states.len())?;
         survivors.extend(after.into_iter().filter(|state| state.is_alive == 1));
         Ok(timings[0].ms)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_fit_the_device_and_the_host() {
+        // Deposits and steps of one vertex; the host's 2^28.
+        let each = (size_of::<Deposit>() + size_of::<PathStep>()) as u64;
+        assert_eq!(most_vertices(1000 * each + each - 1), 1000);
+        assert_eq!(most_vertices(u64::MAX), 1 << 28);
     }
 }

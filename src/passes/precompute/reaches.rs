@@ -117,6 +117,34 @@ mod tests {
     use super::*;
     use crate::cpu::sampling::hash;
 
+    /// A cell that held points from elsewhere would cost time, and no picture would show it.
+    #[test]
+    fn points_stand_in_the_cells_that_they_lie_in() {
+        let random = |i: u32| hash(hash(i)) as f32 / u32::MAX as f32;
+        let point = |i: u32| 7.0 * Vec3::new(random(3 * i), random(3 * i + 1), random(3 * i + 2)) - 3.0;
+        let points: Vec<(Vec3, f32)> = (0..500).map(|i| (point(i), 0.5 * random(i + 9000))).collect();
+        let map = Reaches::of(&points);
+        let mut count = 0;
+        for layer in &map.layers {
+            for (index, list) in layer.lists.iter().enumerate() {
+                let [across, down] =
+                    [layer.cells.x, layer.cells.x * layer.cells.y].map(|stride| stride as usize);
+                let cell = UVec3::new(
+                    (index % across) as u32,
+                    (index % down / across) as u32,
+                    (index / down) as u32,
+                );
+                for point in list {
+                    let within = (point.position - layer.low) * layer.inverse_cell - cell.as_vec3();
+                    // Positions are rounded, and the last cell ends at the last point.
+                    assert!(within.min_element() >= -1e-4 && within.max_element() <= 1.0 + 1e-4, "{within}");
+                    count += 1;
+                }
+            }
+        }
+        assert_eq!(count, points.len());
+    }
+
     #[test]
     fn whatever_reaches_a_place_is_found_once() {
         let random = |i: u32| hash(hash(i)) as f32 / u32::MAX as f32;

@@ -171,6 +171,31 @@ fn a_device_can_be_chosen_by_index_and_by_part_of_its_name() {
     }
 }
 
+/// A driver that has no statistics of pipelines gives none.
+#[test]
+fn statistics_of_pipelines_are_asked_for_as_vulkan_demands() {
+    let options = ContextOptions { validation: true, statistics: true, ..ContextOptions::default() };
+    let context = Context::new(&options).unwrap();
+    let _pipeline = Pipeline::new(&context, "prefix_sum_reduce", &[("ITEMS", 1)]).unwrap();
+    let told = context.pipeline_statistics();
+    println!("{}", told.map_or("none".to_owned(), |told| format!("of {} pipelines", told.len())));
+    assert_silent(&context);
+}
+
+/// Memory that is used again holds what was there before.
+#[test]
+fn a_word_begins_as_zero() {
+    let context = context();
+    let ones = Buffer::from_slice(&context, "ones", &[1_u32]).unwrap();
+    for _ in 0..2 {
+        let word = Buffer::word(&context, "word").unwrap();
+        assert_eq!(word.read_word(), 0);
+        context.run(|rec| rec.copy(&ones, &word)).unwrap();
+        assert_eq!(word.read_word(), 1);
+    }
+    assert_silent(&context);
+}
+
 /// One item more would not fit.
 #[test]
 fn a_part_is_as_long_as_a_binding_may_be() {

@@ -119,7 +119,8 @@ fn unchecked_context() -> Arc<Context> {
 fn assert_one_sync_hazard(context: &Context) {
     let messages = context.take_validation_messages();
     assert_eq!(messages.len(), 1, "{messages:#?}");
-    assert!(messages[0].contains("SYNC-HAZARD"), "{messages:#?}");
+    // The buffer by its name.
+    assert!(messages[0].contains("SYNC-HAZARD") && messages[0].contains("[sums]"), "{messages:#?}");
 }
 
 /// The layer (1.3.239) says nothing of a write after a write by two dispatches, nor of a read through a binding that is

@@ -252,3 +252,25 @@ fn what_is_made_is_destroyed() {
         assert!(count("vkCreateBuffer") > 20 && count("vkCreateComputePipelines") > 10, "{calls:?}");
     }
 }
+
+/// Messages of the validation layer and captures name what they are about.
+#[test]
+fn what_is_made_has_a_name() {
+    // One call makes one object each.
+    const NAMED: [&str; 10] = [
+        "vkCreateBuffer",
+        "vkCreateBufferView",
+        "vkCreateCommandPool",
+        "vkCreateComputePipelines",
+        "vkCreateDescriptorSetLayout",
+        "vkCreateFence",
+        "vkCreatePipelineCache",
+        "vkCreatePipelineLayout",
+        "vkCreateQueryPool",
+        "vkCreateShaderModule",
+    ];
+    let calls = Stage::new().calls("render CUBE -o a.png --validation");
+    let made: u64 = NAMED.iter().filter_map(|name| calls.get(*name)).sum();
+    // Device, queue and command buffer.
+    assert_eq!(calls["vkSetDebugUtilsObjectNameEXT"], made + 3, "{calls:?}");
+}

@@ -188,7 +188,23 @@ fn no_ray_escapes_from_a_closed_sphere() {
     }
 }
 
-/// Walls in the planes of the axes have boxes of no thickness.
+/// Rays from inside a box to points of its twelve edges.
+fn to_edges(centre: Vec3, size: Vec3, count: usize) -> Vec<RayQuery> {
+    let mut random = Random::new(7);
+    let ray = |index: usize| {
+        let mut place = random.cube().map(|along| 0.999 * along);
+        let signs = [1, 2].map(|bit| if index / 3 & bit == 0 { -1.0 } else { 1.0 });
+        place[(index + 1) % 3] = signs[0];
+        place[(index + 2) % 3] = signs[1];
+        let origin = centre + 0.3 * size * random.cube();
+        // The same rounding as of the walls' corners.
+        RayQuery { origin, direction: (0.5 * size * place + centre) - origin }
+    };
+    (0..count).map(ray).collect()
+}
+
+/// Walls in the planes of the axes have boxes of no thickness. A ray to an edge enters one wall's box where it leaves the
+/// other's, so that rounding alone decides whether it meets both, one, or, were boxes not widened, none.
 #[test]
 fn no_ray_escapes_from_a_closed_box() {
     for (size, centre) in
@@ -199,7 +215,8 @@ fn no_ray_escapes_from_a_closed_box() {
             triangle.positions = triangle.positions.map(|p| p + centre);
         }
         let world = World::new(&scene, 8);
-        let queries = inside_out(&world, centre, 0.5 * size.min_element(), 300_007);
+        let mut queries = inside_out(&world, centre, 0.5 * size.min_element(), 300_007);
+        queries.extend(to_edges(centre, size, 40_000));
         let answers = Rays::new(&world.context).unwrap().trace(&world.buffers, &queries).unwrap();
         assert!(answers.iter().all(|answer| answer.side % 2 == 0), "rays left the box around {centre}");
         assert_silent(&world.context);

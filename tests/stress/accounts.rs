@@ -1,0 +1,44 @@
+//! Bytes that a frame reports for its passes, from the sizes of their buffers.
+
+use crate::common::{assert_silent, context};
+use crate::{FEW, count, prepare, the_box};
+use glam::Vec3;
+use lightpaths::renderer::{FrameReport, Renderer};
+use lightpaths::scene::Quality;
+
+/// What the gather pass reads and writes for that many records, once each.
+fn gathering(renderer: &Renderer, records: u32) -> u64 {
+    let stages = renderer.stages();
+    let all = stages.ray_bundles.bytes() + stages.gathered.bytes();
+    let of_all = (stages.gathered.bytes() / size_of::<lightpaths::types::Record>() as u64).max(1);
+    u64::from(records) * all / of_all + stages.cluster_irradiance.bytes()
+}
+
+fn passes(report: &FrameReport, name: &str) -> usize {
+    report.passes.iter().filter(|pass| pass.name == name).count()
+}
+
+#[test]
+fn reported_bytes_are_those_of_the_records_that_a_frame_gathers() {
+    let mut renderer = prepare(the_box(&[]), Quality { cache_points: 2_000, ..FEW });
+    let first = renderer.frame().unwrap();
+    let ahead = count(&renderer, "records gathered ahead, for small clusters beside them") as u32;
+    assert!(ahead > 0 && passes(&first, "gather") > 1);
+    // Of several passes the mean.
+    let mean = (first.gathered + ahead) / passes(&first, "gather") as u32;
+    assert_eq!(first.bytes["gather"], gathering(&renderer, mean));
+
+    let camera = renderer.scene().cameras[0].clone();
+    let target = camera.target + 0.4 * camera.frame()[0] * (camera.target - camera.position).length();
+    renderer.move_camera(camera.position, target);
+    let moved = renderer.frame().unwrap();
+    assert!(moved.gathered > 0 && passes(&moved, "gather") == 1, "{}", moved.gathered);
+    assert_eq!(moved.bytes["gather"], gathering(&renderer, moved.gathered));
+
+    // The list of needed records is made from the weights of the splats where the view is new, and only there.
+    renderer.move_light(0, Vec3::new(0.01, 0.0, 0.0)).unwrap();
+    let lit = renderer.frame().unwrap();
+    let listed = |report: &FrameReport| report.bytes["needed_records"];
+    assert!(listed(&moved) > listed(&lit), "{} and {} bytes", listed(&moved), listed(&lit));
+    assert_silent(&context());
+}

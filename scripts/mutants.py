@@ -2,7 +2,7 @@
 """Tries mutants: small faults in the code, each of which some test ought to see.
 
     scripts/mutants.py build [--rust N] [--glsl N] [--seed S]   choose faults, build once with all of them
-    scripts/mutants.py run [--minutes M] [--jobs J] [--seconds S] try those that were not tried yet
+    scripts/mutants.py run [--minutes M] [--jobs J] [--seconds S] [--again [ID…]] try those that were not tried yet
     scripts/mutants.py report                                   print the table of docs/testing.md
 
 Every Rust mutant is compiled into one build as `if crate::mutant(ID) { changed } else { original }`, and the
@@ -424,8 +424,9 @@ def run(options):
         RESULTS.write_text(json.dumps(results))
         print(f"{site['id']} {site['file']}:{site['line'] + 1}: {results[str(site['id'])]['by'] or 'SURVIVED'}", flush=True)
 
-    if options.again:
-        results = {key: outcome for key, outcome in results.items() if outcome["by"]}
+    if options.again is not None:
+        again = options.again or [key for key, outcome in results.items() if not outcome["by"]]
+        results = {key: outcome for key, outcome in results.items() if key not in again}
     due = [site for site in known["sites"] if str(site["id"]) not in results]
     # In any order: what was tried when time is up stands for all.
     random.Random(1).shuffle(due)
@@ -458,7 +459,7 @@ def main():
     builder.set_defaults(call=build)
     runner = commands.add_parser("run")
     runner.add_argument("--jobs", type=int, default=2)
-    runner.add_argument("--again", action="store_true", help="also those that survived")
+    runner.add_argument("--again", nargs="*", metavar="ID", help="also those that survived, or these of them")
     runner.add_argument("--seconds", type=float, default=100, help="of the tests that a mutant is tried against")
     runner.add_argument("--minutes", type=float, default=1e6)
     runner.set_defaults(call=run)

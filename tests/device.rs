@@ -171,6 +171,32 @@ fn a_device_can_be_chosen_by_index_and_by_part_of_its_name() {
     }
 }
 
+/// Passes that are timed alone run without what stands between them.
+#[test]
+fn passes_copy_and_clear_and_others_are_left_out() {
+    let context = context();
+    let from = Buffer::from_slice(&context, "from", &[1_u32, 2]).unwrap();
+    let [in_pass, cleared, between] = ["in a pass", "cleared", "between"]
+        .map(|name| Buffer::from_slice(&context, name, &[7_u32, 8]).unwrap());
+    for only_one in [false, true] {
+        let record = |rec: &mut lightpaths::gpu::Recorder| {
+            if only_one {
+                rec.only(&["one"]);
+            }
+            rec.pass("one").copy(&from, &in_pass).fill_zero(&cleared);
+            rec.copy(&from, &between);
+        };
+        for buffer in [&in_pass, &cleared, &between] {
+            buffer.write(&[7_u32, 8]).unwrap();
+        }
+        context.run(record).unwrap();
+        let found = [&in_pass, &cleared, &between].map(|buffer| buffer.read::<u32>().unwrap());
+        let copied = if only_one { [7, 8] } else { [1, 2] };
+        assert_eq!(found, [vec![1, 2], vec![0, 0], copied.to_vec()], "alone: {only_one}");
+    }
+    assert_silent(&context);
+}
+
 /// A driver that has no statistics of pipelines gives none.
 #[test]
 fn statistics_of_pipelines_are_asked_for_as_vulkan_demands() {

@@ -3,7 +3,7 @@
 use crate::common::{assert_silent, context};
 use crate::{SMALL, render};
 use glam::Vec3;
-use lightpaths::scene::{LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
+use lightpaths::scene::{Light, LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
 
 /// A room of 5 × 2.6 × 4 m whose wall has a square window of that width, through which the sun shines; on a ground of that width, if any.
 fn room(window: f32, ground: f32) -> Scene {
@@ -60,6 +60,31 @@ fn a_light_that_few_entry_points_carry_is_told() {
     // Entry points outside do not help a camera inside.
     let told = warnings(room(0.3, 1000.0), &quality);
     assert!(!told.is_empty(), "a small building on a large ground");
+    assert_silent(&context());
+}
+
+/// The same room, and away from it a box that opens to the lee of the sun, with a lamp and the camera.
+#[test]
+fn what_few_entry_points_carry_where_no_camera_looks_is_not_told() {
+    let mut scene = room(0.1, 0.0);
+    let away = Vec3::new(6.0, 0.0, 6.0);
+    let mut shelter = shapes::closed_box(Vec3::splat(2.0), 0.5).triangles;
+    shelter.retain(|triangle| !triangle.positions.iter().all(|corner| corner.x > 0.99));
+    for triangle in &mut shelter {
+        triangle.positions = triangle.positions.map(|corner| corner + away);
+    }
+    scene.triangles.extend(shelter);
+    let lamp = LightKind::Point { position: away + Vec3::new(0.2, 0.3, 0.1), intensity: Vec3::splat(50.0) };
+    scene.lights.push(Light { name: "lamp".into(), is_on: true, kind: lamp });
+    let quality = Quality { entry_points: 100_000, ..SMALL };
+    let told = |scene: &Scene| {
+        let told = warnings(scene.clone(), &quality).into_iter();
+        told.filter(|warning| warning.contains("quality.entry_points")).collect::<Vec<_>>()
+    };
+    assert_eq!(told(&scene).len(), 1, "the camera in the room");
+    let camera = &mut scene.cameras[0];
+    (camera.position, camera.target) = (away + Vec3::X * 0.9, away - Vec3::X);
+    assert_eq!(told(&scene), [""; 0], "the camera in the box");
     assert_silent(&context());
 }
 

@@ -4,7 +4,7 @@ use crate::common::{assert_silent, context};
 use crate::{FEW, count, prepare, the_box};
 use glam::Vec3;
 use lightpaths::renderer::{FrameReport, Renderer};
-use lightpaths::scene::Quality;
+use lightpaths::scene::{Quality, shapes};
 
 /// What the gather pass reads and writes for that many records, once each.
 fn gathering(renderer: &Renderer, records: u32) -> u64 {
@@ -40,5 +40,23 @@ fn reported_bytes_are_those_of_the_records_that_a_frame_gathers() {
     let lit = renderer.frame().unwrap();
     let listed = |report: &FrameReport| report.bytes["needed_records"];
     assert!(listed(&moved) > listed(&lit), "{} and {} bytes", listed(&moved), listed(&lit));
+    assert_silent(&context());
+}
+
+/// Shares of what a scene has none of are left out.
+#[test]
+fn shares_are_numbers_where_there_is_nothing_to_share() {
+    for quality in [
+        Quality { cache_points: 0, ..FEW },
+        Quality { entry_points: 0, ..FEW },
+        Quality { cache_points: 0, entry_points: 0, ..FEW },
+    ] {
+        let mut renderer = prepare(shapes::closed_box(Vec3::ONE, 0.5), quality);
+        renderer.frame().unwrap();
+        let statistics = renderer.statistics().unwrap();
+        for (name, share) in statistics.skipped.iter().chain(&statistics.removed) {
+            assert!((0.0..=1.0).contains(share), "{name}: {share}");
+        }
+    }
     assert_silent(&context());
 }

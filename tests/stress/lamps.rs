@@ -116,7 +116,8 @@ fn check_panels(quality: Quality, size: [u32; 2]) {
         };
         for renderer in [&mut renderer, &mut black] {
             renderer.set_light(0, kind).unwrap();
-            renderer.frame().unwrap();
+            let passes = renderer.frame().unwrap().passes;
+            assert!(passes.iter().all(|pass| pass.ms > 0.0), "{passes:?}");
             assert_finite(renderer);
         }
         let entered = deposited(&black) / power;

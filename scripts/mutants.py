@@ -465,6 +465,9 @@ def main():
     runner.set_defaults(call=run)
     commands.add_parser("report").set_defaults(call=report)
     options = parser.parse_args()
+    # nohup and shells leave signals ignored, which children inherit; tests of signals need them.
+    for ignored in (signal.SIGHUP, signal.SIGINT, signal.SIGTERM):
+        signal.signal(ignored, signal.SIG_DFL)
     options.call(options)
 
 

@@ -166,7 +166,7 @@ impl Buffer {
         for piece in data.chunks(STAGING_BYTES as usize) {
             let (bytes, begun) = (piece.len() as u64, Instant::now());
             staging.allocated.store(piece);
-            self.allocated.context.journal.note_copy("stage", name, begun, bytes);
+            self.allocated.context.timeline.note_copy("stage", name, begun, bytes);
             self.allocated.context.run(|rec| rec.copy_bytes(&staging, 0, self, offset, bytes))?;
             offset += bytes;
         }
@@ -205,7 +205,7 @@ impl Buffer {
             })?;
             let begun = Instant::now();
             piece.copy_from_slice(&staging.allocated.mapped()[..piece.len()]);
-            self.allocated.context.journal.note_copy("read back", name, begun, piece.len() as u64);
+            self.allocated.context.timeline.note_copy("read back", name, begun, piece.len() as u64);
             offset += piece.len() as u64;
         }
         Ok(data)

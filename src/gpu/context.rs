@@ -11,12 +11,12 @@ use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 use super::VkResultExt;
 use super::device::{self, CPU, DeviceSummary, Limits, Shows};
 use super::instance::Instance;
-use super::journal::Journal;
 use super::optional::{Offers, Optional, PipelineStatistics};
 use super::pipeline_store::PipelineStore;
 use super::pipelines::Pipelines;
 use super::recorder::Recorder;
 use super::submission::Submission;
+use super::timeline::Timeline;
 use super::timing::PassTiming;
 use super::tuning::Tuning;
 use crate::error::{Error, Result};
@@ -67,7 +67,7 @@ pub struct Context {
     pub(super) pipelines: Pipelines,
     pub(super) memory: Mutex<MemoryUse>,
     pub(super) has_hazard_check: bool,
-    pub(super) journal: Journal,
+    pub(super) timeline: Timeline,
     pub(super) optional: Optional,
     has_window: bool,
     pub(super) queue_family: u32,
@@ -144,7 +144,7 @@ impl Context {
             names,
             memory: Mutex::default(),
             has_hazard_check: options.hazard_check,
-            journal: Journal::default(),
+            timeline: Timeline::default(),
             optional: offers.load(&instance, &device),
             has_window: shows.is_some(),
             // SAFETY: the device was made with a queue of that family.

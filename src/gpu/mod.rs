@@ -13,7 +13,6 @@ mod device;
 pub mod hash;
 mod hazard;
 mod instance;
-mod journal;
 mod optional;
 mod parts;
 mod pipeline;
@@ -23,6 +22,7 @@ mod recorder;
 pub mod shaders;
 pub mod spirv;
 mod submission;
+mod timeline;
 mod timing;
 mod tuning;
 #[cfg(feature = "window")]
@@ -33,11 +33,11 @@ pub use buffer::Buffer;
 pub use capture::Capture;
 pub use context::{Context, ContextOptions, MemoryUse};
 pub use device::{DeviceSummary, Limits};
-pub use journal::{HostSpan, PassSpan, SubmissionSpan, Trace};
 pub use optional::{PipelineStatistics, Statistic};
 pub use parts::{Part, Parts};
 pub use pipeline::Pipeline;
 pub use recorder::{PassScope, Recorder};
+pub use timeline::{HostSpan, PassSpan, SubmissionSpan, Trace};
 pub use timing::PassTiming;
 pub use tuning::Tuning;
 

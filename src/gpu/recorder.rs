@@ -173,7 +173,7 @@ impl Recorder {
         }
         let [recorded, submitted, done] = times;
         let host = [self.begun, recorded, submitted, done, Instant::now()];
-        self.context.journal.note_submission(&self.context, host, &timings, &ticks)?;
+        self.context.timeline.note_submission(&self.context, host, &timings, &ticks)?;
         Ok((timings, self.hazards.as_ref().map_or_else(Vec::new, Hazards::redundant)))
     }
 

@@ -71,7 +71,7 @@ pub struct Trace {
 
 /// Writes down submissions while somebody wants to know.
 #[derive(Default)]
-pub(super) struct Journal(Mutex<Option<Open>>);
+pub(super) struct Timeline(Mutex<Option<Open>>);
 
 /// What is written down so far.
 struct Open {
@@ -86,7 +86,7 @@ impl Open {
     }
 }
 
-impl Journal {
+impl Timeline {
     /// A submission with the host's times, in the order of [`SubmissionSpan`], and the ticks at which passes began and ended.
     pub(super) fn note_submission(
         &self,
@@ -95,8 +95,8 @@ impl Journal {
         passes: &[PassTiming],
         ticks: &[[u64; 2]],
     ) -> Result<()> {
-        let mut journal = self.0.lock().expect("no holder panics");
-        let Some(open) = journal.as_mut() else { return Ok(()) };
+        let mut timeline = self.0.lock().expect("no holder panics");
+        let Some(open) = timeline.as_mut() else { return Ok(()) };
         let [begun_us, recorded_us, submitted_us, done_us, read_us] = host.map(|time| open.us(time));
         let reading = context.optional.clock.as_ref().map(Reading::take).transpose()?;
         let deviation_us = reading.as_ref().map(|reading| reading.deviation_us);
@@ -127,8 +127,8 @@ impl Journal {
     /// A copy between the program and mapped memory that began then and ends now.
     pub(super) fn note_copy(&self, name: &'static str, buffer: &str, begun: Instant, bytes: u64) {
         let ended = Instant::now();
-        let mut journal = self.0.lock().expect("no holder panics");
-        let Some(open) = journal.as_mut() else { return };
+        let mut timeline = self.0.lock().expect("no holder panics");
+        let Some(open) = timeline.as_mut() else { return };
         let (begin_us, end_us) = (open.us(begun), open.us(ended));
         open.trace.host.push(HostSpan { name, buffer: buffer.to_owned(), begin_us, end_us, bytes });
     }
@@ -184,12 +184,17 @@ impl Context {
     /// Writes down from now on what host and device do. Times count from `origin`.
     pub fn begin_trace(&self, origin: Instant) {
         let open = Open { origin, trace: Trace::default() };
-        *self.journal.0.lock().expect("no holder panics") = Some(open);
+        *self.timeline.0.lock().expect("no holder panics") = Some(open);
     }
 
     /// Ends that; empty where it was not begun.
     pub fn end_trace(&self) -> Trace {
-        self.journal.0.lock().expect("no holder panics").take().map_or_else(Trace::default, |open| open.trace)
+        self.timeline
+            .0
+            .lock()
+            .expect("no holder panics")
+            .take()
+            .map_or_else(Trace::default, |open| open.trace)
     }
 }
 

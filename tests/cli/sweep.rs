@@ -90,11 +90,11 @@ fn check_document(document: &serde_json::Value) {
         );
     }
     assert!(settings.iter().any(|setting| setting["is_on_pareto_front"] == true));
-    let rivals = document["rivals"].as_array().unwrap();
+    let baselines = document["rivals"].as_array().unwrap();
     for method in ["path tracing", "photon mapping"] {
         for at in ["equal_time_relit", "equal_time_first", "equal_error"] {
             assert!(
-                rivals.iter().any(|rival| rival["method"] == method && rival["at"] == at),
+                baselines.iter().any(|baseline| baseline["method"] == method && baseline["at"] == at),
                 "{method} {at}"
             );
         }

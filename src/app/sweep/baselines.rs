@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::measure::{Judged, judge};
 use super::reference::Reference;
-use super::results::{Occasion, Rival, Setting};
+use super::results::{Baseline, Occasion, Setting};
 use crate::app::args::DeviceArgs;
 use crate::error::Result;
 use crate::gpu::Context;
@@ -46,7 +46,7 @@ const TIMED: u32 = 2;
 
 /// What a method did.
 pub(super) struct Outcome {
-    pub(super) rivals: Vec<Rival>,
+    pub(super) baselines: Vec<Baseline>,
     /// The picture at the time of precomputation and first frame.
     pub(super) picture: Judged,
     /// Samples of each of its pixels.
@@ -78,11 +78,11 @@ pub(super) fn compare(
     run.renderer.add_samples(count)?;
     run.sample_s = start.elapsed().as_secs_f64() / f64::from(count);
 
-    let mut rivals = Vec::new();
+    let mut baselines = Vec::new();
     let mut curve = Vec::new();
     let mut told = |run: &Run<'_>, at, spp: u32, picture: &Judged, ours_s: f64| {
         let seconds = run.sample_s * f64::from(spp);
-        rivals.push(Rival {
+        baselines.push(Baseline {
             method: method.name,
             at,
             spp,
@@ -103,13 +103,18 @@ pub(super) fn compare(
     let picture = run.spend(first_s)?;
     let (spp, seconds) = (run.renderer.samples(), run.seconds());
     told(&run, Occasion::FirstPictureTime, spp, &picture, first_s);
-    rivals.push(equal_error(method, run, curve, ours)?);
+    baselines.push(equal_error(method, run, curve, ours)?);
     device_args.report_validation(context);
-    Ok(Outcome { rivals, picture, spp, seconds })
+    Ok(Outcome { baselines, picture, spp, seconds })
 }
 
 /// Goes on until the error is ours or time is up; begins anew where it is smaller already.
-fn equal_error(method: &Method, mut run: Run, mut curve: Vec<(f64, f64)>, ours: &Setting) -> Result<Rival> {
+fn equal_error(
+    method: &Method,
+    mut run: Run,
+    mut curve: Vec<(f64, f64)>,
+    ours: &Setting,
+) -> Result<Baseline> {
     let goal = ours.error.told();
     let most =
         (EQUAL_ERROR_S / run.sample_s).min(MOST_OF_REFERENCE * f64::from(run.reference.facts.spp)).max(1.0);
@@ -136,7 +141,7 @@ fn equal_error(method: &Method, mut run: Run, mut curve: Vec<(f64, f64)>, ours: 
     let measured = rendered.filter(|(_, error)| error.relmse_debiased <= 1.2 * goal);
     let spp = measured.map_or(needed, |(spp, _)| f64::from(spp));
     let seconds = spp * run.sample_s;
-    Ok(Rival {
+    Ok(Baseline {
         method: method.name,
         at: Occasion::Error,
         spp: spp.min(f64::from(u32::MAX)) as u32,

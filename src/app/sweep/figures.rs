@@ -9,7 +9,7 @@ use clap::Args;
 use super::measure::measure;
 use super::reference::Reference;
 use super::report::{self, Shown};
-use super::{DIRECT, OURS, Preset, ReferenceArgs, file_stem, rivals, settings, shown, titles};
+use super::{DIRECT, OURS, Preset, ReferenceArgs, baselines, file_stem, settings, shown, titles};
 use crate::app::args::{DeviceArgs, SceneArgs, device_label, shell_word};
 use crate::app::output::{OutputFile, create_folder};
 use crate::app::{overlap, plot};
@@ -85,12 +85,12 @@ impl Figures {
         let preset = measure(preset, scene, &reference, context, &self.device_args)?;
         reference.set_scale(preset.picture.pixels.clone());
         let preset = Preset::new(preset, &reference, context, None)?;
-        let compare = |method: &rivals::Method| {
+        let compare = |method: &baselines::Method| {
             let outcome =
-                rivals::compare(method, scene, &preset.setting, &reference, (context, &self.device_args))?;
+                baselines::compare(method, scene, &preset.setting, &reference, (context, &self.device_args))?;
             Ok((method.name, outcome))
         };
-        let outcomes = rivals::METHODS.iter().map(compare).collect::<Result<Vec<_>>>()?;
+        let outcomes = baselines::METHODS.iter().map(compare).collect::<Result<Vec<_>>>()?;
         let mut shown = shown(&preset, &outcomes, &reference, scene.cameras[0].size)?;
         shown.iter_mut().for_each(|shown| shown.title = as_the_paper(&shown.title).to_owned());
         for picture in &shown {

@@ -1,5 +1,6 @@
 //! `lightpaths sweep`: error against time, for our settings and for other methods.
 
+mod baselines;
 mod cache;
 pub(super) mod figures;
 mod measure;
@@ -7,7 +8,6 @@ mod plots;
 mod reference;
 mod report;
 mod results;
-mod rivals;
 mod settings;
 mod stages;
 #[cfg(test)]
@@ -30,11 +30,11 @@ use crate::gpu::Context;
 use crate::image::write_png;
 use crate::renderer::Layer;
 use crate::scene::Scene;
+use baselines::Outcome;
 use measure::{Judged, Measured, judge, measure};
 use reference::Reference;
 use report::Shown;
 use results::{Machine, Results, SceneFacts, Setting, StageError, mark_pareto_front};
-use rivals::Outcome;
 
 /// Time that the reference gets where the user does not say, seconds.
 const DEFAULT_SECONDS: f32 = 10.0;
@@ -139,7 +139,7 @@ impl Sweep {
         let mut settings = vec![preset.setting.clone()];
         settings.extend(others);
         mark_pareto_front(&mut settings);
-        let outcomes = self.try_rivals(&scene, &preset, &reference, &context)?;
+        let outcomes = self.try_baselines(&scene, &preset, &reference, &context)?;
         let shown = shown(&preset, &outcomes, &reference, scene.cameras[0].size)?;
         let results = Results {
             version: env!("CARGO_PKG_VERSION"),
@@ -155,7 +155,7 @@ impl Sweep {
             },
             reference: reference.facts.clone(),
             settings,
-            rivals: outcomes.into_iter().flat_map(|(_, outcome)| outcome.rivals).collect(),
+            baselines: outcomes.into_iter().flat_map(|(_, outcome)| outcome.baselines).collect(),
             stages: std::mem::take(&mut preset.stages),
         };
         self.write_pictures(&shown, &results)?;
@@ -203,20 +203,20 @@ impl Sweep {
         Ok((preset.expect("the preset comes first, or an error"), others))
     }
 
-    fn try_rivals(
+    fn try_baselines(
         &self,
         scene: &Scene,
         preset: &Preset,
         reference: &Reference,
         context: &Arc<Context>,
     ) -> Result<Vec<(&'static str, Outcome)>> {
-        let compare = |method: &rivals::Method| {
+        let compare = |method: &baselines::Method| {
             self.device_args.say(&format!("{}: at equal time and equal error", method.name));
             let outcome =
-                rivals::compare(method, scene, &preset.setting, reference, (context, &self.device_args))?;
+                baselines::compare(method, scene, &preset.setting, reference, (context, &self.device_args))?;
             Ok((method.name, outcome))
         };
-        rivals::METHODS.iter().map(compare).collect()
+        baselines::METHODS.iter().map(compare).collect()
     }
 
     /// The command as typed, and those that make the report's pictures.
@@ -279,7 +279,7 @@ fn file_stem(title: &str) -> String {
 
 /// Titles of all pictures.
 fn titles() -> impl Iterator<Item = String> {
-    let methods = rivals::METHODS.iter().map(|method| title(method.name));
+    let methods = baselines::METHODS.iter().map(|method| title(method.name));
     [DIRECT, OURS, REFERENCE].map(str::to_owned).into_iter().chain(methods)
 }
 

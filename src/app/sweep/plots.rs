@@ -1,7 +1,7 @@
 //! The plots of a report.
 
 use super::report::{figure, seconds};
-use super::results::{Occasion, Results, Rival, Setting};
+use super::results::{Baseline, Occasion, Results, Setting};
 use super::settings::{FRONT_SERIES, PRESET, QUANTITIES};
 use crate::app::plot::{Plot, Point, Series};
 
@@ -40,11 +40,11 @@ fn against_time(results: &Results, x_label: &str, time: fn(&Setting) -> f64, rin
             is_joined: false,
         },
     ];
-    let mut methods: Vec<&str> = results.rivals.iter().map(|rival| rival.method).collect();
+    let mut methods: Vec<&str> = results.baselines.iter().map(|baseline| baseline.method).collect();
     methods.dedup();
     series.extend(methods.into_iter().map(|method| {
-        let rivals = results.rivals.iter().filter(|rival| rival.method == method);
-        let points = rivals.filter_map(|rival| rival_point(results, rival)).collect();
+        let baselines = results.baselines.iter().filter(|baseline| baseline.method == method);
+        let points = baselines.filter_map(|baseline| baseline_point(results, baseline)).collect();
         Series { label: method.into(), points, is_joined: true }
     }));
     Plot {
@@ -56,15 +56,15 @@ fn against_time(results: &Results, x_label: &str, time: fn(&Setting) -> f64, rin
     }
 }
 
-fn rival_point(results: &Results, rival: &Rival) -> Option<Point> {
-    let x = rival.seconds;
-    let y = match (&rival.error, rival.at) {
+fn baseline_point(results: &Results, baseline: &Baseline) -> Option<Point> {
+    let x = baseline.seconds;
+    let y = match (&baseline.error, baseline.at) {
         (Some(error), _) => error.told(),
         (None, Occasion::Error) => results.settings[0].error.told(),
         _ => return None,
     };
-    let says = format!("{}, {}: {}, relMSE {}", rival.method, rival.at.label(), seconds(x), figure(y));
-    Some(Point { x, y, is_ringed: false, is_hollow: rival.is_extrapolated, says })
+    let says = format!("{}, {}: {}, relMSE {}", baseline.method, baseline.at.label(), seconds(x), figure(y));
+    Some(Point { x, y, is_ringed: false, is_hollow: baseline.is_extrapolated, says })
 }
 
 fn against_factor(results: &Results) -> Plot {

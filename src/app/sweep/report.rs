@@ -3,7 +3,7 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use super::results::{Results, Rival, Setting};
+use super::results::{Baseline, Results, Setting};
 use super::settings::{self, FRONT_SERIES, PRESET};
 use super::{heatmap, plots};
 use crate::app::plot::escape;
@@ -27,7 +27,7 @@ pub(super) fn html(results: &Results, shown: &[Shown]) -> String {
         pictures(shown),
         plot_section(results),
         front_table(results),
-        rival_table(results),
+        baseline_table(results),
         stage_table(results),
         settings_table(results),
         method(results),
@@ -189,18 +189,18 @@ fn settings_table(results: &Results) -> String {
     )
 }
 
-fn rival_table(results: &Results) -> String {
+fn baseline_table(results: &Results) -> String {
     let ours = &results.settings[0];
     let dash = || "–".to_owned();
-    let row = |rival: &Rival| {
-        let about = if rival.is_extrapolated { "≥ " } else { "" };
-        let error = rival.error.as_ref();
+    let row = |baseline: &Baseline| {
+        let about = if baseline.is_extrapolated { "≥ " } else { "" };
+        let error = baseline.error.as_ref();
         vec![
-            rival.method.to_owned(),
-            rival.at.label().to_owned(),
-            format!("{about}{}", thousands(rival.spp)),
-            format!("{about}{}", seconds(rival.seconds)),
-            format!("{about}{}×", significant(rival.times_ours)),
+            baseline.method.to_owned(),
+            baseline.at.label().to_owned(),
+            format!("{about}{}", thousands(baseline.spp)),
+            format!("{about}{}", seconds(baseline.seconds)),
+            format!("{about}{}×", significant(baseline.times_ours)),
             error.map_or_else(dash, |error| figure(error.relmse_debiased)),
             error.map_or_else(dash, |error| format!("{:.1}×", error.relmse_debiased / ours.error.told())),
             error.map_or_else(dash, |error| format!("{:.4}", error.flip)),
@@ -233,11 +233,11 @@ fn rival_table(results: &Results) -> String {
         "energy",
     ];
     format!(
-        "<h2 id=\"rivals\">At equal time and at equal error</h2>\n<p>The path tracer and photon mapping take the same scene, \
+        "<h2 id=\"baselines\">At equal time and at equal error</h2>\n<p>The path tracer and photon mapping take the same scene, \
          acceleration structure and device. Their times are those of sampling alone; at least one sample of each pixel is taken. At equal error \
          their time is set against a relit frame. ≥ marks what would have taken too long \
          and is extrapolated: as if the error went on to fall with 1/samples, which photon mapping, having a bias, does not quite reach.</p>\n{}",
-        table("Rivals", 2, &head, own.into_iter().chain(results.rivals.iter().map(row))),
+        table("Baselines", 2, &head, own.into_iter().chain(results.baselines.iter().map(row))),
     )
 }
 

@@ -17,7 +17,8 @@ pub(super) struct Results {
     pub(super) reference: ReferenceFacts,
     /// The preset itself first.
     pub(super) settings: Vec<Setting>,
-    pub(super) rivals: Vec<Rival>,
+    #[serde(rename = "rivals")]
+    pub(super) baselines: Vec<Baseline>,
     /// Which stage errs.
     pub(super) stages: Vec<StageError>,
 }
@@ -125,7 +126,7 @@ pub(super) struct FrameTimes {
 
 /// Another method at our time or our error.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Rival {
+pub(super) struct Baseline {
     pub(super) method: &'static str,
     pub(super) at: Occasion,
     /// Samples of each pixel.

@@ -3,7 +3,7 @@
 use super::plots;
 use super::report::{Shown, html, seconds};
 use super::results::{
-    ErrorFigures, FrameTimes, Machine, Occasion, ReferenceFacts, Results, Rival, SceneFacts, Setting,
+    Baseline, ErrorFigures, FrameTimes, Machine, Occasion, ReferenceFacts, Results, SceneFacts, Setting,
     StageError, mark_pareto_front,
 };
 use super::settings::trials;
@@ -46,7 +46,7 @@ fn results() -> Results {
     // Slower and worse than the first one.
     settings[3].error = error(0.2);
     mark_pareto_front(&mut settings);
-    let rival = |at, error: Option<ErrorFigures>, seconds: f64| Rival {
+    let baseline = |at, error: Option<ErrorFigures>, seconds: f64| Baseline {
         method: "path tracing",
         at,
         spp: 1234,
@@ -74,10 +74,10 @@ fn results() -> Results {
         },
         reference,
         settings,
-        rivals: vec![
-            rival(Occasion::RelitFrameTime, Some(error(0.5)), 0.01),
-            rival(Occasion::FirstPictureTime, Some(error(0.05)), 1.3),
-            rival(Occasion::Error, None, 9876.0),
+        baselines: vec![
+            baseline(Occasion::RelitFrameTime, Some(error(0.5)), 0.01),
+            baseline(Occasion::FirstPictureTime, Some(error(0.05)), 1.3),
+            baseline(Occasion::Error, None, 9876.0),
         ],
         stages: vec![StageError { name: "splat".into(), relmse: 2e-3, noise_relmse: 1e-6, share: 0.25 }],
     }
@@ -96,7 +96,8 @@ fn page() -> String {
 #[test]
 fn the_page_holds_every_section_and_needs_nothing_else() {
     let page = page();
-    for id in ["pictures", "heatmaps", "plots", "front", "rivals", "stages", "settings", "method", "commands"]
+    for id in
+        ["pictures", "heatmaps", "plots", "front", "baselines", "stages", "settings", "method", "commands"]
     {
         assert!(page.contains(&format!("<h2 id=\"{id}\">")), "{id}");
     }
@@ -162,7 +163,7 @@ fn plots_show_each_method_and_every_setting() {
     assert_eq!(labels.last(), Some(&"path tracing"));
     let points =
         |plot: &crate::app::plot::Plot| plot.series.iter().map(|series| series.points.len()).sum::<usize>();
-    // The rival without a picture stands hollow at our error.
+    // The baseline without a picture stands hollow at our error.
     assert_eq!(points(&plots[0].1), results.settings.len() + 3);
     assert_eq!(plots[0].1.series[2].points.iter().filter(|point| point.is_hollow).count(), 1);
     assert_eq!(plots[2].1.series.len(), 4);

@@ -8,7 +8,7 @@ use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::near_field::NearCluster;
-use crate::passes::precompute::cache_points::{self, Geometry, Placed, Survey};
+use crate::passes::precompute::cache_points::{self, Geometry, Placed, SizeField};
 use crate::passes::precompute::cluster_views::{self, ViewTables};
 use crate::passes::precompute::entry_points::{self, Strata};
 use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, LEAST_ENTRY_POINTS};
@@ -135,12 +135,12 @@ pub(super) fn precompute(
     watch.lap("cells");
 
     let geometry = geometry(&scene.triangles, &surfaces, &solids, &cells, lengths);
-    let survey = Survey::new(context, &buffers, &geometry, seed, progress)?;
+    let size_field = SizeField::new(context, &buffers, &geometry, seed, progress)?;
     watch.lap("clearances");
 
     progress.stage("entry points", 1);
     let cell_size = cells.grid.cell_size() as f32;
-    let clearances = survey.clearances_of(&geometry, &hvds);
+    let clearances = size_field.clearances_of(&geometry, &hvds);
     let mut has_whole = vec![false; hvds.levels[0].len()];
     for (piece, &clearance) in hvds.pieces.iter().zip(&clearances) {
         has_whole[piece.cluster as usize] |= clearance < NEARBY * hvds.grid.cell_size() as f32;
@@ -194,7 +194,7 @@ pub(super) fn precompute(
     watch.lap("light paths");
 
     let mut placement =
-        cache_points::place(&survey, &buffers, &geometry, quality.cache_points, seed, progress)?;
+        cache_points::place(&size_field, &buffers, &geometry, quality.cache_points, seed, progress)?;
     entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
     // Points that see near clusters come first, and among them those in narrow gaps.
     let within = |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size;

@@ -8,10 +8,10 @@
 
 pub use super::budget::RADIUS_RANGE;
 use super::budget::{Demand, spread};
-use super::clearance::{Clearance, Surveyor};
+use super::clearance::{Clearance, ClearanceProbe};
 pub use super::coverage::Placed;
 use super::coverage::{Cover, Neighbourhood, Records};
-use super::piece_points::{plane_sequence, point_in_polygon, surveyed};
+use super::piece_points::{plane_sequence, point_in_polygon, probed_pieces};
 use super::{Progress, shares};
 use crate::cpu::sampling::hash;
 use crate::error::Result;
@@ -52,13 +52,13 @@ pub struct Placement {
 }
 
 /// How far away other surfaces are, all over the active sides: a sample a piece, or some where there are many.
-pub struct Survey {
-    surveyor: Surveyor,
+pub struct SizeField {
+    probe: ClearanceProbe,
     samples: Vec<CachePoint>,
     clearances: Vec<f32>,
 }
 
-impl Survey {
+impl SizeField {
     /// Measures the clearances of points on the pieces.
     ///
     /// # Errors
@@ -70,15 +70,15 @@ impl Survey {
         seed: u32,
         progress: &mut dyn Progress,
     ) -> Result<Self> {
-        let surveyor = Surveyor::new(context, geometry.scene_size, seed)?;
-        let pieces = surveyed(&geometry.hvds.pieces, geometry.hvds.levels[0].len());
+        let probe = ClearanceProbe::new(context, geometry.scene_size, seed)?;
+        let pieces = probed_pieces(&geometry.hvds.pieces, geometry.hvds.levels[0].len());
         progress.stage("clearances", pieces.len() as u64);
         let samples = shares::each(pieces.len(), |index| geometry.draw(pieces[index], 0, seed));
-        let measured = surveyor.measure(buffers, &samples, Some(progress))?;
+        let measured = probe.measure(buffers, &samples, Some(progress))?;
         // What is buried in a solid is no surface.
         let open = samples.into_iter().zip(measured).filter(|(_, measured)| measured.distance >= 0.0);
         let (samples, clearances) = open.map(|(sample, measured)| (sample, measured.distance)).unzip();
-        Ok(Self { surveyor, samples, clearances })
+        Ok(Self { probe, samples, clearances })
     }
 
     /// What the samples around say of the clearance at the middle of each piece of another cut of the same surface, metres.
@@ -98,7 +98,7 @@ impl Survey {
 /// # Errors
 /// The device lacks memory or failed.
 pub fn place(
-    survey: &Survey,
+    size_field: &SizeField,
     buffers: &SceneBuffers,
     geometry: &Geometry<'_>,
     budget: u32,
@@ -113,9 +113,9 @@ pub fn place(
             is_covering: true,
         });
     }
-    let Survey { surveyor, samples, clearances } = survey;
+    let SizeField { probe, samples, clearances } = size_field;
     let neighbourhood = &Neighbourhood::new(&geometry.hvds.grid, samples, clearances);
-    let demands = &Demand::of_pieces(geometry, &survey.clearances_of(geometry, geometry.hvds));
+    let demands = &Demand::of_pieces(geometry, &size_field.clearances_of(geometry, geometry.hvds));
     let [mut unit, largest, sparse] = spread(demands, geometry.scene_size, budget);
     let mut is_last =
         demands.iter().map(|demand| demand.records(largest)).sum::<f64>() > HOPELESS * f64::from(budget);
@@ -127,7 +127,7 @@ pub fn place(
         }
         let mut records = Records::new(&geometry.hvds.grid, RADIUS_RANGE[1] * unit);
         let attempt =
-            Attempt { buffers, geometry, surveyor, neighbourhood, demands, unit, is_last, budget, seed };
+            Attempt { buffers, geometry, probe, neighbourhood, demands, unit, is_last, budget, seed };
         let placement = attempt.run(&mut records, &mut known, progress)?;
         if placement.is_covering || is_last {
             return Ok(placement);
@@ -213,7 +213,7 @@ fn place_of(candidate: &CachePoint) -> [u32; 4] {
 struct Attempt<'a> {
     buffers: &'a SceneBuffers,
     geometry: &'a Geometry<'a>,
-    surveyor: &'a Surveyor,
+    probe: &'a ClearanceProbe,
     neighbourhood: &'a Neighbourhood<'a>,
     demands: &'a [Demand],
     unit: f64,
@@ -356,7 +356,7 @@ impl Attempt<'_> {
             }
             let is_new = |candidate: &&CachePoint| !known.contains_key(&place_of(candidate));
             let new: Vec<CachePoint> = next.iter().filter(is_new).copied().collect();
-            let clearances = self.surveyor.measure(self.buffers, &new, None)?;
+            let clearances = self.probe.measure(self.buffers, &new, None)?;
             known.extend(new.iter().map(place_of).zip(clearances));
             for mut candidate in next {
                 let clearance = known[&place_of(&candidate)];

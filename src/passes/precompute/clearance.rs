@@ -52,7 +52,7 @@ const FIRST: u32 = 256;
 const CLEARANCE_RAYS: u32 = 64;
 
 /// Device side: clearances of candidates.
-pub(super) struct Surveyor {
+pub(super) struct ClearanceProbe {
     context: Arc<Context>,
     pipeline: Pipeline,
     candidates: Buffer,
@@ -63,7 +63,7 @@ pub(super) struct Surveyor {
     seed: u32,
 }
 
-impl Surveyor {
+impl ClearanceProbe {
     /// Candidates of one dispatch at most, where the device binds as many.
     const LIMIT: u32 = 1 << 15;
 

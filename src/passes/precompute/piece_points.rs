@@ -31,7 +31,7 @@ pub(super) fn plane_sequence(index: u32, seed: u32) -> [f32; 2] {
 }
 
 /// Pieces to measure: of a cluster that is cut into many, some.
-pub(super) fn surveyed(pieces: &[Piece], base_clusters: usize) -> Vec<usize> {
+pub(super) fn probed_pieces(pieces: &[Piece], base_clusters: usize) -> Vec<usize> {
     let (mut counts, mut passed) = (vec![0; base_clusters], vec![0; base_clusters]);
     pieces.iter().for_each(|piece| counts[piece.cluster as usize] += 1);
     let is_taken = |&piece: &usize| {
@@ -47,13 +47,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_cluster_is_surveyed_and_none_too_often() {
+    fn every_cluster_is_probed_and_none_too_often() {
         let piece = |cluster: u32| Piece { side: 0, cluster, area_m2: 1.0, open: 1.0, corners: Vec::new() };
         // Clusters of 1, 2, … 100 pieces, mixed.
         let mut pieces: Vec<Piece> = (0..100).flat_map(|c| (0..=c).map(move |_| piece(c))).collect();
         pieces.sort_by_key(|piece| piece.cluster % 7);
         let mut taken = vec![0; 100];
-        surveyed(&pieces, 100).into_iter().for_each(|i| taken[pieces[i].cluster as usize] += 1);
+        probed_pieces(&pieces, 100).into_iter().for_each(|i| taken[pieces[i].cluster as usize] += 1);
         assert_eq!(taken, (1..=100).map(|count| count.min(MOST_SURVEYED)).collect::<Vec<_>>());
     }
 }

@@ -131,12 +131,12 @@ pub(crate) fn code(result: ash::vk::Result) -> String {
 fn more(result: ash::vk::Result, pass: Option<&str>) -> String {
     use ash::vk::Result as Code;
     let pass = pass.map(|pass| format!(" (last pass: {pass})")).unwrap_or_default();
-    let advice = match result {
+    let hint = match result {
         Code::ERROR_OUT_OF_DEVICE_MEMORY | Code::ERROR_OUT_OF_HOST_MEMORY => Error::SMALLER,
         Code::ERROR_DEVICE_LOST => {
             "the driver has given the device up: see the system's log, and try a smaller preset or image"
         }
         _ => return pass,
     };
-    format!("{pass}; {advice}")
+    format!("{pass}; {hint}")
 }

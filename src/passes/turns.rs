@@ -12,8 +12,8 @@ pub(super) fn refuse(is_cut_short: bool, stem: &str, lights: u32) -> Result<()> 
         return Ok(());
     }
     // Each light takes a ray from where a ray ends.
-    let advice = if lights > 16 { "use fewer lights, or triangles" } else { "use triangles" };
+    let hint = if lights > 16 { "use fewer lights, or triangles" } else { "use triangles" };
     Err(Error::OutOfMemory(format!(
-        "`{stem}`: rays meet more of the scene than the device goes through at once; {advice} that lie over one another less, shorter ones"
+        "`{stem}`: rays meet more of the scene than the device goes through at once; {hint} that lie over one another less, shorter ones"
     )))
 }

@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Settings, and words of which one stands in the names of the buffers that grow with them. The first that fits is meant.
-const ADVICE: [(&str, &[&str]); 5] = [
+const HINTS: [(&str, &[&str]); 5] = [
     ("lower quality.entry_points", &["entr", "path", "deposit", "vert", "lobes"]),
     (
         "lower quality.cache_points or quality.gather_rays",
@@ -18,12 +18,12 @@ const ADVICE: [(&str, &[&str]); 5] = [
 ];
 
 /// The error with what to do about it, where that is known.
-pub(super) fn advise(error: Error) -> Error {
+pub(super) fn with_hint(error: Error) -> Error {
     let Error::OutOfMemory(message) = error else { return error };
     let name = message.split('`').nth(1).unwrap_or_default();
-    let advice = ADVICE.iter().find(|(_, words)| words.iter().any(|word| name.contains(word)));
-    Error::OutOfMemory(match (advice, message.strip_suffix(Error::SMALLER)) {
-        (Some((advice, _)), Some(need)) => format!("{need}{advice}"),
+    let hint = HINTS.iter().find(|(_, words)| words.iter().any(|word| name.contains(word)));
+    Error::OutOfMemory(match (hint, message.strip_suffix(Error::SMALLER)) {
+        (Some((hint, _)), Some(need)) => format!("{need}{hint}"),
         _ => message,
     })
 }
@@ -34,17 +34,18 @@ mod tests {
 
     #[test]
     fn what_grows_with_a_setting_names_it() {
-        let advised = |name: &str| {
-            advise(Error::OutOfMemory(format!("buffer `{name}` needs 9 MiB; {}", Error::SMALLER))).to_string()
+        let hinted = |name: &str| {
+            with_hint(Error::OutOfMemory(format!("buffer `{name}` needs 9 MiB; {}", Error::SMALLER)))
+                .to_string()
         };
-        assert!(advised("entry points").ends_with("needs 9 MiB; lower quality.entry_points"));
-        assert!(advised("gather rays").ends_with("lower quality.cache_points or quality.gather_rays"));
-        assert!(advised("splat weights").contains("--size"));
-        assert!(advised("nodes").ends_with("fewer triangles"));
-        assert!(advised("zero").ends_with(Error::SMALLER));
+        assert!(hinted("entry points").ends_with("needs 9 MiB; lower quality.entry_points"));
+        assert!(hinted("gather rays").ends_with("lower quality.cache_points or quality.gather_rays"));
+        assert!(hinted("splat weights").contains("--size"));
+        assert!(hinted("nodes").ends_with("fewer triangles"));
+        assert!(hinted("zero").ends_with(Error::SMALLER));
         // Whoever knows better has said so.
         assert_eq!(
-            advise(Error::OutOfMemory("no `entry points`".to_owned())).to_string(),
+            with_hint(Error::OutOfMemory("no `entry points`".to_owned())).to_string(),
             "out of device resources: no `entry points`"
         );
     }

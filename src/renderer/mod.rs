@@ -1,7 +1,6 @@
 //! The renderer: owns the passes; the precomputation and the frame are recipes in the paper's order.
 
 mod accounts;
-mod advice;
 mod bounds;
 mod changes;
 mod closed_places;
@@ -10,6 +9,7 @@ mod edits;
 mod film;
 mod inspect;
 mod lights;
+mod memory_hint;
 mod near_lamps;
 mod needs;
 mod outputs;
@@ -121,7 +121,7 @@ impl Renderer {
             let made = precompute::precompute(context, &mut scene, progress)?;
             Self::of(context, scene, made, start)
         };
-        make().map_err(advice::advise)
+        make().map_err(memory_hint::with_hint)
     }
 
     /// Takes what the precomputation made, which began then.

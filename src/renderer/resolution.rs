@@ -63,13 +63,13 @@ pub(super) fn undersampled(
     narrow.filter_map(move |(light, &gap)| {
         let found = narrow_gaps::entry_points_in(gap, count, area_m2, cell_size);
         let needed = (f64::from(count) * f64::from(ENOUGH / found)).ceil();
-        let advice = match needed <= f64::from(1 << 24) {
+        let hint = match needed <= f64::from(1 << 24) {
             true => format!("raise quality.entry_points to {needed}"),
             false => "no number of them does; move it or what hides it".to_owned(),
         };
         (found < ENOUGH).then(|| {
             format!(
-                "light `{}` stands in a gap of {gap:.3} m with few entry points next to it: the light in there and what leaves it is noisy; {advice}",
+                "light `{}` stands in a gap of {gap:.3} m with few entry points next to it: the light in there and what leaves it is noisy; {hint}",
                 light.name
             )
         })
@@ -87,12 +87,12 @@ pub(super) fn few_paths(scene: &Scene, light: usize, count: f64) -> String {
     // Two digits will do.
     let step = 10_f64.powf(needed.log10().floor() - 1.0);
     let needed = (needed / step).ceil() * step;
-    let advice = match needed <= f64::from(1 << 24) {
+    let hint = match needed <= f64::from(1 << 24) {
         true => format!("raise quality.entry_points (--set quality.entry_points={needed})"),
         false => "no number of them does; widen what it comes through".to_owned(),
     };
     format!(
-        "light `{}` comes to what the camera sees by {count:.0} of {} entry points (preset {}): its indirect light may be {:.0} % off; {advice}",
+        "light `{}` comes to what the camera sees by {count:.0} of {} entry points (preset {}): its indirect light may be {:.0} % off; {hint}",
         scene.lights[light].name,
         quality.entry_points,
         quality.preset,
@@ -132,13 +132,13 @@ pub(super) fn wide_cells_in_view(room: f64, grid: &Grid, cells: u32) -> Option<S
 
 fn wide_cells_beside(what: &str, (room, least): (f64, f64), grid: &Grid, cells: u32) -> Option<String> {
     let size = grid.cell_size();
-    let advice = match finest_cells(cells) < FINEST {
+    let hint = match finest_cells(cells) < FINEST {
         true => "raise quality.cells",
         false => "leave out what is far from the rest, more cells are no finer",
     };
     (room < least * size).then(|| {
         format!(
-            "{what} has other surface within {room:.3} m, and cells are {size:.3} m wide: indirect light is blurred there; {advice}"
+            "{what} has other surface within {room:.3} m, and cells are {size:.3} m wide: indirect light is blurred there; {hint}"
         )
     })
 }

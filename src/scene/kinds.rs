@@ -56,8 +56,8 @@ fn ending(name: &str) -> Option<String> {
 /// be one.
 pub(super) fn not_read(name: &str) -> Option<String> {
     let ending = ending(name)?;
-    let (_, what, advice) = KINDS.iter().find(|(endings, ..)| endings.contains(&&*ending))?;
-    Some(format!("is {what}, which is not read: {advice}"))
+    let (_, what, hint) = KINDS.iter().find(|(endings, ..)| endings.contains(&&*ending))?;
+    Some(format!("is {what}, which is not read: {hint}"))
 }
 
 /// Why a SCENE that is neither built in nor ends in `.toml` or `.obj` is none.

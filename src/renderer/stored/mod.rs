@@ -8,7 +8,7 @@ mod read;
 mod write;
 
 use super::precompute::{Precomputed, precompute};
-use super::{Progress, Renderer, advice};
+use super::{Progress, Renderer, memory_hint};
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::scene::Scene;
@@ -55,7 +55,7 @@ impl Renderer {
             let made = store.obtain(context, &mut scene, progress, say)?;
             Self::of(context, scene, made, start)
         };
-        make().map_err(advice::advise)
+        make().map_err(memory_hint::with_hint)
     }
 
     /// Traces a scene's light paths and keeps them in a file, whatever it held before.
@@ -69,7 +69,7 @@ impl Renderer {
         progress: &mut dyn Progress,
     ) -> Result<(Scene, Written)> {
         let key = key::key(context, &scene);
-        let made = precompute(context, &mut scene, progress).map_err(advice::advise)?;
+        let made = precompute(context, &mut scene, progress).map_err(memory_hint::with_hint)?;
         let tables = write::Tables::of(&made)?;
         let writer = tables.sections(&made);
         let failed = |error: std::io::Error| Error::output(file, format!("cannot be written: {error}"));

@@ -1,19 +1,19 @@
 //! What keys ask for.
 
-use super::desk::{Chosen, Desk, Request, View};
 use super::navigate;
 use super::panels::fresh_light;
 use super::session::Session;
 use super::shortcuts::Action;
+use super::ui_state::{Chosen, Request, UiState, View};
 use super::viewport::Viewport;
 use crate::scene::Camera;
 
 /// Does it.
-pub(super) fn act(action: Action, session: &mut Session, desk: &mut Desk, viewport: &mut Viewport) {
+pub(super) fn act(action: Action, session: &mut Session, ui_state: &mut UiState, viewport: &mut Viewport) {
     let size = session.camera.size;
     match action {
-        Action::Help => desk.shows_help = !desk.shows_help,
-        Action::Panels => desk.shows_panels = !desk.shows_panels,
+        Action::Help => ui_state.shows_help = !ui_state.shows_help,
+        Action::Panels => ui_state.shows_panels = !ui_state.shows_panels,
         Action::Undo | Action::Redo => {
             // What is being dragged would come back at once.
             viewport.let_go();
@@ -25,22 +25,22 @@ pub(super) fn act(action: Action, session: &mut Session, desk: &mut Desk, viewpo
                 history.redo(document)
             };
         }
-        Action::Save => desk.requests.push(Request::Save),
-        Action::Screenshot => desk.requests.push(Request::Screenshot),
-        Action::Record => desk.requests.push(Request::Record),
-        Action::Play => desk.requests.push(Request::Play),
-        Action::Vsync => desk.requests.push(Request::Vsync),
-        Action::Fullscreen => desk.requests.push(Request::Fullscreen),
-        Action::Memory => desk.requests.push(Request::Memory),
-        Action::Settled => desk.requests.push(Request::Settled),
-        Action::Quit => desk.requests.push(Request::Quit),
-        Action::Beauty => desk.view = View::Beauty,
-        Action::Direct => desk.view = View::Direct,
-        Action::Indirect => desk.view = View::Indirect,
-        Action::CachePoints => desk.view = View::CachePoints,
-        Action::Cells => desk.view = next_level(desk.view, session),
-        Action::Inspect => desk.view = View::Inspect,
-        Action::Split => desk.split = if desk.split.is_some() { None } else { Some(0.5) },
+        Action::Save => ui_state.requests.push(Request::Save),
+        Action::Screenshot => ui_state.requests.push(Request::Screenshot),
+        Action::Record => ui_state.requests.push(Request::Record),
+        Action::Play => ui_state.requests.push(Request::Play),
+        Action::Vsync => ui_state.requests.push(Request::Vsync),
+        Action::Fullscreen => ui_state.requests.push(Request::Fullscreen),
+        Action::Memory => ui_state.requests.push(Request::Memory),
+        Action::Settled => ui_state.requests.push(Request::Settled),
+        Action::Quit => ui_state.requests.push(Request::Quit),
+        Action::Beauty => ui_state.view = View::Beauty,
+        Action::Direct => ui_state.view = View::Direct,
+        Action::Indirect => ui_state.view = View::Indirect,
+        Action::CachePoints => ui_state.view = View::CachePoints,
+        Action::Cells => ui_state.view = next_level(ui_state.view, session),
+        Action::Inspect => ui_state.view = View::Inspect,
+        Action::Split => ui_state.split = if ui_state.split.is_some() { None } else { Some(0.5) },
         Action::FrameAll => {
             let (low, high) = session.scene.bounds();
             navigate::frame_box(&mut session.camera, low, high);
@@ -49,24 +49,24 @@ pub(super) fn act(action: Action, session: &mut Session, desk: &mut Desk, viewpo
         Action::AddLight => {
             let light = fresh_light(session, "point");
             let place = session.document.add(light);
-            desk.chosen = Chosen::Light(session.document.lights[place].id);
+            ui_state.chosen = Chosen::Light(session.document.lights[place].id);
         }
         Action::RemoveLight => {
-            if let Chosen::Light(chosen) = desk.chosen {
+            if let Chosen::Light(chosen) = ui_state.chosen {
                 session.document.lights.retain(|entry| entry.id != chosen);
-                desk.chosen = Chosen::Nothing;
+                ui_state.chosen = Chosen::Nothing;
             }
         }
         Action::SwitchLight => {
-            if let Chosen::Light(chosen) = desk.chosen {
+            if let Chosen::Light(chosen) = ui_state.chosen {
                 let light = session.document.lights.iter_mut().find(|entry| entry.id == chosen);
                 light.into_iter().for_each(|entry| entry.light.is_on = !entry.light.is_on);
             }
         }
         Action::Brighter => session.exposure_stops += 0.5,
         Action::Darker => session.exposure_stops -= 0.5,
-        Action::Larger => desk.text_scale = (desk.text_scale * 1.1).min(3.0),
-        Action::Smaller => desk.text_scale = (desk.text_scale / 1.1).max(0.5),
+        Action::Larger => ui_state.text_scale = (ui_state.text_scale * 1.1).min(3.0),
+        Action::Smaller => ui_state.text_scale = (ui_state.text_scale / 1.1).max(0.5),
     }
 }
 

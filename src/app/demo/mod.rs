@@ -2,7 +2,6 @@
 
 mod actions;
 mod cells;
-mod desk;
 mod document;
 mod files;
 mod films;
@@ -17,6 +16,7 @@ mod reference;
 mod session;
 mod shortcuts;
 mod stage;
+mod ui_state;
 mod viewport;
 mod watch;
 mod window;

@@ -3,11 +3,11 @@
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape as Drawn, Stroke, Ui, pos2};
 use glam::{Vec2, Vec3};
 
-use super::desk::{Desk, View};
 use super::document::LightEntry;
 use super::handles::{Axis, Handle, Lens, Part, Shape};
 use super::panels::{AXES, PALETTE};
 use super::session::Session;
+use super::ui_state::{UiState, View};
 use crate::error::Result;
 use crate::renderer::{Layer, Renderer};
 use crate::types::CachePoint;
@@ -33,7 +33,7 @@ pub(super) struct Overlays {
 /// Rays and a path, for the place that was clicked.
 #[derive(Default)]
 struct Lines {
-    of: Option<super::desk::Place>,
+    of: Option<super::ui_state::Place>,
     rays: Vec<[Vec3; 2]>,
     /// Those that left the scene.
     lost: Vec<[Vec3; 2]>,
@@ -50,19 +50,19 @@ impl Overlays {
         lens: Lens,
         area: Rect,
         session: &Session,
-        desk: &Desk,
+        ui_state: &UiState,
     ) -> Result<()> {
         let Some(renderer) = session.renderer() else {
             *self = Self::default();
             return Ok(());
         };
         let painter = ui.painter_at(area);
-        match desk.view {
+        match ui_state.view {
             View::CachePoints => {
                 let pointer = ui.input(|input| input.pointer.hover_pos());
                 self.points(&painter, lens, session.version, renderer, pointer)
             }
-            View::Inspect => self.rays(&painter, lens, renderer, desk, session),
+            View::Inspect => self.rays(&painter, lens, renderer, ui_state, session),
             _ => Ok(()),
         }
     }
@@ -110,10 +110,10 @@ impl Overlays {
         painter: &Painter,
         lens: Lens,
         renderer: &Renderer,
-        desk: &Desk,
+        ui_state: &UiState,
         session: &Session,
     ) -> Result<()> {
-        let Some(place) = desk.place else { return Ok(()) };
+        let Some(place) = ui_state.place else { return Ok(()) };
         if self.lines.of != Some(place) {
             let (low, high) = session.scene.bounds();
             let far = FAR * (high - low).length();

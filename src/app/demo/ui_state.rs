@@ -58,7 +58,7 @@ pub(super) enum Answer {
 }
 
 /// The state of the window.
-pub(super) struct Desk {
+pub(super) struct UiState {
     pub(super) chosen: Chosen,
     pub(super) view: View,
     pub(super) shows_panels: bool,
@@ -90,7 +90,7 @@ pub(super) struct Place {
     pub(super) material: usize,
 }
 
-impl Desk {
+impl UiState {
     pub(super) fn new(scene: &str) -> Self {
         Self {
             chosen: Chosen::Light(0),

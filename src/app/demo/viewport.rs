@@ -5,11 +5,11 @@ use std::time::Instant;
 use egui::{CentralPanel, Color32, Frame, Key, PointerButton, Rect, Response, Sense, Ui, pos2};
 use glam::{Vec2, Vec3};
 
-use super::desk::{Chosen, Desk, Place, View};
 use super::handles::{Drag, Lens, Part, handles, hit};
 use super::navigate::{self, Held};
 use super::overlays;
 use super::session::Session;
+use super::ui_state::{Chosen, Place, UiState, View};
 use crate::error::Result;
 use crate::scene::Camera;
 
@@ -76,31 +76,31 @@ impl Viewport {
         &mut self,
         ui: &mut Ui,
         session: &mut Session,
-        desk: &mut Desk,
+        ui_state: &mut UiState,
         overlays: &mut overlays::Overlays,
         textures: Textures,
     ) -> Result<()> {
         let shown = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             let area = ui.max_rect();
-            self.fit(ui, session, desk, area);
+            self.fit(ui, session, ui_state, area);
             let response = ui.allocate_rect(area, Sense::click_and_drag());
-            self.fly(ui, session, desk);
+            self.fly(ui, session, ui_state);
             let lens = lens(&session.camera, area);
-            self.take(ui, &response, lens, session, desk)?;
-            self.drag(ui, &response, session, desk, area);
-            self.wheel(ui, &response, session, desk)?;
-            draw(ui, area, textures, desk.split);
+            self.take(ui, &response, lens, session, ui_state)?;
+            self.drag(ui, &response, session, ui_state, area);
+            self.wheel(ui, &response, session, ui_state)?;
+            draw(ui, area, textures, ui_state.split);
             let lens = self::lens(&session.camera, area);
-            overlays.paint(ui, lens, area, session, desk)?;
-            self.draw_lights(ui, &response, lens, session, desk);
+            overlays.paint(ui, lens, area, session, ui_state)?;
+            self.draw_lights(ui, &response, lens, session, ui_state);
             Ok(())
         });
         shown.inner
     }
 
     /// The picture takes the size of its area, once that stands still.
-    fn fit(&mut self, ui: &Ui, session: &mut Session, desk: &Desk, area: Rect) {
-        let pixels = ui.ctx().pixels_per_point() * desk.scale;
+    fn fit(&mut self, ui: &Ui, session: &mut Session, ui_state: &UiState, area: Rect) {
+        let pixels = ui.ctx().pixels_per_point() * ui_state.scale;
         let side = |points: f32| ((points * pixels).round() as u32).clamp(SIDES[0], SIDES[1]);
         let size = [side(area.width()), side(area.height())];
         if self.size.0 != size {
@@ -128,7 +128,7 @@ impl Viewport {
     }
 
     /// Keys that move the camera while they are held.
-    fn fly(&self, ui: &Ui, session: &mut Session, desk: &Desk) {
+    fn fly(&self, ui: &Ui, session: &mut Session, ui_state: &UiState) {
         if ui.ctx().egui_wants_keyboard_input() {
             return;
         }
@@ -146,7 +146,7 @@ impl Viewport {
             (held, input.stable_dt)
         });
         let step = held.step(seconds, SPEED * size(session));
-        if step != Vec3::ZERO && !desk.is_playing {
+        if step != Vec3::ZERO && !ui_state.is_playing {
             navigate::fly(&mut session.camera, step);
             ui.ctx().request_repaint();
         }
@@ -159,14 +159,14 @@ impl Viewport {
         response: &Response,
         lens: Lens,
         session: &mut Session,
-        desk: &mut Desk,
+        ui_state: &mut UiState,
     ) -> Result<()> {
         let modifiers = ui.input(|input| input.modifiers);
         if response.clicked_by(PointerButton::Primary)
             // The release holds the clicked point; the pointer may have moved on within this frame.
             && let Some(pointer) = ui.input(|input| input.events.iter().find_map(released))
         {
-            self.choose(vec(pointer), lens, session, desk)?;
+            self.choose(vec(pointer), lens, session, ui_state)?;
         }
         if !response.drag_started() {
             return Ok(());
@@ -177,10 +177,10 @@ impl Viewport {
         self.pointer = start;
         let depth = (pivot - lens.eye()).dot(lens.forward()).max(1e-3 * size(session));
         let is_primary = response.drag_started_by(PointerButton::Primary);
-        let on_wipe = desk.split.is_some_and(|wipe| {
+        let on_wipe = ui_state.split.is_some_and(|wipe| {
             (response.rect.left() + wipe * response.rect.width() - start.x).abs() < TOLERANCE
         });
-        let part = self.part_at(start, lens, session, desk);
+        let part = self.part_at(start, lens, session, ui_state);
         self.hold = Some(match part {
             Some((part, id)) if is_primary => {
                 let kind = session.document.lights.iter().find(|entry| entry.id == id);
@@ -196,7 +196,14 @@ impl Viewport {
     }
 
     /// Moves what is held.
-    fn drag(&mut self, ui: &Ui, response: &Response, session: &mut Session, desk: &mut Desk, area: Rect) {
+    fn drag(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        session: &mut Session,
+        ui_state: &mut UiState,
+        area: Rect,
+    ) {
         let released = ui.input(|input| input.events.iter().find_map(released));
         // What is let go of stays where that was done, wherever the pointer has gone since the last frame.
         let pointer = match released.filter(|_| response.drag_stopped()) {
@@ -221,7 +228,7 @@ impl Viewport {
                 }
             }
             Some(Hold::Wipe) => {
-                desk.split = Some(((pointer.x - area.left()) / area.width().max(1.0)).clamp(0.0, 1.0));
+                ui_state.split = Some(((pointer.x - area.left()) / area.width().max(1.0)).clamp(0.0, 1.0));
             }
             Some(Hold::Orbit(pivot)) => navigate::orbit(camera, *pivot, TURN * moved),
             Some(Hold::Pan(depth)) => navigate::pan(camera, moved, area.height(), *depth),
@@ -234,8 +241,8 @@ impl Viewport {
     }
 
     /// Closer or away: wheel, two fingers, pinch.
-    fn wheel(&self, ui: &Ui, response: &Response, session: &mut Session, desk: &Desk) -> Result<()> {
-        let Some(pointer) = response.hover_pos().filter(|_| !desk.is_playing) else { return Ok(()) };
+    fn wheel(&self, ui: &Ui, response: &Response, session: &mut Session, ui_state: &UiState) -> Result<()> {
+        let Some(pointer) = response.hover_pos().filter(|_| !ui_state.is_playing) else { return Ok(()) };
         let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
         let factor = WHEEL.powf(scroll) / pinch;
         if factor != 1.0 && factor.is_finite() {
@@ -249,7 +256,7 @@ impl Viewport {
     }
 
     /// A light whose mark was clicked, else the surface there.
-    fn choose(&mut self, pointer: Vec2, lens: Lens, session: &Session, desk: &mut Desk) -> Result<()> {
+    fn choose(&mut self, pointer: Vec2, lens: Lens, session: &Session, ui_state: &mut UiState) -> Result<()> {
         let marks = session.document.lights.iter().filter_map(|entry| {
             let (mark, _) = lens.project(entry.light.kind.position()?)?;
             Some((mark.distance(pointer), entry.id))
@@ -257,33 +264,48 @@ impl Viewport {
         if let Some((away, id)) = marks.min_by(|a, b| a.0.total_cmp(&b.0))
             && away < MARK
         {
-            desk.chosen = Chosen::Light(id);
+            ui_state.chosen = Chosen::Light(id);
             return Ok(());
         }
-        desk.place = surface(session, lens, pointer)?;
-        match desk.place {
-            Some(place) if desk.view != View::Inspect => desk.chosen = Chosen::Material(place.material),
+        ui_state.place = surface(session, lens, pointer)?;
+        match ui_state.place {
+            Some(place) if ui_state.view != View::Inspect => {
+                ui_state.chosen = Chosen::Material(place.material)
+            }
             Some(_) => (),
-            None => desk.chosen = Chosen::Nothing,
+            None => ui_state.chosen = Chosen::Nothing,
         }
         Ok(())
     }
 
-    fn part_at(&self, pointer: Vec2, lens: Lens, session: &Session, desk: &Desk) -> Option<(Part, u64)> {
-        let Chosen::Light(id) = desk.chosen else { return None };
+    fn part_at(
+        &self,
+        pointer: Vec2,
+        lens: Lens,
+        session: &Session,
+        ui_state: &UiState,
+    ) -> Option<(Part, u64)> {
+        let Chosen::Light(id) = ui_state.chosen else { return None };
         let entry = session.document.lights.iter().find(|entry| entry.id == id)?;
         Some((hit(&handles(&lens, &entry.light.kind, self.anchor), pointer, TOLERANCE)?, id))
     }
 
     /// A mark for each light, and the handles of the chosen one.
-    fn draw_lights(&mut self, ui: &Ui, response: &Response, lens: Lens, session: &Session, desk: &Desk) {
+    fn draw_lights(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        lens: Lens,
+        session: &Session,
+        ui_state: &UiState,
+    ) {
         let painter = ui.painter_at(response.rect);
         if self.hold.is_none() {
             self.anchor = lens.eye() + 0.15 * size(session) * lens.forward();
         }
         let pointer = response.hover_pos().map(vec);
         for entry in &session.document.lights {
-            let is_chosen = desk.chosen == Chosen::Light(entry.id);
+            let is_chosen = ui_state.chosen == Chosen::Light(entry.id);
             if let Some((mark, _)) = entry.light.kind.position().and_then(|place| lens.project(place)) {
                 overlays::mark(&painter, mark, entry, is_chosen);
                 if pointer.is_some_and(|pointer| pointer.distance(mark) < MARK) && !is_chosen {

@@ -1,9 +1,9 @@
 //! The scene's files while the scene is open: they change, and nothing that was edited is lost for it.
 
 use super::Open;
-use crate::app::demo::desk::{Answer, Chosen};
 use crate::app::demo::files;
 use crate::app::demo::rebase::Rebase;
+use crate::app::demo::ui_state::{Answer, Chosen};
 use crate::app::demo::watch::Look;
 use crate::app::note;
 use crate::error::{Error, Result};
@@ -38,7 +38,7 @@ impl Open {
         self.plays_when_ready = false;
         if let Some(player) = self.player.take() {
             player.end(&mut self.session);
-            self.desk.is_playing = false;
+            self.ui_state.is_playing = false;
         }
         if !self.session.has_unsaved_edits() {
             return self.reload();
@@ -106,8 +106,8 @@ impl Open {
     /// Whatever names a light, a material or a place names the same one in the scene that was loaded.
     fn after_reload(&mut self, rebase: &Rebase) {
         self.viewport.let_go();
-        self.desk.place = None;
-        self.desk.chosen = match self.desk.chosen {
+        self.ui_state.place = None;
+        self.ui_state.chosen = match self.ui_state.chosen {
             Chosen::Light(id) => Chosen::Light(rebase.light(id)),
             Chosen::Material(index) => rebase.material(index).map_or(Chosen::Nothing, Chosen::Material),
             Chosen::Nothing => Chosen::Nothing,

@@ -2,8 +2,8 @@
 
 use super::{Open, RETRY};
 use crate::app::demo::cells;
-use crate::app::demo::desk::View;
 use crate::app::demo::reference::Reference;
+use crate::app::demo::ui_state::View;
 use crate::error::Result;
 use crate::metrics::{debiased_relmse, half_noise};
 use crate::renderer::Layer;
@@ -12,8 +12,8 @@ impl Open {
     /// Monte Carlo, where it is to be seen: for what is shown, and the newest picture of it.
     pub(super) fn follow_reference(&mut self) -> Result<()> {
         self.leaving.take_if(|leaving| leaving.has_ended());
-        if self.desk.split.is_none() {
-            (self.beside.of, self.desk.verdict) = (None, None);
+        if self.ui_state.split.is_none() {
+            (self.beside.of, self.ui_state.verdict) = (None, None);
             if let Some(mut reference) = self.reference.take() {
                 reference.stop();
                 self.leaving = Some(reference);
@@ -33,7 +33,7 @@ impl Open {
         }
         let Some(reference) = &mut self.reference else { return Ok(()) };
         if reference.follow(&self.session) {
-            (self.beside.of, self.desk.verdict) = (None, None);
+            (self.beside.of, self.ui_state.verdict) = (None, None);
         }
         let Some(found) = reference.found()? else { return Ok(()) };
         let pixels = found.display(self.session.exposure_stops);
@@ -43,13 +43,13 @@ impl Open {
             _ => return Ok(()),
         };
         let halves = [&found.halves[0][..], &found.halves[1][..]];
-        self.desk.verdict = Some((found.samples, debiased_relmse(&ours, halves), half_noise(halves)));
+        self.ui_state.verdict = Some((found.samples, debiased_relmse(&ours, halves), half_noise(halves)));
         Ok(())
     }
 
     /// Colours of the cells that the picture's surfaces lie in, where they are to be seen.
     pub(super) fn colour_cells(&mut self) -> Result<()> {
-        let (View::Cells(level), Some(renderer)) = (self.desk.view, self.session.renderer()) else {
+        let (View::Cells(level), Some(renderer)) = (self.ui_state.view, self.session.renderer()) else {
             self.over.of = None;
             return Ok(());
         };

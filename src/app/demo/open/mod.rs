@@ -15,7 +15,6 @@ use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::{Fullscreen, Window};
 
 use super::actions;
-use super::desk::Desk;
 use super::films::{Player, Recorder};
 use super::layered::Layered;
 use super::overlays::Overlays;
@@ -24,6 +23,7 @@ use super::reference::Reference;
 use super::session::Session;
 use super::shortcuts;
 use super::stage::Wake;
+use super::ui_state::UiState;
 use super::viewport::{Textures, Viewport};
 use super::window::{Start, Woken};
 use super::{Demo, no_display};
@@ -65,7 +65,7 @@ pub(super) struct Open {
     wake: Wake,
     viewport: Viewport,
     overlays: Overlays,
-    desk: Desk,
+    ui_state: UiState,
     panels: egui_winit::State,
     /// When the panels want to be drawn again although nothing happens.
     pub(super) again: Option<Instant>,
@@ -110,8 +110,8 @@ impl Open {
             // Where the window is gone, nobody wants to know.
             let _ = proxy.send_event(Woken::Shows);
         });
-        let mut desk = Desk::new(&scene.name);
-        desk.vsync = !args.no_vsync;
+        let mut ui_state = UiState::new(&scene.name);
+        ui_state.vsync = !args.no_vsync;
         let session = Session::new(&context, source, scene, watch, wake.clone())?;
         let egui = egui::Context::default();
         egui.set_theme(egui::Theme::Dark);
@@ -135,7 +135,7 @@ impl Open {
             wake,
             viewport: Viewport::new(),
             overlays: Overlays::default(),
-            desk,
+            ui_state,
             panels,
             again: None,
             last_event: now,
@@ -205,18 +205,18 @@ impl Open {
         let output = egui.run_ui(input, |ui| {
             let types = ui.ctx().egui_wants_keyboard_input();
             for action in ui.input_mut(|input| shortcuts::pressed(input, types)) {
-                actions::act(action, &mut self.session, &mut self.desk, &mut self.viewport);
+                actions::act(action, &mut self.session, &mut self.ui_state, &mut self.viewport);
             }
-            if self.desk.shows_panels {
+            if self.ui_state.shows_panels {
                 egui::Panel::right("panels")
                     .default_size(WIDTH)
-                    .show(ui, |ui| panels::panels(ui, &mut self.session, &mut self.desk));
+                    .show(ui, |ui| panels::panels(ui, &mut self.session, &mut self.ui_state));
             }
-            let (session, desk, overlays) = (&mut self.session, &mut self.desk, &mut self.overlays);
-            shown = self.viewport.show(ui, session, desk, overlays, textures);
-            panels::help(ui.ctx(), &mut self.desk.shows_help);
+            let (session, ui_state, overlays) = (&mut self.session, &mut self.ui_state, &mut self.overlays);
+            shown = self.viewport.show(ui, session, ui_state, overlays, textures);
+            panels::help(ui.ctx(), &mut self.ui_state.shows_help);
             panels::alarm(ui.ctx(), &mut self.session);
-            panels::question(ui.ctx(), &self.session, &mut self.desk);
+            panels::question(ui.ctx(), &self.session, &mut self.ui_state);
         });
         self.tolerate(shown)?;
         self.is_held = egui.input(|input| input.pointer.any_down());
@@ -225,10 +225,10 @@ impl Open {
         if is_settled && self.session.history.settle(&self.session.document) {
             self.window.request_redraw();
         }
-        if egui.zoom_factor() != self.desk.text_scale {
-            egui.set_zoom_factor(self.desk.text_scale);
+        if egui.zoom_factor() != self.ui_state.text_scale {
+            egui.set_zoom_factor(self.ui_state.text_scale);
         }
-        self.session.shares = self.desk.view.shares();
+        self.session.shares = self.ui_state.view.shares();
         let is_new = self.session.update()?;
         if is_new {
             // What it cost can be said in the next frame.
@@ -271,7 +271,7 @@ impl Open {
             self.window.request_redraw();
         }
         self.settle(shown == Shown::Yes && !is_new);
-        let requests = std::mem::take(&mut self.desk.requests);
+        let requests = std::mem::take(&mut self.ui_state.requests);
         for request in requests {
             if !self.fulfil(request)? {
                 return Ok(false);

@@ -5,9 +5,9 @@ use std::time::Instant;
 use winit::window::Fullscreen;
 
 use super::Open;
-use crate::app::demo::desk::{Request, View};
 use crate::app::demo::files;
 use crate::app::demo::films::{Player, Recorder};
+use crate::app::demo::ui_state::{Request, View};
 use crate::app::note;
 use crate::error::{Error, Result};
 
@@ -17,8 +17,8 @@ impl Open {
         match request {
             Request::Quit => return Ok(false),
             Request::Vsync => {
-                self.desk.vsync = !self.desk.vsync;
-                self.painter.set_vsync(self.desk.vsync);
+                self.ui_state.vsync = !self.ui_state.vsync;
+                self.painter.set_vsync(self.ui_state.vsync);
             }
             Request::Fullscreen => {
                 let fills = self.window.fullscreen().is_some();
@@ -27,14 +27,14 @@ impl Open {
             Request::Memory => self.say_memory(),
             Request::Settled => self.is_asked_to_settle = true,
             Request::Save => {
-                let saved = files::save_scene(&mut self.session, &self.desk.save_to);
+                let saved = files::save_scene(&mut self.session, &self.ui_state.save_to);
                 match saved {
                     Ok(said) => self.tell(said),
                     Err(error) => self.tell_alarm(&error),
                 }
             }
             Request::Screenshot => {
-                let saved = files::save_picture(&self.session, &self.desk.save_to);
+                let saved = files::save_picture(&self.session, &self.ui_state.save_to);
                 self.say(saved);
             }
             Request::Record => self.record(),
@@ -63,12 +63,12 @@ impl Open {
         match self.recorder.take() {
             None => self.recorder = Some(Recorder::begin(&self.session)),
             Some(recorder) => {
-                let saved = recorder.end(&self.session, &self.desk.save_to);
+                let saved = recorder.end(&self.session, &self.ui_state.save_to);
                 self.recorded = saved.as_ref().ok().cloned().or(self.recorded.take());
                 self.say(saved.map(|path| format!("saved {}", path.display())));
             }
         }
-        self.desk.is_recording = self.recorder.is_some();
+        self.ui_state.is_recording = self.recorder.is_some();
     }
 
     fn play_or_stop(&mut self) -> Result<()> {
@@ -84,7 +84,7 @@ impl Open {
                 Err(error) => self.say(Err(error)),
             },
         }
-        self.desk.is_playing = self.player.is_some();
+        self.ui_state.is_playing = self.player.is_some();
         Ok(())
     }
 
@@ -107,7 +107,7 @@ impl Open {
     pub(super) fn tolerate(&mut self, done: Result<()>) -> Result<()> {
         match done {
             Err(error) if error.is_out_of_memory() => {
-                (self.desk.view, self.desk.split) = (View::Beauty, None);
+                (self.ui_state.view, self.ui_state.split) = (View::Beauty, None);
                 self.session.alarm(error.to_string());
                 self.window.request_redraw();
                 Ok(())
@@ -121,7 +121,7 @@ impl Open {
         if !self.session.has_unsaved_edits() {
             return;
         }
-        note(&match files::rescue_scene(&self.session, &self.desk.save_to) {
+        note(&match files::rescue_scene(&self.session, &self.ui_state.save_to) {
             Ok(path) => format!("lightpaths: the edited scene is in {}", path.display()),
             Err(error) => format!("lightpaths: the edited scene is lost: {error}"),
         });
@@ -136,7 +136,7 @@ impl Open {
         let draws_again = self.again.is_some_and(|again| again <= Instant::now());
         let is_done = self.session.progress().is_none()
             && self.viewport.fits(&self.session)
-            && self.desk.requests.is_empty()
+            && self.ui_state.requests.is_empty()
             && !self.plays_when_ready;
         if is_still && is_done && !draws_again {
             self.is_asked_to_settle = false;

@@ -4,24 +4,24 @@ use egui::{Color32, DragValue, Ui};
 use glam::Vec3;
 
 use super::row;
-use crate::app::demo::desk::{Chosen, Desk};
 use crate::app::demo::document::LightEntry;
 use crate::app::demo::session::Session;
+use crate::app::demo::ui_state::{Chosen, UiState};
 use crate::scene::{Light, LightKind};
 
 /// Half-angles of spots, degrees.
 const ANGLES: std::ops::RangeInclusive<f32> = 0.01..=90.0;
 
 /// The list, and below it the chosen light.
-pub(super) fn lights(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
+pub(super) fn lights(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
     let mut removed = None;
     for entry in &mut session.document.lights {
         ui.horizontal(|ui| {
             ui.checkbox(&mut entry.light.is_on, "").on_hover_text("On or off (O)");
-            let is_chosen = desk.chosen == Chosen::Light(entry.id);
+            let is_chosen = ui_state.chosen == Chosen::Light(entry.id);
             let name = format!("{} ({})", entry.light.name, entry.light.kind.word());
             if ui.selectable_label(is_chosen, name).clicked() {
-                desk.chosen = Chosen::Light(entry.id);
+                ui_state.chosen = Chosen::Light(entry.id);
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 if ui.small_button("✖").on_hover_text("Remove (Del)").clicked() {
@@ -39,11 +39,11 @@ pub(super) fn lights(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
             if ui.small_button(kind).clicked() {
                 let light = fresh(session, kind);
                 let place = session.document.add(light);
-                desk.chosen = Chosen::Light(session.document.lights[place].id);
+                ui_state.chosen = Chosen::Light(session.document.lights[place].id);
             }
         }
     });
-    if let Chosen::Light(id) = desk.chosen
+    if let Chosen::Light(id) = ui_state.chosen
         && let Some(entry) = session.document.lights.iter_mut().find(|entry| entry.id == id)
     {
         ui.separator();

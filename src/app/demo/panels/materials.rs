@@ -4,12 +4,12 @@ use egui::{DragValue, Ui};
 use glam::Vec3;
 
 use super::row;
-use crate::app::demo::desk::{Chosen, Desk};
 use crate::app::demo::session::Session;
+use crate::app::demo::ui_state::{Chosen, UiState};
 
 /// Which one, and what it reflects.
-pub(super) fn materials(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
-    let mut chosen = match desk.chosen {
+pub(super) fn materials(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
+    let mut chosen = match ui_state.chosen {
         Chosen::Material(index) if index < session.scene.materials.len() => Some(index),
         _ => None,
     };
@@ -20,7 +20,7 @@ pub(super) fn materials(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
         }
     });
     let Some(index) = chosen else { return };
-    desk.chosen = Chosen::Material(index);
+    ui_state.chosen = Chosen::Material(index);
     let (material, finish) = (&session.scene.materials[index], &mut session.document.materials[index]);
     albedo(ui, "Diffuse", &mut finish.diffuse);
     if material.texture.is_some() {
@@ -32,7 +32,7 @@ pub(super) fn materials(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
             ui.add(egui::Slider::new(&mut finish.exponent, 1.0..=1000.0).logarithmic(true))
         });
     } else {
-        ui.small("Matt. To let it shine, declare `editable = true` in the scene file.");
+        ui.small("Diffuse. To make it glossy, declare `editable = true` in the scene file.");
     }
     // What is more than what it receives would be scaled down by the renderer: shown as it will be.
     let most = (finish.diffuse + finish.specular).max_element();

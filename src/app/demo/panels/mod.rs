@@ -10,8 +10,8 @@ mod views;
 
 use egui::{Align, CollapsingHeader, Color32, Layout, RichText, Ui};
 
-use super::desk::Desk;
 use super::session::Session;
+use super::ui_state::UiState;
 
 pub(super) use help::help;
 pub(super) use lights::{AXES, fresh as fresh_light};
@@ -32,13 +32,13 @@ pub(super) const PALETTE: [Color32; 7] = [
 ];
 
 /// All of them, one below the other.
-pub(super) fn panels(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
+pub(super) fn panels(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
     ui.add_space(4.0);
     ui.horizontal(|ui| {
         ui.heading(&session.scene.name);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if ui.button("?").on_hover_text("Keys and pointer (F1)").clicked() {
-                desk.shows_help = !desk.shows_help;
+                ui_state.shows_help = !ui_state.shows_help;
             }
             let [past, future] = session.history.depths();
             let redo = egui::Button::new("⟳");
@@ -57,11 +57,11 @@ pub(super) fn panels(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
         let section = |ui: &mut Ui, name: &str, is_open: bool, add: &mut dyn FnMut(&mut Ui)| {
             CollapsingHeader::new(RichText::new(name).strong()).default_open(is_open).show(ui, |ui| add(ui));
         };
-        section(ui, "Lights", true, &mut |ui| lights::lights(ui, session, desk));
-        section(ui, "Material", true, &mut |ui| materials::materials(ui, session, desk));
-        section(ui, "View", true, &mut |ui| views::views(ui, session, desk));
+        section(ui, "Lights", true, &mut |ui| lights::lights(ui, session, ui_state));
+        section(ui, "Material", true, &mut |ui| materials::materials(ui, session, ui_state));
+        section(ui, "View", true, &mut |ui| views::views(ui, session, ui_state));
         section(ui, "Time", true, &mut |ui| timing::timing(ui, session));
-        section(ui, "Scene and film", false, &mut |ui| scene::scene(ui, session, desk));
+        section(ui, "Scene and film", false, &mut |ui| scene::scene(ui, session, ui_state));
         said(ui, session);
     });
 }

@@ -3,8 +3,8 @@
 use egui::{Align2, Area, Context, Frame, RichText};
 
 use super::PALETTE;
-use crate::app::demo::desk::{Answer, Desk, Request};
 use crate::app::demo::session::Session;
+use crate::app::demo::ui_state::{Answer, Request, UiState};
 
 /// The answers, with what each does.
 const ANSWERS: [(&str, Answer, &str); 3] = [
@@ -18,7 +18,7 @@ const ANSWERS: [(&str, Answer, &str); 3] = [
 ];
 
 /// Over the upper edge of the picture. The scene can be looked at, edited and saved while it stands.
-pub(in crate::app::demo) fn question(context: &Context, session: &Session, desk: &mut Desk) {
+pub(in crate::app::demo) fn question(context: &Context, session: &Session, ui_state: &mut UiState) {
     if !session.is_asked {
         return;
     }
@@ -31,7 +31,7 @@ pub(in crate::app::demo) fn question(context: &Context, session: &Session, desk:
             ui.horizontal_wrapped(|ui| {
                 for (name, answer, hint) in ANSWERS {
                     if ui.button(name).on_hover_text(hint).clicked() {
-                        desk.requests.push(Request::Answer(answer));
+                        ui_state.requests.push(Request::Answer(answer));
                     }
                 }
             });

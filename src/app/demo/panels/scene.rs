@@ -3,10 +3,10 @@
 use egui::{TextEdit, Ui};
 
 use super::row;
-use crate::app::demo::desk::{Desk, Request};
 use crate::app::demo::session::Session;
+use crate::app::demo::ui_state::{Request, UiState};
 
-pub(super) fn scene(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
+pub(super) fn scene(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
     let cameras = &session.scene.cameras;
     if cameras.len() > 1 {
         row(ui, "Camera", |ui| {
@@ -21,14 +21,14 @@ pub(super) fn scene(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
     row(ui, "Preset", |ui| {
         for preset in ["draft", "paper", "high"] {
             if ui.selectable_label(current == preset, preset).clicked() && current != preset {
-                desk.requests.push(Request::Preset(preset));
+                ui_state.requests.push(Request::Preset(preset));
             }
         }
     });
-    row(ui, "File", |ui| ui.add(TextEdit::singleline(&mut desk.save_to).desired_width(180.0)));
+    row(ui, "File", |ui| ui.add(TextEdit::singleline(&mut ui_state.save_to).desired_width(180.0)));
     ui.horizontal_wrapped(|ui| {
-        let recording = if desk.is_recording { "End recording" } else { "Record film" };
-        let playing = if desk.is_playing { "Stop film" } else { "Play film" };
+        let recording = if ui_state.is_recording { "End recording" } else { "Record film" };
+        let playing = if ui_state.is_playing { "Stop film" } else { "Play film" };
         for (name, request, hint) in [
             ("Save scene", Request::Save, "With its edited lights, materials and camera (Ctrl+S)"),
             ("Save picture", Request::Screenshot, "As PNG and EXR beside the scene (Ctrl+P)"),
@@ -36,7 +36,7 @@ pub(super) fn scene(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
             (playing, Request::Play, "The film that was recorded last, or the scene's own (Space)"),
         ] {
             if ui.button(name).on_hover_text(hint).clicked() {
-                desk.requests.push(request);
+                ui_state.requests.push(request);
             }
         }
     });

@@ -3,15 +3,15 @@
 use egui::{Slider, Ui};
 
 use super::row;
-use crate::app::demo::desk::{Desk, Request, View};
 use crate::app::demo::session::Session;
+use crate::app::demo::ui_state::{Request, UiState, View};
 
 /// Stops.
 const EXPOSURE: std::ops::RangeInclusive<f32> = -10.0..=10.0;
 
-pub(super) fn views(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
+pub(super) fn views(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
     ui.horizontal_wrapped(|ui| {
-        let level = if let View::Cells(level) = desk.view { level } else { 0 };
+        let level = if let View::Cells(level) = ui_state.view { level } else { 0 };
         for (view, name) in [
             (View::Beauty, "Picture"),
             (View::Direct, "Direct"),
@@ -20,17 +20,17 @@ pub(super) fn views(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
             (View::Cells(level), "Cells"),
             (View::Inspect, "Rays and paths"),
         ] {
-            ui.selectable_value(&mut desk.view, view, name);
+            ui.selectable_value(&mut ui_state.view, view, name);
         }
     });
-    if let View::Cells(level) = &mut desk.view {
+    if let View::Cells(level) = &mut ui_state.view {
         let levels = session.renderer().map_or(1, crate::renderer::Renderer::hvds_level_count);
         row(ui, "Level", |ui| ui.add(Slider::new(level, 0..=levels.saturating_sub(1))));
         if let Some(renderer) = session.renderer() {
             ui.small(format!("Cells of {:.3} m", renderer.hvds_cell_size_m(*level)));
         }
     }
-    if desk.view == View::Inspect && desk.place.is_none() {
+    if ui_state.view == View::Inspect && ui_state.place.is_none() {
         ui.small(
             "Click a surface: gather rays of the nearest cache point, light path of the nearest entry point.",
         );
@@ -39,20 +39,20 @@ pub(super) fn views(ui: &mut Ui, session: &mut Session, desk: &mut Desk) {
     row(ui, "Exposure", |ui| ui.add(Slider::new(stops, EXPOSURE).step_by(0.25).suffix(" stops")));
     row(ui, "Resolution", |ui| {
         for (scale, name) in [(1.0, "full"), (0.5, "half"), (0.25, "quarter")] {
-            ui.selectable_value(&mut desk.scale, scale, name);
+            ui.selectable_value(&mut ui_state.scale, scale, name);
         }
     });
-    let mut vsync = desk.vsync;
+    let mut vsync = ui_state.vsync;
     if ui.checkbox(&mut vsync, "Wait for the screen").changed() {
-        desk.requests.push(Request::Vsync);
+        ui_state.requests.push(Request::Vsync);
     }
-    let mut compares = desk.split.is_some();
+    let mut compares = ui_state.split.is_some();
     if ui.checkbox(&mut compares, "Compare with Monte Carlo (M)").changed() {
-        desk.split = compares.then_some(0.5);
+        ui_state.split = compares.then_some(0.5);
     }
-    if let Some(wipe) = &mut desk.split {
+    if let Some(wipe) = &mut ui_state.split {
         row(ui, "Wipe", |ui| ui.add(Slider::new(wipe, 0.0..=1.0).show_value(false)));
-        match desk.verdict {
+        match ui_state.verdict {
             Some((samples, error, noise)) => {
                 ui.label(format!("ours: relMSE {error:.1e}, its noise taken out"));
                 ui.label(format!("Monte Carlo: {samples} samples a pixel, noise {noise:.1e}"));

@@ -116,7 +116,7 @@ impl Renderer {
         let may_shine = self.shine.as_ref().is_some_and(|shine| shine.may_shine(material));
         if new.specular != Vec3::ZERO && !may_shine {
             return Err(Error::Usage(format!(
-                "material `{}` cannot start to shine: its light paths were traced for a matt surface; declare `editable = true` in the scene file",
+                "material `{}` cannot become glossy: its light paths were traced for a diffuse surface; declare `editable = true` in the scene file",
                 new.name
             )));
         }

@@ -22,7 +22,7 @@ impl Renderer {
     pub(super) fn find_near_lamps(&mut self) -> Result<f64> {
         let mut device_ms = 0.0;
         let (surfaces, shine) = (&self.surfaces, &self.shine);
-        let is_matt = |side: u32| {
+        let is_diffuse = |side: u32| {
             let surface = &surfaces[side as usize / 2];
             let may_shine = shine.as_ref().is_some_and(|shine| shine.may_shine(surface.material as usize));
             surface.side_is_active(side % 2 == 1) && !may_shine
@@ -30,7 +30,7 @@ impl Renderer {
         let near = &self.near_lamps;
         let tracer = (&self.closed.rays, &self.buffers);
         for (light, factors) in self.lights.near_due() {
-            let (found, ms) = near.find(tracer, surfaces, is_matt, light)?;
+            let (found, ms) = near.find(tracer, surfaces, is_diffuse, light)?;
             device_ms += ms;
             *factors = if found.is_empty() { None } else { Some((near.upload(&found)?, found.len() as u32)) };
         }

@@ -31,7 +31,7 @@ pub struct Material {
 }
 
 impl Material {
-    /// Matt grey.
+    /// Diffuse grey.
     pub(super) fn neutral(name: &str) -> Self {
         Self {
             name: name.to_owned(),

@@ -149,7 +149,7 @@ impl State {
             (11, _) if self.may_shine => {
                 let teapot = self.materials.iter().position(|material| material.editable).unwrap();
                 let material = &mut self.materials[teapot];
-                // Matt, or with a lobe from broad to sharp.
+                // Diffuse, or with a lobe from broad to sharp.
                 material.specular = [0.0, 0.4][dice.below(2)] * dice.vector();
                 material.exponent = 1.0 + 200.0 * dice.unit().powi(3);
                 let Material { diffuse, specular, exponent, .. } = *material;

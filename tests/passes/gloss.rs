@@ -125,7 +125,7 @@ fn rays_that_meet_what_shines_read_the_direction_that_they_come_from() {
     let shining = Shining::new(World::shining_room());
     let strata = Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors };
     let clusters = shining.world.hvds.cluster_count();
-    let (mut shiny, mut matt, mut inside) = (0, 0, 0);
+    let (mut shiny, mut diffuse, mut inside) = (0, 0, 0);
     let mut bins = HashMap::new();
     for (index, (before, after)) in shining.traced.iter().zip(&shining.packed).enumerate() {
         assert_eq!(before.gradient, after.gradient);
@@ -140,7 +140,7 @@ fn rays_that_meet_what_shines_read_the_direction_that_they_come_from() {
         let (read, same) = unpack(after.target, shining.packed_code);
         assert_eq!(material, same);
         if !shining.world.materials[material as usize].may_shine() {
-            matt += 1;
+            diffuse += 1;
             assert_eq!(read, cluster);
             continue;
         }
@@ -157,7 +157,7 @@ fn rays_that_meet_what_shines_read_the_direction_that_they_come_from() {
             inside += 1;
         }
     }
-    assert!(shiny > 3_000 && matt > 1_000, "{shiny} of {matt}");
+    assert!(shiny > 3_000 && diffuse > 1_000, "{shiny} of {diffuse}");
     assert!(100 * inside > 97 * shiny, "{inside} of {shiny}");
     // A scene where nothing shines has no tables.
     let world = World::room();

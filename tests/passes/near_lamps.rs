@@ -40,8 +40,8 @@ fn near_lamps(world: &World, points: &[PathVertex]) -> NearLamps {
 
 fn find(world: &World, near: &NearLamps, light: &LightSource) -> Vec<NearFactor> {
     let rays = Rays::new(&world.context).unwrap();
-    let is_matt = |side: u32| world.surfaces[side as usize / 2].side_is_active(side % 2 == 1);
-    near.find((&rays, &world.buffers), &world.surfaces, is_matt, light).unwrap().0
+    let is_diffuse = |side: u32| world.surfaces[side as usize / 2].side_is_active(side % 2 == 1);
+    near.find((&rays, &world.buffers), &world.surfaces, is_diffuse, light).unwrap().0
 }
 
 #[test]

@@ -45,7 +45,7 @@ fn memory() -> u64 {
 #[test]
 fn a_picture_of_another_size_is_that_of_a_cold_start() {
     for (what, scene) in
-        [("matt", scene()), ("textured", textured(scene())), ("shining", textured(shining(scene())))]
+        [("diffuse", scene()), ("textured", textured(scene())), ("shining", textured(shining(scene())))]
     {
         let [small, odd] = [[40, 32], [67, 29]];
         let before = memory();

@@ -199,17 +199,17 @@ fn editable_surfaces_shine_alike_by_many_paths() {
 }
 
 #[test]
-fn surfaces_edited_from_matt_to_shining_are_as_good_as_loaded() {
-    let mut matt = shining(20.0, true);
-    matt.materials[1..].iter_mut().for_each(|material| material.specular = Vec3::ZERO);
+fn surfaces_edited_from_diffuse_to_glossy_are_as_good_as_loaded() {
+    let mut diffuse = shining(20.0, true);
+    diffuse.materials[1..].iter_mut().for_each(|material| material.specular = Vec3::ZERO);
     let shining = render(shining(20.0, true), SKETCH);
-    let mut edited = render(matt, SKETCH);
+    let mut edited = render(diffuse, SKETCH);
     for (index, material) in shining.scene().materials.iter().enumerate().skip(1) {
         edited.set_material(index, material.diffuse, material.specular, material.exponent).unwrap();
     }
     edited.frame().unwrap();
     assert!(edited.layer(Layer::Beauty).unwrap() == shining.layer(Layer::Beauty).unwrap());
-    // What was not declared editable cannot start to shine.
+    // What was not declared editable cannot become glossy.
     let refused = edited.set_material(0, Vec3::splat(0.5), Vec3::splat(0.2), 10.0).unwrap_err();
     assert!(refused.to_string().contains("editable = true"), "{refused}");
     assert_silent(&context());

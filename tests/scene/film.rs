@@ -170,12 +170,18 @@ fn what_is_wrong_is_named_with_its_line() {
     assert!(load(&with(&format!("{PANEL}{turned}"))).is_ok(), "half-way is between two frames");
     let turned = turned.replace("0.8", "1.0");
     refuses(&with(&format!("{PANEL}{turned}")), "frame 3 (0.750 s): the edges of light `panel` are zero");
-    let matt = "[[material]]\nname = \"default\"\ntime = 1\n";
-    refuses(&with(&matt.replace("default", "glass")), "f.toml:5: material.glass.name: unknown material");
-    refuses(&with(&format!("{matt}diffuse = [2, 0, 0]\n")), "f.toml:7: material.default.diffuse: 2.0 is out");
-    refuses(&with(&format!("{matt}{matt}")), "f.toml:9: material.default.time: there is another change");
+    let diffuse = "[[material]]\nname = \"default\"\ntime = 1\n";
+    refuses(&with(&diffuse.replace("default", "glass")), "f.toml:5: material.glass.name: unknown material");
     refuses(
-        &with(&format!("{matt}specular = [0.5, 0, 0]\n")),
+        &with(&format!("{diffuse}diffuse = [2, 0, 0]\n")),
+        "f.toml:7: material.default.diffuse: 2.0 is out",
+    );
+    refuses(
+        &with(&format!("{diffuse}{diffuse}")),
+        "f.toml:9: material.default.time: there is another change",
+    );
+    refuses(
+        &with(&format!("{diffuse}specular = [0.5, 0, 0]\n")),
         "f.toml:4: material.default: diffuse and specular",
     );
     let error = Film::load("bax", &LoadOptions::default()).unwrap_err().to_string();

@@ -109,9 +109,9 @@ fn expect_state(wanted: &Snapshot, state: &State, scene: &Scene) {
         });
         near(wanted.diffuse, found.0, 1.8e-3, "diffuse");
         near(wanted.specular, found.1, 1.8e-3, "specular");
-        let is_matt = wanted.specular == Vec3::ZERO;
+        let is_diffuse = wanted.specular == Vec3::ZERO;
         assert!(
-            is_matt || (wanted.exponent / found.2).ln().abs() < 1.1e-3,
+            is_diffuse || (wanted.exponent / found.2).ln().abs() < 1.1e-3,
             "{} {}",
             wanted.exponent,
             found.2

@@ -19,7 +19,7 @@ pub(crate) const TINY: Quality = Quality {
 };
 
 /// The Box in which nothing is editable, 40×30 pixels.
-pub(crate) fn matt() -> Scene {
+pub(crate) fn diffuse() -> Scene {
     let set = vec!["camera.size=[40,30]".to_owned()];
     let mut scene = Scene::load("box", &LoadOptions { set, ..LoadOptions::default() }).unwrap();
     scene.materials.iter_mut().for_each(|material| {
@@ -32,7 +32,7 @@ pub(crate) fn matt() -> Scene {
 
 /// With a teapot that may be edited, and shines.
 pub(crate) fn shining() -> Scene {
-    let mut scene = matt();
+    let mut scene = diffuse();
     let teapot = scene.materials.iter_mut().find(|material| material.name == "teapot").unwrap();
     (teapot.editable, teapot.specular, teapot.exponent) = (true, Vec3::splat(0.3), 20.0);
     scene
@@ -119,7 +119,7 @@ fn compare(scene: &Scene) -> std::collections::BTreeMap<String, u64> {
 
 #[test]
 fn a_matt_scene() {
-    compare(&small_matt());
+    compare(&small_diffuse());
 }
 
 #[test]
@@ -130,25 +130,25 @@ fn a_scene_with_editable_gloss() {
 
 #[test]
 fn a_textured_scene() {
-    compare(&textured(small_matt()));
+    compare(&textured(small_diffuse()));
 }
 
 /// Fewer light paths, for what does not depend on their number.
-fn small_matt() -> Scene {
-    let mut scene = matt();
+fn small_diffuse() -> Scene {
+    let mut scene = diffuse();
     scene.quality = Quality { entry_points: 2_000, cache_points: 200, ..TINY };
     scene
 }
 
 #[test]
 fn a_scene_with_views_and_narrow_gaps() {
-    let counts = compare(&with_gaps(matt()));
+    let counts = compare(&with_gaps(diffuse()));
     assert!(counts["cluster views"] > 0 && counts["near parts of clusters"] > 0, "{counts:?}");
 }
 
 #[test]
 fn warnings_are_those_of_fresh_light_paths() {
-    let mut scene = small_matt();
+    let mut scene = small_diffuse();
     scene.quality.cache_points = 20;
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("scene.paths");
@@ -161,7 +161,7 @@ fn warnings_are_those_of_fresh_light_paths() {
 
 #[test]
 fn each_dependency_is_told_and_a_damaged_file_is_replaced() {
-    let scene = small_matt();
+    let scene = small_diffuse();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("scene.paths");
     let store = Store::File(file.clone());

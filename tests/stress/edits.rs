@@ -36,7 +36,7 @@ fn any_sequence_of_edits_ends_where_a_cold_start_does() {
 }
 
 #[test]
-fn any_sequence_of_edits_of_matt_surfaces_ends_where_a_cold_start_does() {
+fn any_sequence_of_edits_of_diffuse_surfaces_ends_where_a_cold_start_does() {
     any_sequence_ends_where_a_cold_start_does(false, &TINIER, [3, 30], 100);
 }
 

@@ -2,7 +2,7 @@
 //! of every pass are held against.
 //!
 //! Four kinds of rays, from an explicit list in memory, so that nothing but traversal is timed. Coherent: the camera's, tile by tile, and
-//! from what they meet to a light. Incoherent: from there as a matt surface reflects, and between pairs of such places; in random order.
+//! from what they meet to a light. Incoherent: from there as a diffuse surface reflects, and between pairs of such places; in random order.
 
 use std::sync::Arc;
 

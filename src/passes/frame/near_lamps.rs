@@ -154,7 +154,7 @@ impl NearLamps {
     }
 
     /// What becomes of a light's form factors, nothing of those of a lamp away from all surface; and the device time of its rays, milliseconds.
-    /// `is_matt` tells of a side whether it takes part in transport and is matt.
+    /// `is_diffuse` tells of a side whether it takes part in transport and is diffuse.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -162,7 +162,7 @@ impl NearLamps {
         &self,
         (rays, scene): (&Rays, &SceneBuffers),
         surfaces: &[Surface],
-        is_matt: impl Fn(u32) -> bool,
+        is_diffuse: impl Fn(u32) -> bool,
         light: &LightSource,
     ) -> Result<(Vec<NearFactor>, f64)> {
         let lamp = light.position;
@@ -174,7 +174,7 @@ impl NearLamps {
             .map(|(direction, _)| RayQuery { origin: lamp, direction: *direction })
             .collect();
         let (answers, lamp_ms) = rays.trace_timed(scene, &queries)?;
-        let met = |t: f32, side: u32| side != NO_SIDE && t > 0.0 && is_matt(side);
+        let met = |t: f32, side: u32| side != NO_SIDE && t > 0.0 && is_diffuse(side);
         let hits: Vec<(f32, u32, Vec3, f32)> = answers
             .iter()
             .zip(&directions)

@@ -103,10 +103,10 @@ impl Renderer {
             segment.reflector = self.reading_of(&readings, [cluster, material], -ray.direction);
             if let Some(reflector) = segment.reflector {
                 let colour = tracing.geometry.colour(hit.triangle, hit.barycentric).as_vec3();
-                let [matt, shine] = radiances
+                let [diffuse, shine] = radiances
                     .each_ref()
                     .map(|list| list.get(reflector as usize).copied().unwrap_or(Vec3::ZERO));
-                segment.radiance = self.lights.tint * (colour * matt + shine);
+                segment.radiance = self.lights.tint * (colour * diffuse + shine);
             }
             segment
         };
@@ -115,11 +115,11 @@ impl Renderer {
 
     /// What reflectors send back: evenly, and by their lobes, if there are any.
     fn reflected(&self) -> Result<[Vec<Vec3>; 2]> {
-        let [matt, shine] = self.gather.radiances();
+        let [diffuse, shine] = self.gather.radiances();
         let count = if self.has_picture() { self.gather.bundles.reflector_count as usize } else { 0 };
         let shines = if self.shine.is_some() { count } else { 0 };
-        let matt = matt.read_range::<Vec4>(0, count)?;
-        Ok([matt.into_iter().map(Vec4::truncate).collect(), shine.read_range(0, shines)?])
+        let diffuse = diffuse.read_range::<Vec4>(0, count)?;
+        Ok([diffuse.into_iter().map(Vec4::truncate).collect(), shine.read_range(0, shines)?])
     }
 
     /// The reflectors of a cache point.

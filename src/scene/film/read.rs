@@ -300,10 +300,10 @@ fn read_changes(index: usize, material: &mut Material, keys: &[&Key]) -> Result<
         }
         last = *time;
         let fade = section.number("fade", TIME)?.unwrap_or(0.0);
-        let is_matt = track.specular.at(*time) == DVec3::ZERO;
+        let is_diffuse = track.specular.at(*time) == DVec3::ZERO;
         if let Some(exponent) = section.number("exponent", 1.0..=1e6)? {
             // A lobe that begins to show has its final sharpness from the start.
-            track.ln_exponent.change(*time, if is_matt { 0.0 } else { fade }, DVec3::splat(exponent.ln()));
+            track.ln_exponent.change(*time, if is_diffuse { 0.0 } else { fade }, DVec3::splat(exponent.ln()));
         }
         if let Some(diffuse) = section.vector("diffuse", 0.0..=1.0)? {
             track.diffuse.change(*time, fade, diffuse);

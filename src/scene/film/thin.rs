@@ -88,12 +88,12 @@ impl Look {
     /// What a film shows at a share `x` of a fade between two looks.
     fn fade(self, to: Self, x: f64) -> Self {
         let blend = x * x * (3.0 - 2.0 * x);
-        let is_matt = self.specular == DVec3::ZERO;
+        let is_diffuse = self.specular == DVec3::ZERO;
         let ln = self.exponent.ln() + blend * (to.exponent.ln() - self.exponent.ln());
         Self {
             diffuse: self.diffuse + blend * (to.diffuse - self.diffuse),
             specular: self.specular + blend * (to.specular - self.specular),
-            exponent: if is_matt { to.exponent } else { ln.exp() },
+            exponent: if is_diffuse { to.exponent } else { ln.exp() },
         }
     }
 
@@ -101,8 +101,8 @@ impl Look {
     fn is_met_by(self, found: Self) -> bool {
         let albedos = (self.diffuse - found.diffuse).abs().max((self.specular - found.specular).abs());
         let sharpness = (self.exponent / found.exponent).ln().abs();
-        let is_matt = self.specular == DVec3::ZERO;
-        albedos.max_element() <= LOOK_TOLERANCE && (is_matt || sharpness <= LOOK_TOLERANCE)
+        let is_diffuse = self.specular == DVec3::ZERO;
+        albedos.max_element() <= LOOK_TOLERANCE && (is_diffuse || sharpness <= LOOK_TOLERANCE)
     }
 }
 

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use glam::{DVec3, dvec3};
 
-use super::chance::Chance;
 use super::outline::Detail;
+use super::rng::Rng;
 use super::sheet::sheet;
 use super::solid::Solid;
 
@@ -57,9 +57,9 @@ pub(super) fn banner(detail: Detail, cloth: Cloth, path: &[[f64; 2]]) -> Solid {
 
 /// The middle of a cloth of that thickness: nowhere bent so narrowly that its two sides would cross.
 fn folds(cloth: Cloth, thickness: f64) -> impl Fn(f64, f64) -> DVec3 {
-    let mut chance = Chance::new(cloth.seed);
-    let [a, b, c] = [0; 3].map(|_| chance.between(0.0, TAU));
-    let stretch = chance.between(0.25, 0.4);
+    let mut rng = Rng::new(cloth.seed);
+    let [a, b, c] = [0; 3].map(|_| rng.between(0.0, TAU));
+    let stretch = rng.between(0.25, 0.4);
     move |u, v| {
         let from_tie = (1.0 - v) * cloth.drop - cloth.tie[0];
         // Narrow at the tie, and wide again away from it, faster below.

@@ -1,7 +1,6 @@
 //! Built-in models that are made when they are loaded, as finely as asked.
 
 mod atrium;
-mod chance;
 mod cushion;
 mod drapery;
 mod joinery;
@@ -10,6 +9,7 @@ mod moulding;
 mod outline;
 mod panel;
 mod plants;
+mod rng;
 mod room;
 mod sheet;
 mod solid;

@@ -22,8 +22,8 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// A matt material of that albedo, linear Rec.709.
-    pub(super) fn matt(&mut self, name: &str, diffuse: [f32; 3]) -> Finish {
+    /// A diffuse material of that albedo, linear Rec.709.
+    pub(super) fn diffuse(&mut self, name: &str, diffuse: [f32; 3]) -> Finish {
         let index = self.materials.len();
         self.materials.push(Material { diffuse: Vec3::from(diffuse), ..Material::neutral(name) });
         self.meshes.push(Mesh { material: index as u32, ..Mesh::default() });

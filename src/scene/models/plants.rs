@@ -4,11 +4,11 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec3, dvec3};
 
-use super::chance::Chance;
 use super::model::at;
 use super::moulding::rod;
 use super::outline::{Detail, Outline};
 use super::panel::lines;
+use super::rng::Rng;
 use super::sheet::{leaf, lozenge};
 use super::solid::Solid;
 use super::turning::turned;
@@ -49,15 +49,15 @@ fn plain_urn(r: f64, h: f64) -> Solid {
 
 /// A rosette of arching leaves of that length on the origin.
 pub(super) fn agave(detail: Detail, length: f64, leaves: usize, seed: u64) -> Solid {
-    let mut chance = Chance::new(seed);
+    let mut rng = Rng::new(seed);
     let mut plant = Solid::default();
     let count = detail.count(leaves, 6);
     for number in 0..count {
         let share = number as f64 / count as f64;
-        let length = length * (1.0 - 0.35 * share) * chance.between(0.85, 1.1);
+        let length = length * (1.0 - 0.35 * share) * rng.between(0.85, 1.1);
         // The outer ones lie, the inner ones stand.
-        let rise = 0.35 + 0.95 * share + chance.between(-0.1, 0.1);
-        let turn = TAU * (number as f64 * 0.381_966 + chance.between(-0.02, 0.02));
+        let rise = 0.35 + 0.95 * share + rng.between(-0.1, 0.1);
+        let turn = TAU * (number as f64 * 0.381_966 + rng.between(-0.02, 0.02));
         let blade = blade(detail, length, 0.085 * length, rise, 0.9 - 0.5 * share);
         plant.join(blade.moved(&DAffine3::from_rotation_y(turn)));
     }
@@ -89,7 +89,7 @@ fn blade(detail: Detail, length: f64, half_width: f64, rise: f64, fall: f64) -> 
 
 /// A small tree of that height: a leaning stem, branches and broad leaves. Finishes: wood, leaf.
 pub(super) fn tree(detail: Detail, height: f64, branches: usize, seed: u64) -> Solid {
-    let mut chance = Chance::new(seed);
+    let mut rng = Rng::new(seed);
     let mut plant = Solid::default();
     let mut foliage = Solid::default();
     let cuts = detail.cuts(4.0, 3);
@@ -101,19 +101,19 @@ pub(super) fn tree(detail: Detail, height: f64, branches: usize, seed: u64) -> S
     let count = detail.count(branches, 5);
     for number in 0..count {
         let share = 0.35 + 0.65 * (number as f64 + 0.5) / count as f64;
-        let turn = TAU * (number as f64 * 0.381_966) + chance.between(-0.3, 0.3);
-        let reach = height * (0.30 - 0.16 * (share - 0.35)) * chance.between(0.8, 1.15);
-        let lift = chance.between(0.35, 0.75);
+        let turn = TAU * (number as f64 * 0.381_966) + rng.between(-0.3, 0.3);
+        let reach = height * (0.30 - 0.16 * (share - 0.35)) * rng.between(0.8, 1.15);
+        let lift = rng.between(0.35, 0.75);
         let out = dvec3(turn.cos(), lift, turn.sin()).normalize();
         let tip = |t: f64| stem(share) + out * (reach * t) - DVec3::Y * (0.35 * reach * t * t);
         let path: Vec<DVec3> = lines(0.0, 1.0, arch).into_iter().map(tip).collect();
         plant.join(rod(&path, cuts.min(8), false, |t| 0.008 - 0.005 * t));
         for at_leaf in 0..if detail.is_below(0.35) { 2 } else { 3 } {
             let t = 0.5 + 0.25 * f64::from(at_leaf);
-            let turn = -turn + if at_leaf % 2 == 0 { 0.8 } else { -0.8 } + chance.between(-0.4, 0.4);
+            let turn = -turn + if at_leaf % 2 == 0 { 0.8 } else { -0.8 } + rng.between(-0.4, 0.4);
             let p = tip(t.min(1.0));
-            let size = chance.between(0.10, 0.15) * height.sqrt();
-            let blade = blade(detail, size, 0.42 * size, chance.between(-0.1, 0.5), 0.9);
+            let size = rng.between(0.10, 0.15) * height.sqrt();
+            let blade = blade(detail, size, 0.42 * size, rng.between(-0.1, 0.5), 0.9);
             foliage.join(blade.moved(&(at(p.x, p.y, p.z) * DAffine3::from_rotation_y(turn))));
         }
     }

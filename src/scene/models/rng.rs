@@ -2,14 +2,14 @@
 
 /// A linear congruential generator (Knuth's MMIX constants), its upper bits.
 #[derive(Debug)]
-pub(super) struct Chance(u64);
+pub(super) struct Rng(u64);
 
-impl Chance {
+impl Rng {
     /// A sequence of its own for each seed.
     pub(super) fn new(seed: u64) -> Self {
-        let mut chance = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
-        chance.share();
-        chance
+        let mut rng = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        rng.share();
+        rng
     }
 
     /// Uniform in 0..1.

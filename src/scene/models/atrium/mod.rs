@@ -51,22 +51,22 @@ struct Finishes {
 impl Finishes {
     fn new(model: &mut Model) -> Self {
         Self {
-            limestone: model.matt("limestone", [0.66, 0.58, 0.46]),
-            plaster: model.matt("plaster", [0.70, 0.52, 0.34]),
-            vault: model.matt("vault", [0.74, 0.69, 0.60]),
-            marble: model.matt("marble", [0.76, 0.73, 0.68]),
-            porphyry: model.matt("porphyry", [0.42, 0.17, 0.12]),
-            slate: model.matt("slate", [0.24, 0.25, 0.26]),
-            flagstone: model.matt("flagstone", [0.55, 0.49, 0.40]),
-            terracotta: model.matt("terracotta", [0.56, 0.26, 0.15]),
-            oak: model.matt("oak", [0.30, 0.17, 0.09]),
-            bronze: model.matt("bronze", [0.22, 0.17, 0.10]),
-            leaf: model.matt("leaf", [0.13, 0.30, 0.07]),
-            soil: model.matt("soil", [0.12, 0.08, 0.05]),
+            limestone: model.diffuse("limestone", [0.66, 0.58, 0.46]),
+            plaster: model.diffuse("plaster", [0.70, 0.52, 0.34]),
+            vault: model.diffuse("vault", [0.74, 0.69, 0.60]),
+            marble: model.diffuse("marble", [0.76, 0.73, 0.68]),
+            porphyry: model.diffuse("porphyry", [0.42, 0.17, 0.12]),
+            slate: model.diffuse("slate", [0.24, 0.25, 0.26]),
+            flagstone: model.diffuse("flagstone", [0.55, 0.49, 0.40]),
+            terracotta: model.diffuse("terracotta", [0.56, 0.26, 0.15]),
+            oak: model.diffuse("oak", [0.30, 0.17, 0.09]),
+            bronze: model.diffuse("bronze", [0.22, 0.17, 0.10]),
+            leaf: model.diffuse("leaf", [0.13, 0.30, 0.07]),
+            soil: model.diffuse("soil", [0.12, 0.08, 0.05]),
             cloth: [
-                model.matt("crimson", [0.55, 0.06, 0.06]),
-                model.matt("azure", [0.08, 0.17, 0.45]),
-                model.matt("moss", [0.15, 0.33, 0.12]),
+                model.diffuse("crimson", [0.55, 0.06, 0.06]),
+                model.diffuse("azure", [0.08, 0.17, 0.45]),
+                model.diffuse("moss", [0.15, 0.33, 0.12]),
             ],
         }
     }

@@ -3,11 +3,11 @@
 use glam::{DAffine3, DVec3, dvec2, dvec3};
 
 use super::{HALF, Site};
-use crate::scene::models::chance::Chance;
 use crate::scene::models::model::{at, turn};
 use crate::scene::models::moulding::{Frame, drawn, mitred, plate};
 use crate::scene::models::outline::{Detail, Outline};
 use crate::scene::models::panel::{block, panel};
+use crate::scene::models::rng::Rng;
 use crate::scene::models::solid::Part;
 use crate::scene::models::turning::turned;
 
@@ -20,7 +20,7 @@ const BOARD: f64 = 0.024;
 pub(super) fn build(site: &mut Site) {
     let place = at(LEFT, 0.0, -HALF[1] + 0.021);
     carcass(site, &place);
-    let mut chance = Chance::new(11);
+    let mut rng = Rng::new(11);
     let (width, rise) = (SIZE[0] / 2.0, (SIZE[1] - 0.12) / SHELVES as f64);
     for module in 0..2 {
         for shelf in 0..SHELVES {
@@ -29,8 +29,8 @@ pub(super) fn build(site: &mut Site) {
             let y = 0.12 + rise * shelf as f64 + 0.5 * BOARD;
             let place = place * at(x, y, 0.0);
             let ornament = matches!((module, shelf), (0, 4) | (1, 2) | (1, 5));
-            let filled = if ornament { 0.62 * room } else { room - chance.between(0.01, 0.16) };
-            row(site, &place, filled, rise - BOARD, &mut chance);
+            let filled = if ornament { 0.62 * room } else { room - rng.between(0.01, 0.16) };
+            row(site, &place, filled, rise - BOARD, &mut rng);
             if ornament {
                 let p = place * at(filled + 0.5 * (room - filled), 0.0, 0.16);
                 let pot = vessel(site.detail, 0.075, 0.20 + 0.02 * f64::from(module)).smooth();
@@ -74,33 +74,30 @@ fn carcass(site: &mut Site, place: &DAffine3) {
 }
 
 /// Books along x from the origin, over so much width, on a shelf with so much height.
-fn row(site: &mut Site, place: &DAffine3, width: f64, room: f64, chance: &mut Chance) {
+fn row(site: &mut Site, place: &DAffine3, width: f64, room: f64, rng: &mut Rng) {
     let mut x = 0.004;
-    let tall = chance.between(0.72, 0.9) * room;
+    let tall = rng.between(0.72, 0.9) * room;
     let thick = if site.detail.is_below(0.3) { 1.9 } else { 1.0 };
     while x < width - 0.06 {
         // Sets stand together: some books of one size and colour.
-        let volumes = if chance.share() < 0.25 { 2 + chance.pick(4) } else { 1 };
-        let size = dvec3(
-            thick * chance.between(0.018, 0.05),
-            tall * chance.between(0.72, 1.1),
-            chance.between(0.15, 0.215),
-        );
+        let volumes = if rng.share() < 0.25 { 2 + rng.pick(4) } else { 1 };
+        let size =
+            dvec3(thick * rng.between(0.018, 0.05), tall * rng.between(0.72, 1.1), rng.between(0.15, 0.215));
         let book = book(site.detail, size);
-        let cover = site.finishes.covers[chance.pick(6)];
+        let cover = site.finishes.covers[rng.pick(6)];
         for _ in 0..volumes {
             if x + size.x > width {
                 break;
             }
-            let shove = chance.between(0.0, 0.022);
-            let lean = if x + 2.6 * size.x > width { 4.0 } else { chance.between(-0.3, 0.3) };
+            let shove = rng.between(0.0, 0.022);
+            let lean = if x + 2.6 * size.x > width { 4.0 } else { rng.between(-0.3, 0.3) };
             let place = place
                 * at(x + if lean > 1.0 { 0.02 } else { 0.0 }, 0.001, 0.255 - shove)
                 * DAffine3::from_rotation_z(f64::to_radians(lean));
             site.model.place_in(&book, &place, &[cover, site.finishes.paper]);
             x += size.x + 0.0015;
         }
-        x += chance.between(0.0, 0.004);
+        x += rng.between(0.0, 0.004);
     }
 }
 
@@ -142,14 +139,14 @@ pub(super) fn vessel(detail: Detail, r: f64, h: f64) -> crate::scene::models::so
 }
 
 /// Books lying on each other, on the origin.
-pub(super) fn stack(site: &mut Site, place: &DAffine3, count: usize, chance: &mut Chance) {
+pub(super) fn stack(site: &mut Site, place: &DAffine3, count: usize, rng: &mut Rng) {
     let mut y = 0.0005;
     for number in 0..count {
-        let size = dvec3(chance.between(0.02, 0.04), chance.between(0.21, 0.27), chance.between(0.15, 0.18));
+        let size = dvec3(rng.between(0.02, 0.04), rng.between(0.21, 0.27), rng.between(0.15, 0.18));
         let book = book(site.detail, size);
-        let cover = site.finishes.covers[chance.pick(6)];
+        let cover = site.finishes.covers[rng.pick(6)];
         // Laid on its side: what was its width is its height.
-        let lie = turn(chance.between(-16.0, 16.0) + 90.0 * (number % 2) as f64)
+        let lie = turn(rng.between(-16.0, 16.0) + 90.0 * (number % 2) as f64)
             * at(-0.5 * size.y, size.x, 0.5 * size.z)
             * DAffine3::from_rotation_z(-std::f64::consts::FRAC_PI_2);
         site.model.place_in(&book, &(*place * at(0.0, y, 0.0) * lie), &[cover, site.finishes.paper]);

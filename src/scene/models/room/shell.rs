@@ -3,12 +3,12 @@
 use glam::{DAffine3, DVec3, dvec3};
 
 use super::{HALF, HEIGHT, Site};
-use crate::scene::models::chance::Chance;
 use crate::scene::models::joinery::{Door, architrave, leaf};
 use crate::scene::models::model::{Finish, at, turn};
 use crate::scene::models::moulding::{drawn, mitred};
 use crate::scene::models::outline::Outline;
 use crate::scene::models::panel::{block, lines, panel};
+use crate::scene::models::rng::Rng;
 
 /// The corridor's walls across x, metres.
 const CORRIDOR: [f64; 2] = [3.62, 5.0];
@@ -58,13 +58,13 @@ fn floors(site: &mut Site) {
     let f = &site.finishes;
     let ([x, z], middle) = (HALF, 0.5 * (HALF[0] + CORRIDOR[0]));
     let [along, rows] = if site.detail.is_below(0.3) { [9, 16] } else { [30, 40] };
-    let mut chance = Chance::new(7);
+    let mut rng = Rng::new(7);
     let mut colours = Vec::new();
     for _ in 0..rows {
         let (mut colour, mut left) = (0, 0);
         for _ in 0..along {
             if left == 0 {
-                (colour, left) = (chance.pick(3) as u8, 3 + chance.pick(5));
+                (colour, left) = (rng.pick(3) as u8, 3 + rng.pick(5));
             }
             left -= 1;
             colours.push(colour);

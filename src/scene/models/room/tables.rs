@@ -4,13 +4,13 @@ use glam::{DVec3, dvec3};
 
 use super::bookcase::{stack, vessel};
 use super::{Site, lamps::LAMP};
-use crate::scene::models::chance::Chance;
 use crate::scene::models::cushion::{edge_cuts, rounded};
 use crate::scene::models::model::{at, turn};
 use crate::scene::models::moulding::rod;
 use crate::scene::models::outline::{Detail, Outline};
 use crate::scene::models::panel::{block, lines, panel};
 use crate::scene::models::plants::agave;
+use crate::scene::models::rng::Rng;
 use crate::scene::models::solid::Part;
 use crate::scene::models::turning::turned;
 
@@ -81,7 +81,7 @@ fn coffee_table(site: &mut Site) {
         site.model.place(&leg, &(place * turn(45.0 + 90.0 * f64::from(number))), site.finishes.oak);
     }
     let on = place * at(0.0, h, 0.0);
-    stack(site, &(on * at(-0.17, 0.0, 0.08)), 3, &mut Chance::new(21));
+    stack(site, &(on * at(-0.17, 0.0, 0.08)), 3, &mut Rng::new(21));
     let vase = vessel(detail, 0.065, 0.16).smooth();
     let spot = on * at(0.14, 0.0005, -0.10);
     site.model.place(&vase, &spot, site.finishes.glaze);
@@ -118,12 +118,12 @@ fn rug(site: &mut Site) {
     let place = at(1.7, 0.0, -0.55) * turn(-3.0);
     let flat = flat.smooth();
     site.model.place_in(&flat, &place, &site.finishes.rug);
-    let mut chance = Chance::new(31);
+    let mut rng = Rng::new(31);
     let strands = if detail.is_below(0.5) { 0 } else { detail.count(56, 8) };
     for number in 0..strands {
         let across = z * (2.0 * (number as f64 + 0.5) / strands as f64 - 1.0);
         for end in [-1.0, 1.0] {
-            let drift = chance.between(-0.012, 0.012);
+            let drift = rng.between(-0.012, 0.012);
             let path =
                 [0.0, 0.5, 1.0].map(|t| dvec3(end * (x - 0.004 + 0.075 * t), 0.0045, across + drift * t * t));
             let strand = rod(&path, detail.cuts(5.0, 3), false, |t| 0.0038 - 0.0015 * t).smooth_below(80.0);

@@ -4,10 +4,10 @@ use glam::{DVec3, dvec3};
 
 use super::Site;
 use super::tables::{DINING, TABLE_HEIGHT};
-use crate::scene::models::chance::Chance;
 use crate::scene::models::model::{at, turn};
 use crate::scene::models::moulding::rod;
 use crate::scene::models::outline::{Detail, Outline};
+use crate::scene::models::rng::Rng;
 use crate::scene::models::sheet::slab;
 use crate::scene::models::solid::Solid;
 use crate::scene::models::turning::{fluted, turned};
@@ -70,7 +70,7 @@ fn fruit_bowl(site: &mut Site) {
         .through(&[[0.095, 0.053], [0.045, 0.026]], 3.0);
     let bowl = turned(&profile.points(), detail.cuts(48.0, 9)).smooth();
     site.model.place(&bowl, &on, site.finishes.porcelain);
-    let mut chance = Chance::new(41);
+    let mut rng = Rng::new(41);
     let fruit = |lobes: f64| {
         let profile = Outline::from(0.0, -0.033, detail).through(
             &[[0.014, -0.035], [0.033, -0.014], [0.037, 0.008], [0.024, 0.032], [0.008, 0.031], [0.0, 0.027]],
@@ -92,9 +92,9 @@ fn fruit_bowl(site: &mut Site) {
         } else {
             dvec3(lift, y, radius)
         };
-        let place = on * at(p.x, p.y, p.z) * turn(chance.between(0.0, 360.0));
-        let lean = glam::DAffine3::from_rotation_x(chance.between(-0.4, 0.4));
-        let (part, finish) = if chance.share() < 0.5 {
+        let place = on * at(p.x, p.y, p.z) * turn(rng.between(0.0, 360.0));
+        let lean = glam::DAffine3::from_rotation_x(rng.between(-0.4, 0.4));
+        let (part, finish) = if rng.share() < 0.5 {
             (&orange, site.finishes.fruit[0])
         } else {
             (&apple, site.finishes.fruit[1])

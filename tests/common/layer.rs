@@ -1,5 +1,7 @@
 //! The layer of `tests/faults` between a program and its driver.
 
+use std::collections::BTreeMap;
+use std::path::Path;
 use std::process::Command;
 
 use tempfile::TempDir;
@@ -35,4 +37,43 @@ impl Layer {
         command.env("VK_INSTANCE_LAYERS", "VK_LAYER_LIGHTPATHS_faults");
         command.env("LIGHTPATHS_FAULTS", faults);
     }
+}
+
+/// How often a program that has ended called each function. Empty if it did not come to its end.
+pub fn calls_in(file: &Path) -> BTreeMap<String, u64> {
+    let text = std::fs::read_to_string(file).unwrap_or_default();
+    let call =
+        |line: &str| line.split_once(' ').map(|(name, count)| (name.to_owned(), count.parse().unwrap()));
+    text.lines().map(|line| call(line).unwrap()).collect()
+}
+
+/// Demands that each object was destroyed. Calls that failed made none: there must not be any.
+pub fn assert_all_destroyed(calls: &BTreeMap<String, u64>, case: &str) {
+    const MADE: [(&[&str], &str); 17] = [
+        (&["vkAllocateMemory"], "vkFreeMemory"),
+        (&["vkCreateBuffer"], "vkDestroyBuffer"),
+        (&["vkCreateBufferView"], "vkDestroyBufferView"),
+        (&["vkCreateCommandPool"], "vkDestroyCommandPool"),
+        (&["vkCreateDescriptorPool"], "vkDestroyDescriptorPool"),
+        (&["vkCreateDescriptorSetLayout"], "vkDestroyDescriptorSetLayout"),
+        (&["vkCreateFence"], "vkDestroyFence"),
+        (&["vkCreateImage"], "vkDestroyImage"),
+        (&["vkCreateImageView"], "vkDestroyImageView"),
+        (&["vkCreateComputePipelines", "vkCreateGraphicsPipelines"], "vkDestroyPipeline"),
+        (&["vkCreatePipelineCache"], "vkDestroyPipelineCache"),
+        (&["vkCreatePipelineLayout"], "vkDestroyPipelineLayout"),
+        (&["vkCreateQueryPool"], "vkDestroyQueryPool"),
+        (&["vkCreateSampler"], "vkDestroySampler"),
+        (&["vkCreateSemaphore"], "vkDestroySemaphore"),
+        (&["vkCreateShaderModule"], "vkDestroyShaderModule"),
+        (&["vkCreateSwapchainKHR"], "vkDestroySwapchainKHR"),
+    ];
+    let count = |name: &str| calls.get(name).copied().unwrap_or(0);
+    for (made, destroyed) in MADE {
+        let made_count: u64 = made.iter().map(|name| count(name)).sum();
+        assert_eq!(made_count, count(destroyed), "{case}: {made:?} and {destroyed}");
+    }
+    let is_end = |name: &&String| name.starts_with("vkDestroy") || name.starts_with("vkFree");
+    let is_known = |name: &String| MADE.iter().any(|(_, destroyed)| destroyed == name);
+    assert!(calls.keys().filter(is_end).all(is_known), "{case}: {calls:?}");
 }

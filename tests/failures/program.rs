@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
-use crate::layer::Layer;
+use crate::layer::{Layer, calls_in};
 
 /// Nothing here takes longer, however busy the machine is: what does, hangs.
 pub const HANG: Duration = Duration::from_secs(900);
@@ -81,10 +81,7 @@ impl Stage {
         let _ = fs::remove_file(&file);
         command.env("LIGHTPATHS_CALLS", &file);
         let mut outcome = outcome(command);
-        let text = fs::read_to_string(file).unwrap_or_default();
-        let call =
-            |line: &str| line.split_once(' ').map(|(name, count)| (name.to_owned(), count.parse().unwrap()));
-        outcome.calls = text.lines().map(|line| call(line).unwrap()).collect();
+        outcome.calls = calls_in(&file);
         outcome
     }
 
@@ -123,7 +120,7 @@ impl Stage {
 }
 
 /// Whether a function only ends what another began, and cannot fail.
-pub fn is_end(name: &str) -> bool {
+fn is_end(name: &str) -> bool {
     name.starts_with("vkDestroy") || name.starts_with("vkFree")
 }
 

@@ -23,6 +23,11 @@ impl Faults {
         self.layer.afflict(command, &format!("@{}", self.file().display()));
     }
 
+    /// The file of [`crate::layer::calls_in`].
+    pub fn calls(&self) -> PathBuf {
+        self.layer.folder.path().join("calls")
+    }
+
     /// From now on these faults, as `tests/faults` describes them, and no others.
     pub fn set(&self, faults: &str) {
         // All at once: the process may be reading it.

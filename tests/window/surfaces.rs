@@ -8,6 +8,7 @@ use crate::demo::Demo;
 use crate::display::Display;
 use crate::faults::Faults;
 use crate::keys;
+use crate::layer::{assert_all_destroyed, calls_in};
 use crate::picture::{Area, changed_pixels};
 use crate::scenarios::{ASIDE, BOX, READY, SIDE, SOON, changed, close, settled};
 
@@ -16,6 +17,7 @@ pub fn open<'a>(display: &'a Display, faults: &Faults, extra: &[&str]) -> Demo<'
     let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
     command.arg("demo").args(BOX).args(extra);
     faults.afflict(&mut command);
+    command.env("LIGHTPATHS_CALLS", faults.calls());
     let demo = Demo::run(Some(display), command);
     demo.wait_for_line("lightpaths: ready", READY);
     demo.client();
@@ -92,4 +94,7 @@ fn lost_surfaces_outdated_swapchains_and_other_formats_show_the_same_bytes() {
     settled(&demo);
     goes_on(&demo, &before, "from the start");
     close(&demo);
+    let calls = calls_in(&faults.calls());
+    assert_all_destroyed(&calls, "window");
+    assert!(calls["vkCreateSwapchainKHR"] > 0 && calls["vkCreateGraphicsPipelines"] > 0, "{calls:?}");
 }

@@ -20,7 +20,6 @@ impl Splat {
                 self.record_count
             )));
         }
-        let with_reserve = |needed: u32| needed.saturating_add(needed / 4);
         let lacks_pairs = pairs > self.sort.capacity();
         if lacks_pairs {
             self.sort = TileSort::new(&self.context, with_reserve(pairs))?;
@@ -65,5 +64,20 @@ impl Splat {
     /// The device failed.
     pub fn uncovered(&self) -> Result<[u32; 2]> {
         Ok([self.tally.read::<SplatTally>()?[0].stretched, self.bare.read_range::<u32>(3, 1)?[0]])
+    }
+}
+
+/// A quarter more than a view needs: a list is not made anew for each view that needs a little more.
+fn with_reserve(needed: u32) -> u32 {
+    needed.saturating_add(needed / 4)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_hold_a_quarter_more_than_is_needed() {
+        assert_eq!([0, 3, 1000, u32::MAX].map(with_reserve), [0, 3, 1250, u32::MAX]);
     }
 }

@@ -137,14 +137,19 @@ destroys! {
     vkDestroyBuffer
     vkDestroyBufferView
     vkDestroyCommandPool
+    vkDestroyDescriptorPool
     vkDestroyDescriptorSetLayout
     vkDestroyFence
+    vkDestroyImage
+    vkDestroyImageView
     vkDestroyPipeline
     vkDestroyPipelineCache
     vkDestroyPipelineLayout
     vkDestroyQueryPool
+    vkDestroySampler
     vkDestroySemaphore
     vkDestroyShaderModule
+    vkDestroySwapchainKHR
 }
 
 /// What the loader fills in and reads (`VkNegotiateLayerInterface`).

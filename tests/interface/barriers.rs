@@ -25,6 +25,7 @@ mod op {
     pub(super) const MULTIPLY: u16 = 132;
     pub(super) const EQUAL: u16 = 170;
     pub(super) const NOT_EQUAL: u16 = 171;
+    pub(super) const GREATER: u16 = 172;
     pub(super) const LESS: u16 = 176;
     pub(super) const CONTROL_BARRIER: u16 = 224;
     pub(super) const PHI: u16 = 245;
@@ -34,6 +35,7 @@ mod op {
     pub(super) const BRANCH: u16 = 249;
     pub(super) const BRANCH_CONDITIONAL: u16 = 250;
     pub(super) const SWITCH: u16 = 251;
+    pub(super) const RETURN: u16 = 253;
     pub(super) const ENDS: std::ops::RangeInclusive<u16> = 252..=255;
     pub(super) const WORKGROUP: u32 = 4;
     pub(super) const BUILT_IN: u32 = 11;
@@ -439,4 +441,47 @@ fn no_barrier_can_be_left_out() {
     }
     assert!(found.is_empty(), "{found:?}");
     assert!(count > 30, "{count} barriers");
+}
+
+/// Values of which a condition is made: itself, or those of `a || b`, which is a choice between ways.
+fn conditions(program: &Program, value: u32) -> Vec<u32> {
+    match program.defined.get(&value) {
+        Some(Instruction { code: op::PHI, operands }) => {
+            operands[2..].chunks_exact(2).map(|way| way[0]).collect()
+        }
+        _ => vec![value],
+    }
+}
+
+/// Invocations that are beyond the end of a list leave where their number is the list's length, too: devices drop what one of them
+/// writes beyond a buffer, so that no picture shows it.
+#[test]
+fn invocations_beyond_a_list_leave() {
+    // The first workgroup stays without values, too: it writes their total.
+    const ONE_MORE: [&str; 1] = ["prefix_sum"];
+    let mut guards = 0;
+    for shader in SHADERS.iter().filter(|shader| !ONE_MORE.contains(&shader.stem)) {
+        let program = Program::read(&shader.words());
+        let blocks = &program.functions[&program.entry];
+        let leaves = |label: u32| {
+            let block = blocks.iter().find(|block| block.label == label);
+            block.is_some_and(|block| block.instructions.iter().all(|i| i.code == op::RETURN))
+        };
+        for end in blocks.iter().filter_map(|block| block.instructions.last()) {
+            if end.code != op::BRANCH_CONDITIONAL || !leaves(end.operands[1]) {
+                continue;
+            }
+            for value in conditions(&program, end.operands[0]) {
+                let code = program.defined.get(&value).map(|condition| condition.code);
+                assert_ne!(
+                    code,
+                    Some(op::GREATER),
+                    "glsl/{}.comp: one invocation too many stays",
+                    shader.stem
+                );
+            }
+            guards += 1;
+        }
+    }
+    assert!(guards > 40, "{guards} guards");
 }

@@ -120,9 +120,8 @@ pub fn build(
     let runs: Vec<&[(u64, u32)]> = readers.chunk_by(|a, b| a.0 == b.0).collect();
 
     progress.stage("occlusion", runs.len() as u64);
-    // Bits that materials leave, less one cluster index: a code is `NO_TARGET`.
-    let material_bits = (sources.materials.len() as u32 + 1).next_power_of_two().ilog2();
-    let room = (1_u64 << (31 - material_bits)).saturating_sub(u64::from(sources.hvds.cluster_count()) + 1);
+    let room = GatherCode::most_clusters(sources.materials.len())
+        .saturating_sub(u64::from(sources.hvds.cluster_count()));
     let mut known: HashMap<Vec<(u32, u32)>, u32> = HashMap::new();
     let mut redirected = Vec::new();
     let mut done = 0;

@@ -122,7 +122,7 @@ impl GatherCode {
     /// # Errors
     /// [`Error::OutOfMemory`] if both do not fit one word.
     pub fn new(clusters: u32, materials: usize, least_distance: f32) -> Result<Self> {
-        let cluster_bits = (clusters + 1).next_power_of_two().ilog2().max(1);
+        let cluster_bits = (u64::from(clusters) + 1).next_power_of_two().ilog2().max(1);
         // One code is `NO_TARGET`: the topmost material index stays unused.
         let room = 1_u64 << (32 - cluster_bits);
         if materials as u64 >= room {
@@ -131,6 +131,12 @@ impl GatherCode {
             )));
         }
         Ok(Self { cluster_bits, least_distance })
+    }
+
+    /// Most clusters that [`Self::new`] takes beside so many materials.
+    pub fn most_clusters(materials: usize) -> u64 {
+        let material_bits = (materials as u64 + 1).next_power_of_two().ilog2();
+        (1 << (32 - material_bits)) - 1
     }
 }
 
@@ -331,4 +337,22 @@ pub fn trace(
     }
     scene.refuse_cut_short(STEM, 0)?;
     Ok(table)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::types::NO_TARGET;
+
+    #[test]
+    fn clusters_and_materials_fill_the_word_of_a_gather_ray() {
+        for materials in [1, 2, 3, 4, 100, 1023, 1024] {
+            let most = GatherCode::most_clusters(materials) as u32;
+            let code = GatherCode::new(most, materials, 1.0).unwrap();
+            // The last cluster and the last material, and no ray at all, are told apart.
+            let last = (materials as u32 - 1) << code.cluster_bits | (most - 1);
+            assert_ne!(last, NO_TARGET, "{materials} materials");
+            assert!(GatherCode::new(most + 1, materials, 1.0).is_err(), "{materials} materials");
+        }
+    }
 }

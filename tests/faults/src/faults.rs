@@ -23,7 +23,9 @@ struct Faults {
     /// Where they are, if that is a file, and when it was written.
     file: Option<(PathBuf, Option<SystemTime>)>,
     faults: Vec<Fault>,
+    /// Calls since the file was written last.
     calls: HashMap<&'static str, u64>,
+    all_calls: HashMap<&'static str, u64>,
 }
 
 static FAULTS: LazyLock<Mutex<Faults>> = LazyLock::new(|| {
@@ -61,7 +63,8 @@ pub(crate) fn code(name: &str) -> vk::Result {
 /// Counts a call. What is asked of it, in words.
 pub(crate) fn asked(function: &'static str) -> Option<String> {
     let mut faults = FAULTS.lock().expect("no holder panics");
-    let Faults { file, faults, calls } = &mut *faults;
+    let Faults { file, faults, calls, all_calls } = &mut *faults;
+    *all_calls.entry(function).or_default() += 1;
     if let Some((path, time)) = file {
         let now = std::fs::metadata(&path).and_then(|about| about.modified()).ok();
         if now != *time {
@@ -82,7 +85,8 @@ pub(crate) fn asked(function: &'static str) -> Option<String> {
 pub(crate) fn write_calls() {
     let Some(file) = std::env::var_os("LIGHTPATHS_CALLS") else { return };
     let faults = FAULTS.lock().expect("no holder panics");
-    let mut lines: Vec<_> = faults.calls.iter().map(|(name, count)| format!("{name} {count}\n")).collect();
+    let mut lines: Vec<_> =
+        faults.all_calls.iter().map(|(name, count)| format!("{name} {count}\n")).collect();
     lines.sort();
     if let Err(error) = std::fs::write(&file, lines.concat()) {
         eprintln!("faults: {}: {error}", file.display());

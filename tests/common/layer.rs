@@ -1,5 +1,7 @@
 //! The layer of `tests/faults` between a program and its driver.
 
+#![allow(dead_code, reason = "each test binary uses a part")]
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;

@@ -193,7 +193,7 @@ fn to_edges(centre: Vec3, size: Vec3, count: usize) -> Vec<RayQuery> {
     let mut random = Random::new(7);
     let ray = |index: usize| {
         let mut place = random.cube().map(|along| 0.999 * along);
-        let signs = [1, 2].map(|bit| if index / 3 & bit == 0 { -1.0 } else { 1.0 });
+        let signs = [1, 2].map(|bit| if (index / 3) & bit == 0 { -1.0 } else { 1.0 });
         place[(index + 1) % 3] = signs[0];
         place[(index + 2) % 3] = signs[1];
         let origin = centre + 0.3 * size * random.cube();

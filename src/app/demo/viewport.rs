@@ -270,7 +270,7 @@ impl Viewport {
         ui_state.place = surface(session, lens, pointer)?;
         match ui_state.place {
             Some(place) if ui_state.view != View::Inspect => {
-                ui_state.chosen = Chosen::Material(place.material)
+                ui_state.chosen = Chosen::Material(place.material);
             }
             Some(_) => (),
             None => ui_state.chosen = Chosen::Nothing,

@@ -171,7 +171,7 @@ fn a_device_can_be_chosen_by_index_and_by_part_of_its_name() {
     }
 }
 
-/// Passes that are timed alone run without what stands between them.
+/// `Recorder::only` skips the commands that stand outside of the named passes.
 #[test]
 fn passes_copy_and_clear_and_others_are_left_out() {
     let context = context();
@@ -197,18 +197,7 @@ fn passes_copy_and_clear_and_others_are_left_out() {
     assert_silent(&context);
 }
 
-/// A driver that has no statistics of pipelines gives none.
-#[test]
-fn statistics_of_pipelines_are_asked_for_as_vulkan_demands() {
-    let options = ContextOptions { validation: true, statistics: true, ..ContextOptions::default() };
-    let context = Context::new(&options).unwrap();
-    let _pipeline = Pipeline::new(&context, "prefix_sum_reduce", &[("ITEMS", 1)]).unwrap();
-    let told = context.pipeline_statistics();
-    println!("{}", told.map_or("none".to_owned(), |told| format!("of {} pipelines", told.len())));
-    assert_silent(&context);
-}
-
-/// Memory that is used again holds what was there before.
+/// The allocator hands out memory that was used before without clearing it.
 #[test]
 fn a_word_begins_as_zero() {
     let context = context();

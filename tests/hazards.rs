@@ -119,7 +119,7 @@ fn unchecked_context() -> Arc<Context> {
 fn assert_one_sync_hazard(context: &Context) {
     let messages = context.take_validation_messages();
     assert_eq!(messages.len(), 1, "{messages:#?}");
-    // The buffer by its name.
+    // The message names the buffer.
     assert!(messages[0].contains("SYNC-HAZARD") && messages[0].contains("[sums]"), "{messages:#?}");
 }
 

@@ -235,7 +235,7 @@ fn what_is_made_is_destroyed() {
     }
 }
 
-/// Messages of the validation layer and captures name what they are about.
+/// Every Vulkan object has a name, which validation messages and captures show.
 #[test]
 fn what_is_made_has_a_name() {
     // One call makes one object each.

@@ -443,7 +443,7 @@ fn no_barrier_can_be_left_out() {
     assert!(count > 30, "{count} barriers");
 }
 
-/// Values of which a condition is made: itself, or those of `a || b`, which is a choice between ways.
+/// The operands of a condition: itself, or both sides of `a || b`, which SPIR-V expresses as a phi.
 fn conditions(program: &Program, value: u32) -> Vec<u32> {
     match program.defined.get(&value) {
         Some(Instruction { code: op::PHI, operands }) => {
@@ -453,11 +453,11 @@ fn conditions(program: &Program, value: u32) -> Vec<u32> {
     }
 }
 
-/// Invocations that are beyond the end of a list leave where their number is the list's length, too: devices drop what one of them
-/// writes beyond a buffer, so that no picture shows it.
+/// The guard against invocations beyond the end of a list compares with `>=`. With `>` one invocation too many writes beyond
+/// the buffer. The device drops that write, so that no picture shows it.
 #[test]
 fn invocations_beyond_a_list_leave() {
-    // The first workgroup stays without values, too: it writes their total.
+    // The first workgroup stays even without values: it writes the total.
     const ONE_MORE: [&str; 1] = ["prefix_sum"];
     let mut guards = 0;
     for shader in SHADERS.iter().filter(|shader| !ONE_MORE.contains(&shader.stem)) {

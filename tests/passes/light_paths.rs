@@ -96,7 +96,7 @@ fn parts(walk: &Walk<'_>, walker: &mut Walker, found: &[(PathVertex, u32)], goes
         if vertex.cluster != walk.geometry.cluster(walk.hvds, vertex.position, vertex.side) {
             return true;
         }
-        // Where the twin stands now is its own vertex.
+        // The reference's walker has moved to the vertex that the reference returned.
         if walker.position != twin.position || walker.incoming.as_vec3() != twin.incoming {
             return true;
         }

@@ -54,7 +54,7 @@ fn irradiance_of_near_clusters_equals_the_twin() {
         };
         let parts: Vec<NearCluster> = (0..count).map(part).collect();
         let pass = NearField::new(&world.context, &near, &parts).unwrap();
-        // Ahead of all records a part reads its entry and the irradiance of its cluster, and writes its own.
+        // Before records exist, a near-field patch reads its entry and its cluster's irradiance, and writes its own.
         let moved = u64::from(count) * (size_of::<NearCluster>() + 2 * size_of::<Vec3>()) as u64;
         assert_eq!(pass.bytes(std::iter::empty()), moved);
         let mut pyramid = Pyramid::new(&world.context, &world.hvds, &lists, least_area_m2, false).unwrap();

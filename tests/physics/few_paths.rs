@@ -63,7 +63,7 @@ fn a_light_that_few_entry_points_carry_is_told() {
     assert_silent(&context());
 }
 
-/// The same room, and away from it a box that opens to the lee of the sun, with a lamp and the camera.
+/// The room stands beside a box that holds the camera and a light. The box opens away from the sun.
 #[test]
 fn what_few_entry_points_carry_where_no_camera_looks_is_not_told() {
     let mut scene = room(0.1, 0.0);

@@ -170,7 +170,7 @@ fn directions_follow_the_sharpest_lobe() {
         let is_blurred = renderer.scene().warnings.iter().any(|warning| warning.contains("blurred"));
         assert_eq!(is_blurred, editable);
     }
-    // Nothing is sent on to cache points that are not there.
+    // Without cache points no surface reads the outgoing light of another, so that nothing is blurred.
     let renderer = render(shining(200.0, true), Quality { cache_points: 0, ..SKETCH });
     assert_eq!(renderer.scene().warnings, [""; 0]);
     assert_silent(&context());

@@ -1,4 +1,4 @@
-//! Bytes that a frame reports for its passes, from the sizes of their buffers.
+//! The cost model of a frame: the bytes that it reports for a pass follow from the sizes of the buffers.
 
 use crate::common::{assert_silent, context};
 use crate::{FEW, count, prepare, the_box};
@@ -6,7 +6,7 @@ use glam::Vec3;
 use lightpaths::renderer::{FrameReport, Renderer};
 use lightpaths::scene::{Quality, shapes};
 
-/// What the gather pass reads and writes for that many records, once each.
+/// Bytes that the gather pass reads and writes for that many records, each once.
 fn gathering(renderer: &Renderer, records: u32) -> u64 {
     let stages = renderer.stages();
     let all = stages.ray_bundles.bytes() + stages.gathered.bytes();
@@ -24,7 +24,7 @@ fn reported_bytes_are_those_of_the_records_that_a_frame_gathers() {
     let first = renderer.frame().unwrap();
     let ahead = count(&renderer, "records gathered ahead, for small clusters beside them") as u32;
     assert!(ahead > 0 && passes(&first, "gather") > 1);
-    // Of several passes the mean.
+    // A frame with several gather passes reports their mean.
     let mean = (first.gathered + ahead) / passes(&first, "gather") as u32;
     assert_eq!(first.bytes["gather"], gathering(&renderer, mean));
 
@@ -35,7 +35,7 @@ fn reported_bytes_are_those_of_the_records_that_a_frame_gathers() {
     assert!(moved.gathered > 0 && passes(&moved, "gather") == 1, "{}", moved.gathered);
     assert_eq!(moved.bytes["gather"], gathering(&renderer, moved.gathered));
 
-    // The list of needed records is made from the weights of the splats where the view is new, and only there.
+    // A new view reads the splat weights to build the list of needed records. An edit of a light does not.
     renderer.move_light(0, Vec3::new(0.01, 0.0, 0.0)).unwrap();
     let lit = renderer.frame().unwrap();
     let listed = |report: &FrameReport| report.bytes["needed_records"];
@@ -43,7 +43,7 @@ fn reported_bytes_are_those_of_the_records_that_a_frame_gathers() {
     assert_silent(&context());
 }
 
-/// Shares of what a scene has none of are left out.
+/// Statistics leave out a fraction whose denominator is zero.
 #[test]
 fn shares_are_numbers_where_there_is_nothing_to_share() {
     for quality in [

@@ -17,6 +17,7 @@ pub(super) struct Results {
     pub(super) reference: ReferenceFacts,
     /// The preset itself first.
     pub(super) settings: Vec<Setting>,
+    // Scripts read the JSON by this key.
     #[serde(rename = "rivals")]
     pub(super) baselines: Vec<Baseline>,
     /// Which stage errs.

@@ -67,7 +67,7 @@ impl Splat {
     }
 }
 
-/// A quarter more than a view needs: a list is not made anew for each view that needs a little more.
+/// Adds a quarter to the size of a list. Most later views then fit, and the list is not created again.
 fn with_reserve(needed: u32) -> u32 {
     needed.saturating_add(needed / 4)
 }

@@ -72,7 +72,7 @@ pub const ROULETTE_THRESHOLD: f32 = 0.5;
 /// upwards would have ended early; were it all, paths among editable materials would never end.
 pub const EDITABLE_ALBEDO: f32 = 0.9;
 
-/// Vertices that a device of so much memory holds, a deposit and a step each. The host holds them, too, in what may be less memory.
+/// Most vertices of all paths: the device stores a deposit and a step for each, and the host holds at most [`MOST_VERTICES`].
 fn most_vertices(device_memory_bytes: u64) -> u64 {
     let on_device = device_memory_bytes / (size_of::<Deposit>() + size_of::<PathStep>()) as u64;
     on_device.min(MOST_VERTICES)

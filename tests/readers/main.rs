@@ -78,7 +78,7 @@ fn scene_files() {
         0 => any(random, corpus),
         _ => random::toml(random, readers::TOML),
     };
-    hold("toml", readers::toml, 600, make, TEXTS, 100..600);
+    hold("toml", readers::toml, 300, make, TEXTS, 100..600);
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn films() {
             &String::from_utf8_lossy(&corpus.iter().find(|(name, _)| name == "good").unwrap().1),
         ),
     };
-    hold("film", readers::film, 600, make, TEXTS, 100..600);
+    hold("film", readers::film, 300, make, TEXTS, 100..600);
 }
 
 #[test]
@@ -99,7 +99,7 @@ fn models() {
         0 => any(random, corpus),
         _ => random::obj(random),
     };
-    hold("obj", readers::obj, 1000, make, TEXTS, 100..600);
+    hold("obj", readers::obj, 500, make, TEXTS, 100..600);
 }
 
 #[test]
@@ -109,7 +109,7 @@ fn materials() {
         _ => random::mtl(random),
     };
     // Refused are unprintable names alone.
-    hold("mtl", readers::mtl, 500, make, TEXTS, 500..990);
+    hold("mtl", readers::mtl, 250, make, TEXTS, 500..990);
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn textures() {
         0 => random::image(random),
         _ => any(random, corpus),
     };
-    hold("texture", readers::texture, 1000, make, IMAGES, 100..800);
+    hold("texture", readers::texture, 400, make, IMAGES, 100..800);
 }
 
 /// A colour profile of zeros, packed a thousandfold, which no pixel needs: as a texture it takes no
@@ -144,12 +144,12 @@ fn images_to_compare() {
         0 => random::image(random),
         _ => any(random, corpus),
     };
-    hold("image", readers::image, 3000, make, IMAGES, 50..800);
+    hold("image", readers::image, 1500, make, IMAGES, 50..800);
 }
 
 #[test]
 fn stored_light_paths() {
-    hold("stored", readers::stored, 400, any, (64, 4 << 20), 20..900);
+    hold("stored", readers::stored, 250, any, (64, 4 << 20), 20..900);
 }
 
 /// Images that other programs write, and that no text can hold.

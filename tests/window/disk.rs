@@ -12,7 +12,7 @@ use crate::demo::{Demo, Stream};
 use crate::display::Display;
 use crate::keys;
 use crate::picture::changed_pixels;
-use crate::scenarios::{PICTURE, READY, SIDE, SOON, changed, close, settled};
+use crate::scenarios::{PICTURE, READY, SIDE, SIZE, SOON, changed, close, settled};
 use crate::until;
 
 /// Where the answers stand.
@@ -52,7 +52,7 @@ impl<'a> Desk<'a> {
         std::fs::write(folder.path().join("room.obj"), ROOM).unwrap();
         std::fs::write(folder.path().join("s.toml"), scene(WHITE)).unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
-        command.args(["demo", "s.toml", "--size", "512x512", "--validation"]).current_dir(folder.path());
+        command.args(["demo", "s.toml", "--size", SIZE, "--validation"]).current_dir(folder.path());
         let demo = Demo::run(Some(display), command);
         demo.wait_for_line("lightpaths: ready", READY);
         Self { folder, demo }
@@ -108,7 +108,7 @@ fn shows_question(window: &RgbImage) -> bool {
 }
 
 fn is_blue(picture: &RgbImage) -> bool {
-    let [red, _, blue] = picture.get_pixel(SIDE / 2, 400).0.map(f64::from);
+    let [red, _, blue] = picture.get_pixel(SIDE / 2, SIDE * 25 / 32).0.map(f64::from);
     blue > 1.5 * red
 }
 

@@ -45,7 +45,7 @@ irradiance = [2.0, 2.0, 2.0]
 "#;
 
 /// Names of the lights in the panel, from the top.
-const NAMES: [Point; 3] = [(605, 69), (605, 90), (605, 111)];
+const NAMES: [Point; 3] = [(SIDE as i32 + 93, 69), (SIDE as i32 + 93, 90), (SIDE as i32 + 93, 111)];
 
 /// How far handles are from their light, points: of the aim, and of the rim of a cone.
 const AIM: f32 = 110.0;

@@ -9,7 +9,7 @@ use crate::demo::Demo;
 use crate::keys::Chord;
 
 /// Windows get no larger: they stay on the screen.
-const LARGEST: (u32, u32) = (1500, 900);
+const LARGEST: (u32, u32) = (1200, 800);
 
 /// One thing that a user may do.
 #[derive(Clone, Debug, PartialEq)]

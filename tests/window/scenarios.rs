@@ -21,14 +21,16 @@ use crate::monkey::Monkey;
 use crate::picture::{Area, changed_pixels, mean_difference};
 use crate::until;
 
-pub const SIDE: u32 = 512;
+pub const SIDE: u32 = 416;
+/// The same as an argument.
+pub const SIZE: &str = "416x416";
 /// At few light paths, and without samples at edges: what is looked at is the window.
 pub const BOX: [&str; 16] = [
     "box",
     "--preset",
     "draft",
     "--size",
-    "512x512",
+    SIZE,
     "--validation",
     "--set",
     "quality.entry_points=5000",
@@ -138,12 +140,12 @@ pub fn open_in<'a>(display: &'a Display, folder: &Path, scene: &str) -> Demo<'a>
 
 fn a_material_is_chosen_by_a_click_edited_and_taken_back(demo: &Demo) {
     // Where the panel shows the first channel of the chosen material's albedo.
-    const ALBEDO: Point = (690, 154);
-    demo.client().click(1, (250, 410));
+    const ALBEDO: Point = (SIDE as i32 + 178, 154);
+    demo.client().click(1, (203, 333));
     let before = settled(demo);
     demo.drag(1, ALBEDO, (ALBEDO.0 - 60, ALBEDO.1), 12);
     let after = changed(demo, &before);
-    let teapot = Area { x: 190, y: 380, width: 120, height: 60 };
+    let teapot = Area { x: 155, y: 309, width: 96, height: 48 };
     assert!(mean_difference(&before, &after, teapot) > 4.0, "the teapot has another colour");
     demo.client().tap(&[keys::CONTROL], keys::of('z'));
     let undone = changed(demo, &after);
@@ -182,8 +184,8 @@ fn a_material_is_edited_and_scene_picture_and_film_are_saved_as_they_were_edited
     assert!(at(film.frame_count - 1).unwrap().distance(place(&saved)) < 2e-3, "and ends where it is");
     let picture = image::open(file("box-edited-001.png")).unwrap().into_rgb8();
     assert_eq!(picture.dimensions(), (SIDE, SIDE));
-    let shown = image::imageops::crop_imm(&after, 0, 300, SIDE, 200).to_image();
-    let saved = image::imageops::crop_imm(&picture, 0, 300, SIDE, 200).to_image();
+    let shown = image::imageops::crop_imm(&after, 0, 300, SIDE, SIDE - 300).to_image();
+    let saved = image::imageops::crop_imm(&picture, 0, 300, SIDE, SIDE - 300).to_image();
     assert_eq!(changed_pixels(&shown, &saved, Area::of(&saved), 0), 0, "what is saved is what was shown");
 }
 
@@ -266,7 +268,7 @@ fn a_monkey_does_no_harm() {
         (&[], keys::function(1)),
         (&[], keys::function(2)),
     ];
-    let actions = setting("LIGHTPATHS_MONKEY_ACTIONS", 60);
+    let actions = setting("LIGHTPATHS_MONKEY_ACTIONS", 50);
     let display = Display::start();
     let demo = open(&display);
     // The same twice: what is allocated when it is first used is allocated in the first round.

@@ -14,7 +14,7 @@ use crate::scenarios::{LEFT, PICTURE, READY, RIGHT, SIDE, SOON, changed, close, 
 use crate::until;
 
 /// On a wall, off every handle.
-const WALL: Point = (400, 300);
+const WALL: Point = (325, 244);
 
 fn tap(demo: &Demo, key: char) {
     demo.client().tap(&[], keys::of(key));
@@ -133,12 +133,12 @@ fn monte_carlo_stands_right_of_the_wipe(demo: &Demo, home: &RgbImage) {
 fn any_size_and_minimised(demo: &Demo, home: &RgbImage) {
     const SIZES: [(u32, u32); 10] = [
         (1, 1),
-        (1500, 900),
+        (1200, 800),
         (2, 700),
-        (1300, 3),
+        (1100, 3),
         (64, 64),
-        (1, 900),
-        (1500, 1),
+        (1, 800),
+        (1200, 1),
         (511, 513),
         (333, 777),
         (SIDE, SIDE),
@@ -161,7 +161,7 @@ fn any_size_and_minimised(demo: &Demo, home: &RgbImage) {
 fn sizes_in_quick_succession(demo: &Demo, _: &RgbImage) {
     // Not waited for: the window is told of sizes that are out of date.
     for step in 0..100 {
-        demo.client().resize((1 + step * 373 % 1500, 1 + step * 211 % 900));
+        demo.client().resize((1 + step * 373 % 1200, 1 + step * 211 % 800));
     }
     demo.client().resize((SIDE, SIDE));
     demo.assert_presents(SOON);

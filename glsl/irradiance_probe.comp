@@ -1,4 +1,4 @@
-// Indirect irradiance at cache points by path tracing: an exact twin of what the gather finds. [Kajiya 1986] Deterministic.
+// Indirect irradiance at cache points by path tracing: an exact reference of what the gather finds. [Kajiya 1986] Deterministic.
 // One invocation = some strata of points' gather hemispheres, one after another, so that few wait for the longest path of their
 // neighbours; their paths go on for so many rounds, a vertex a round. In: cache points, scene, lights. In and out: the paths and the radiance that they have brought (W/m²/sr), a row a cache point.
 #version 460

@@ -1,4 +1,4 @@
-//! Structures that cross passes; twins of `glsl/include/types.glsl`. World space in metres, linear Rec.709.
+//! Structures that cross passes; mirror images of `glsl/include/types.glsl`. World space in metres, linear Rec.709.
 
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use bytemuck::Zeroable;

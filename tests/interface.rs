@@ -190,7 +190,7 @@ fn structures_agree_member_by_member() {
             let name = &structure.name;
             let layout = layouts.iter().find(|layout| layout.name == name);
             let layout =
-                layout.unwrap_or_else(|| panic!("`{stem}`: `{name}` has no twin in passes::layouts()"));
+                layout.unwrap_or_else(|| panic!("`{stem}`: `{name}` has no reference in passes::layouts()"));
             assert_eq!(shader_members(structure), host_members(layout), "`{stem}`: members of `{name}`");
             used.insert(layout.name);
         }
@@ -333,7 +333,7 @@ fn host_files_name_what_shaders_declare() {
 }
 
 /// Modules of the library in layers: each imports from the layers above its own in this list, and from itself. The
-/// twins see no device.
+/// references see no device.
 const LAYERS: [&[&str]; 6] = [
     &["error", "files", "layout", "types"],
     &["gpu", "scene"],

@@ -1,4 +1,4 @@
-// Structs that cross passes; twins of src/types.rs, held in lockstep by tests/interface.rs. Scalar layout.
+// Structs that cross passes; mirror images of src/types.rs, held in lockstep by tests/interface.rs. Scalar layout.
 
 // One triangle for traversal, in BVH leaf order. World space, metres. Three texels: nothing stands in `w`.
 struct Triangle {

@@ -114,7 +114,7 @@ impl Tracing<'_> {
     }
 
     /// Distance to the nearest hit of a point's hemisphere, at most `far`, without rays within 10° of the tangent
-    /// plane, and the wall that was hit; twin of `clearance`.
+    /// plane, and the wall that was hit; mirrors `clearance`.
     pub fn clearance(&self, point: &CachePoint, far: f32) -> (f64, DVec3) {
         let [x, y, z] = point.position.to_array().map(f32::to_bits);
         let name = hash_pair(x, hash_pair(y, hash_pair(z, point.side)));

@@ -101,7 +101,7 @@ impl Geometry<'_> {
         self.colour(side / 2, self.barycentric_at(side / 2, position.as_dvec3()))
     }
 
-    /// The base cluster that holds a point of a side; twin of `glsl/include/grid.glsl`.
+    /// The base cluster that holds a point of a side; mirrors `glsl/include/grid.glsl`.
     pub fn cluster(&self, hvds: &Hvds, position: Vec3, side: u32) -> u32 {
         let cell = hvds.grid.index_of(hvds.grid.cell_of(position, self.normal(side)));
         let code = self.surfaces[side as usize / 2].side_code(side % 2 == 1);

@@ -1,4 +1,4 @@
-//! Validity of cache records; twin of `glsl/include/records.glsl`, and what placement decides by.
+//! Validity of cache records; mirrors `glsl/include/records.glsl`, and what placement decides by.
 
 use crate::types::CachePoint;
 use glam::Vec3;

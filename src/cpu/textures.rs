@@ -52,7 +52,7 @@ pub fn sample(texture: &Texture, uv: DVec2) -> DVec3 {
     above.lerp(below, share.y)
 }
 
-/// Square roots in 11, 11 and 10 bits; twin of `pack_colour` in `glsl/include/colour.glsl`.
+/// Square roots in 11, 11 and 10 bits; mirrors `pack_colour` in `glsl/include/colour.glsl`.
 pub fn pack_colour(colour: DVec3) -> u32 {
     let roots: UVec3 = (colour.powf(0.5) * DVec3::new(2047.0, 2047.0, 1023.0)).round().as_uvec3();
     roots.x | roots.y << 11 | roots.z << 22

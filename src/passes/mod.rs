@@ -1,4 +1,4 @@
-//! The passes: each a host file, a shader and a CPU twin of one stem.
+//! The passes: each a host file, a shader and a CPU reference of one stem.
 
 mod cluster_buffers;
 pub mod frame;

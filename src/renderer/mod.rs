@@ -1,5 +1,6 @@
 //! The renderer: owns the passes; the precomputation and the frame are recipes in the paper's order.
 
+mod ablation;
 mod accounts;
 mod bounds;
 mod changes;
@@ -25,17 +26,16 @@ mod shine;
 mod skips;
 mod steps;
 mod stored;
-mod twins;
 mod views;
 
 pub use crate::passes::precompute::{Progress, Silent};
+pub use ablation::{Exact, Stage};
 pub use changes::Work;
 pub use inspect::{ClusterAt, GatherRaySegment, PathPoint, RecordShare, SurfaceAt};
 pub use outputs::StageBuffers;
 pub use preview::Preview;
 pub use report::{Columns, FrameReport, Layer, Statistics};
 pub use stored::{Store, Written, refusal_of};
-pub use twins::{Exact, Stage};
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER};

@@ -41,7 +41,7 @@ impl types::Grid {
         self.cells.as_usizevec3().element_product()
     }
 
-    /// Base cell of a point on the side that `normal` faces; twin of `grid_cell` in `glsl/include/grid.glsl`.
+    /// Base cell of a point on the side that `normal` faces; mirrors `grid_cell` in `glsl/include/grid.glsl`.
     pub fn cell_of(&self, position: Vec3, normal: Vec3) -> UVec3 {
         let inside = position - self.pull * normal;
         let scaled = (inside - self.low) * self.inverse_cell;

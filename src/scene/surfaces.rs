@@ -5,7 +5,7 @@ use crate::types;
 use glam::{DVec3, Vec3};
 
 impl types::Surface {
-    /// Cluster code of a side; twin of `side_code` in `glsl/include/types.glsl`.
+    /// Cluster code of a side; mirrors `side_code` in `glsl/include/types.glsl`.
     pub fn side_code(&self, back: bool) -> u32 {
         self.sides >> (if back { 6 } else { 0 }) & 63
     }
@@ -15,7 +15,7 @@ impl types::Surface {
         if back { -self.normal } else { self.normal }
     }
 
-    /// Whether a side takes part in transport; twin of `side_is_active`.
+    /// Whether a side takes part in transport; mirrors `side_is_active`.
     pub fn side_is_active(&self, back: bool) -> bool {
         self.sides & (if back { 0x2000 } else { 0x1000 }) != 0
     }

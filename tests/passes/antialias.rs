@@ -173,7 +173,7 @@ pub(crate) fn lights() -> Vec<LightSource> {
 }
 
 #[test]
-fn edge_pixels_equal_the_twin() {
+fn edge_pixels_equal_the_reference() {
     let room = World::room();
     let squares = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
     let thresholds = Thresholds { crease: f64::from(CREASE), step: f64::from(STEP) };
@@ -182,14 +182,14 @@ fn edge_pixels_equal_the_twin() {
         for size in [[1, 1], [7, 9], [8, 8], [9, 7], [31, 17], [64, 3], [97, 53]] {
             let frame = Frame::new(world, &lights(), &camera(size, distance), 64);
             let pixels = &frame.pixels;
-            let twin = cpu::antialias::edges(thresholds, &world.surfaces, size, pixels);
+            let reference = cpu::antialias::edges(thresholds, &world.surfaces, size, pixels);
             let marked = frame.edge_pixels();
             let is_marked = |index: usize| frame.numbers[index] != NO_EDGE;
             // In the order of tiles, and each pixel knows its place in it.
             let expected = cpu::antialias::tile_order(size).filter(|&pixel| is_marked(pixel as usize));
             assert_eq!(marked, expected.collect::<Vec<_>>(), "{size:?}");
             assert!((0..).zip(&marked).all(|(number, &pixel)| frame.numbers[pixel as usize] == number));
-            let differ = (0..twin.len()).filter(|&index| twin[index] != is_marked(index)).count();
+            let differ = (0..reference.len()).filter(|&index| reference[index] != is_marked(index)).count();
             // Differences that reach a threshold by a hair.
             assert!(differ * 500 <= pixels.len(), "{differ} of {} pixels differ", pixels.len());
             let share = marked.len() as f64 / pixels.len() as f64;
@@ -198,17 +198,17 @@ fn edge_pixels_equal_the_twin() {
             let edges: Vec<bool> = (0..pixels.len()).map(is_marked).collect();
             for ((layers, &count), needs) in frame.layers.iter().zip(&frame.shadow_counts).zip(&frame.needs) {
                 let layer = &layers[0][..pixels.len()];
-                let twin = cpu::antialias::shadow_edges(f64::from(CONTRAST), size, &edges, layer);
+                let reference = cpu::antialias::shadow_edges(f64::from(CONTRAST), size, &edges, layer);
                 let needy = needs.iter().filter(|need| **need > 0).count();
-                let expected = twin.iter().filter(|marked| **marked).count() + needy;
+                let expected = reference.iter().filter(|marked| **marked).count() + needy;
                 assert!(
                     expected.abs_diff(count as usize) * 500 <= pixels.len(),
-                    "{count}, {expected} by the twin"
+                    "{count}, {expected} by the reference"
                 );
                 shadows += expected;
                 // Only those change.
-                let changed = (0..twin.len()).filter(|&pixel| layers[1][pixel] != layer[pixel]);
-                let unmarked = changed.filter(|&pixel| !twin[pixel]).count();
+                let changed = (0..reference.len()).filter(|&pixel| layers[1][pixel] != layer[pixel]);
+                let unmarked = changed.filter(|&pixel| !reference[pixel]).count();
                 assert!(unmarked * 500 <= pixels.len(), "{unmarked} unmarked pixels changed");
             }
         }
@@ -218,7 +218,7 @@ fn edge_pixels_equal_the_twin() {
 }
 
 #[test]
-fn edge_samples_equal_the_twin() {
+fn edge_samples_equal_the_reference() {
     let room = World::room();
     let squares = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
     for (world, distance, size, most) in
@@ -234,7 +234,7 @@ fn edge_samples_equal_the_twin() {
             for (index, &sample) in (0..).zip(own) {
                 let [point, eighths, place, _] = parts_of(sample);
                 let (number, source) = (index + point * count, frame.pixel_at(pixel, place));
-                let twin = cpu::antialias::edge_sample(
+                let reference = cpu::antialias::edge_sample(
                     world.geometry(),
                     &frame.view,
                     &frame.pixels,
@@ -242,16 +242,16 @@ fn edge_samples_equal_the_twin() {
                     [index, count, OUTLINE_POINTS],
                 );
                 // A ray that passes an edge on the other side.
-                other_shares += usize::from((twin.share - f64::from(eighths) / 8.0).abs() > 1e-6);
+                other_shares += usize::from((reference.share - f64::from(eighths) / 8.0).abs() > 1e-6);
                 shared += usize::from(eighths > 0 && eighths < 8);
-                let seen = twin.seen.filter(|_| twin.number == number);
+                let seen = reference.seen.filter(|_| reference.number == number);
                 let Some(seen) = seen.filter(|seen| seen.side == sample.side) else {
-                    other_sides += usize::from(twin.share > 0.0 || sample.side != NO_SIDE);
+                    other_sides += usize::from(reference.share > 0.0 || sample.side != NO_SIDE);
                     continue;
                 };
-                let (least, twin) =
+                let (least, reference) =
                     cpu::antialias::source(&world.surfaces, &frame.view, &frame.pixels, pixel, &seen);
-                if twin != source {
+                if reference != source {
                     // As good, but for an error of f32.
                     let pixel = &frame.pixels[source as usize];
                     let cost = cpu::antialias::dissimilarity(&world.surfaces, &seen, pixel);
@@ -304,7 +304,7 @@ fn an_outline_covers_its_share_of_each_pixel() {
 
 /// Shadows' edges on flat walls and on triangles whose normals lean: the mean of the light over the pixel's samples.
 #[test]
-fn shadow_edges_equal_the_twin() {
+fn shadow_edges_equal_the_reference() {
     let room = path_trace::world();
     // Light changes fast near a light, shadow or not.
     let near = LightSource::point(Vec3::new(0.6, 0.3, -0.35), Vec3::ONE);
@@ -338,8 +338,9 @@ fn shadow_edges_equal_the_twin() {
                         cpu::antialias::shadow_sample(world.geometry(), &frame.view, pixel, centre, number);
                     found.map_or(0.0, |found| cpu::direct::layer(world.geometry(), light, &found))
                 };
-                let twin = (0..count).map(sample).sum::<f64>() / f64::from(count);
-                differ += usize::from((f64::from(after[index]) - twin).abs() > 1e-3 * (twin + 1e-2));
+                let reference = (0..count).map(sample).sum::<f64>() / f64::from(count);
+                differ +=
+                    usize::from((f64::from(after[index]) - reference).abs() > 1e-3 * (reference + 1e-2));
                 let leans = centre.normal.dot(world.geometry().normal(centre.side)) < 0.999;
                 *if leans { &mut curved } else { &mut flat } += 1;
             }

@@ -25,7 +25,7 @@ fn largest(columns: &DMat3) -> f64 {
 }
 
 #[test]
-fn blended_records_equal_the_twin() {
+fn blended_records_equal_the_reference() {
     let (context, world) = (context(), World::room());
     let mut random = Random::new(7);
     for count in [1, 63, 64, 65, 257] {

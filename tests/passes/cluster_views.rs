@@ -15,7 +15,7 @@ use lightpaths::scene::{Scene, directions::Directions, shapes};
 use lightpaths::types::{CachePoint, GatherRay, NO_TARGET};
 
 #[test]
-fn irradiance_of_views_equals_the_twin() {
+fn irradiance_of_views_equals_the_reference() {
     let world = World::room();
     let mut random = Random::new(101);
     let clusters = world.hvds.cluster_count();
@@ -38,8 +38,8 @@ fn irradiance_of_views_equals_the_twin() {
         for (device, run) in views.iter().zip(first_parts.windows(2)) {
             let parts = &parts[run[0] as usize..run[1] as usize];
             let shown = |&part: &u32| (irradiance[code.cluster(part) as usize], code.weight(part));
-            let twin = cpu::cluster_views::view(parts.iter().map(shown));
-            assert_near(*device, twin, SUM, 0.0, "view");
+            let reference = cpu::cluster_views::view(parts.iter().map(shown));
+            assert_near(*device, reference, SUM, 0.0, "view");
         }
     }
     assert_silent(&world.context);

@@ -11,31 +11,32 @@ use lightpaths::types::{Grid, NO_CLUSTER, PathVertex};
 
 const SEED: u32 = 9;
 
-/// For each point of the device, the nearest unused twin on the same side.
-fn match_points(device: &[PathVertex], mut twins: Vec<PathVertex>) {
-    assert_eq!(device.len(), twins.len());
+/// For each point of the device, the nearest unused reference on the same side.
+fn match_points(device: &[PathVertex], mut references: Vec<PathVertex>) {
+    assert_eq!(device.len(), references.len());
     for point in device {
-        let distance = |twin: &PathVertex| match twin.side == point.side {
-            true => twin.position.distance(point.position),
+        let distance = |reference: &PathVertex| match reference.side == point.side {
+            true => reference.position.distance(point.position),
             false => f32::INFINITY,
         };
-        let nearest = (0..twins.len()).min_by(|&a, &b| distance(&twins[a]).total_cmp(&distance(&twins[b])));
-        let twin = twins.swap_remove(nearest.unwrap());
-        assert!(distance(&twin) < 1e-6, "{point:?} has no twin: {twin:?}");
-        assert_eq!((point.weight, point.incoming), (twin.weight, Vec3::ZERO));
+        let nearest = (0..references.len())
+            .min_by(|&a, &b| distance(&references[a]).total_cmp(&distance(&references[b])));
+        let reference = references.swap_remove(nearest.unwrap());
+        assert!(distance(&reference) < 1e-6, "{point:?} has no reference: {reference:?}");
+        assert_eq!((point.weight, point.incoming), (reference.weight, Vec3::ZERO));
     }
 }
 
 #[test]
-fn entry_points_equal_the_twin() {
+fn entry_points_equal_the_reference() {
     let walled = World::new(&shapes::thin_wall(), 16);
     let split: Vec<u32> = walled.hvds.split_clusters().collect();
     assert!(split.len() > 20, "the wall stands on the room's walls");
-    entry_points_equal_the_twin_in(&World::room());
-    entry_points_equal_the_twin_in(&walled);
+    entry_points_equal_the_reference_in(&World::room());
+    entry_points_equal_the_reference_in(&walled);
 }
 
-fn entry_points_equal_the_twin_in(world: &World) {
+fn entry_points_equal_the_reference_in(world: &World) {
     for count in [0, 1, 63, 64, 65, 2_003] {
         let strata = Strata::new(&world.hvds, &world.densities, count);
         let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
@@ -48,14 +49,14 @@ fn entry_points_equal_the_twin_in(world: &World) {
             .iter()
             .map(|patch| ([patch.p0, patch.p1, patch.p2], patch.side, patch.weight))
             .collect();
-        let twins = cpu::entry_points::entry_points(
+        let references = cpu::entry_points::entry_points(
             world.geometry(),
             &world.hvds,
             &patches,
             &strata.first_points,
             SEED,
         );
-        match_points(&points, twins);
+        match_points(&points, references);
     }
     assert_silent(&world.context);
 }

@@ -17,7 +17,7 @@ use lightpaths::scene::shapes;
 use lightpaths::types::{NO_SIDE, PixelSurface};
 
 #[test]
-fn colours_of_pixels_and_samples_equal_the_twin() {
+fn colours_of_pixels_and_samples_equal_the_reference() {
     let room = World::textured_room();
     // With an outline, where samples show other points than their own.
     let squares = World::new(&textured(shapes::facing_squares(1.0, 1.0, 0.5)), 8);
@@ -54,31 +54,32 @@ fn colours_of_pixels_and_samples_equal_the_twin() {
         };
         let pixels: Vec<DVec3> = (0..).zip(&frame.pixels).map(of_pixel).collect();
         let slots: Vec<DVec3> = (0..frame.slots().len()).map(of_slot).collect();
-        for (what, buffer, twin) in
+        for (what, buffer, reference) in
             [("pixels", &frame.colours.of_pixels, pixels), ("slots", &frame.colours.of_edges, slots)]
         {
-            let found: Vec<u32> = buffer.read_range(0, twin.len()).unwrap();
+            let found: Vec<u32> = buffer.read_range(0, reference.len()).unwrap();
             // Half of the last bit of a packed root, and the error of f32 texture coordinates at a slant.
-            let apart =
-                |(found, twin): &(&u32, &DVec3)| (unpack_colour(**found) - *twin).abs().max_element() > 2e-3;
-            let others = found.iter().zip(&twin).filter(apart).count();
-            let tinted = twin.iter().filter(|colour| colour.min_element() < 0.9).count();
-            println!("{size:?}, {most}: {others} of {} {what} differ, {tinted} are dark", twin.len());
-            assert!(others * 500 <= twin.len(), "{others} of {} {what}", twin.len());
-            assert!(tinted * 4 >= twin.len());
+            let apart = |(found, reference): &(&u32, &DVec3)| {
+                (unpack_colour(**found) - *reference).abs().max_element() > 2e-3
+            };
+            let others = found.iter().zip(&reference).filter(apart).count();
+            let tinted = reference.iter().filter(|colour| colour.min_element() < 0.9).count();
+            println!("{size:?}, {most}: {others} of {} {what} differ, {tinted} are dark", reference.len());
+            assert!(others * 500 <= reference.len(), "{others} of {} {what}", reference.len());
+            assert!(tinted * 4 >= reference.len());
         }
     }
     assert_silent(&context());
 }
 
 #[test]
-fn pictures_equal_the_twin() {
+fn pictures_equal_the_reference() {
     for world in [World::room(), World::textured_room()] {
-        pictures_equal_the_twin_in(&world);
+        pictures_equal_the_reference_in(&world);
     }
 }
 
-fn pictures_equal_the_twin_in(world: &World) {
+fn pictures_equal_the_reference_in(world: &World) {
     let has_images = !world.coordinates.is_empty();
     let mut random = Random::new(73);
     for (size, most, share) in [
@@ -140,8 +141,8 @@ fn pictures_equal_the_twin_in(world: &World) {
             if !is_sampled {
                 let pixel = &frame.pixels[index];
                 let tint = tint(&of_pixels, index);
-                let twin = reflected(index, pixel.side, tint, frame.irradiance[index], index, 1.0);
-                assert_near(*device, twin, FLOAT, 0.0, "centre");
+                let reference = reflected(index, pixel.side, tint, frame.irradiance[index], index, 1.0);
+                assert_near(*device, reference, FLOAT, 0.0, "centre");
                 continue;
             }
             let first = number as usize * room;

@@ -12,7 +12,7 @@ use lightpaths::scene::shapes;
 use lightpaths::types::{NO_SIDE, PixelSurface};
 
 #[test]
-fn slots_equal_the_twin() {
+fn slots_equal_the_reference() {
     let (room, boxes) = (World::textured_room(), World::room());
     for (world, size, most, slots_each) in
         [(&room, [31, 17], 16, 4), (&boxes, [31, 17], 64, 3), (&boxes, [13, 11], 128, 2)]
@@ -30,12 +30,18 @@ fn slots_equal_the_twin() {
                 (sample.side != NO_SIDE).then(|| (material(), parts_of(*sample)[2]))
             };
             let sorts: Vec<_> = samples.iter().map(sort).collect();
-            let twin = cpu::antialias::slots(&sorts, slots_each);
-            for (sample, twin) in samples.iter().zip(&twin).filter(|(_, twin)| twin.is_some()) {
-                assert_eq!(Some(parts_of(*sample)[3] as usize), *twin);
+            let reference = cpu::antialias::slots(&sorts, slots_each);
+            for (sample, reference) in
+                samples.iter().zip(&reference).filter(|(_, reference)| reference.is_some())
+            {
+                assert_eq!(Some(parts_of(*sample)[3] as usize), *reference);
             }
             for (number, slot) in slots.iter().enumerate() {
-                let mut own = samples.iter().zip(&twin).filter(|(_, twin)| **twin == Some(number)).peekable();
+                let mut own = samples
+                    .iter()
+                    .zip(&reference)
+                    .filter(|(_, reference)| **reference == Some(number))
+                    .peekable();
                 let first = own.peek().map(|(sample, _)| **sample);
                 let side = first.map_or(NO_SIDE, |sample| sample.side);
                 let place = first.map_or(0, |sample| parts_of(sample)[2]);
@@ -51,7 +57,7 @@ fn slots_equal_the_twin() {
 
 /// The light of edge pixels: its sum over slots is the mean over samples, and over more of them where it differs much among those.
 #[test]
-fn light_at_edges_equals_the_twin() {
+fn light_at_edges_equals_the_reference() {
     let room = path_trace::world();
     let squares = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
     let mut lights = light_sources(&path_trace::lights());
@@ -98,16 +104,17 @@ fn light_at_edges_equals_the_twin() {
                 let sum: f64 = (0..slots).filter(|&slot| room(slot)).map(|slot| f64::from(layer[slot])).sum();
                 if device_need > 0 {
                     let more: f64 = (count..device_need).map(lit).sum();
-                    let twin = (values.iter().sum::<f64>() + more) / f64::from(device_need);
-                    differ += usize::from((sum - twin).abs() > 0.05 * (twin + 1e-2));
+                    let reference = (values.iter().sum::<f64>() + more) / f64::from(device_need);
+                    differ += usize::from((sum - reference).abs() > 0.05 * (reference + 1e-2));
                     needy += 1;
                     continue;
                 }
                 for slot in (0..slots).filter(|&slot| room(slot)) {
                     let own =
                         own.iter().zip(&values).filter(|(sample, _)| parts_of(**sample)[3] as usize == slot);
-                    let twin = own.map(|(_, value)| value).sum::<f64>() / f64::from(count);
-                    differ += usize::from((f64::from(layer[slot]) - twin).abs() > 1e-3 * (twin + 1e-2));
+                    let reference = own.map(|(_, value)| value).sum::<f64>() / f64::from(count);
+                    differ +=
+                        usize::from((f64::from(layer[slot]) - reference).abs() > 1e-3 * (reference + 1e-2));
                 }
                 plain += 1;
             }

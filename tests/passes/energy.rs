@@ -75,7 +75,7 @@ fn light(context: &Arc<Context>, factors: &[f32], carried: Option<&[Vec3]>, base
 }
 
 #[test]
-fn cluster_energies_equal_the_twin_and_parents_their_children() {
+fn cluster_energies_equal_the_reference_and_parents_their_children() {
     let context = context();
     let mut random = Random::new(23);
     let room = World::room().hvds;
@@ -113,19 +113,19 @@ fn cluster_energies_equal_the_twin_and_parents_their_children() {
         let scale = least_area_m2 * emission;
         let path_flux: Vec<Vec3> = factors.iter().map(|factor| factor * scale).collect();
         let reflected_flux: Vec<Vec3> = carried.iter().map(|carried| carried * scale).collect();
-        let twin = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &deposits);
+        let reference = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &deposits);
         let sources =
             cpu::hvds::indirect_sources(&hvds, &runs, LEAST_VERTICES, [VERTICES_AROUND, LEAST_SHARE]);
         assert_eq!(indirect_sources(&hvds, &runs, LEAST_VERTICES), sources);
         let borrowing = (0..base as u32).zip(&sources).filter(|(cluster, source)| cluster != *source).count();
         assert!(base < 60 || (borrowing > base / 4 && borrowing < base), "{borrowing} of {base} borrow");
-        let resolved = cpu::hvds::irradiance(&hvds, &twin, &sources, least_area_m2);
+        let resolved = cpu::hvds::irradiance(&hvds, &reference, &sources, least_area_m2);
         let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();
         let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();
         for cluster in 0..hvds.cluster_count() as usize {
             let name = format!("cluster {cluster} over {base}");
-            assert_near(flux[cluster].direct, twin[cluster][0], SUM, 0.0, &name);
-            assert_near(flux[cluster].indirect, twin[cluster][1], SUM, 0.0, &name);
+            assert_near(flux[cluster].direct, reference[cluster][0], SUM, 0.0, &name);
+            assert_near(flux[cluster].indirect, reference[cluster][1], SUM, 0.0, &name);
             assert_near(irradiance[cluster], resolved[cluster], SUM, 0.0, &name);
             if cluster >= base {
                 let children =
@@ -143,7 +143,7 @@ fn cluster_energies_equal_the_twin_and_parents_their_children() {
 /// Layers of lights, and their sum: what the same light makes of path flux. A light's layer is the same to the bit whichever lights are
 /// due with it, and lights that are off are left out of the sum to no effect.
 #[test]
-fn layers_of_lights_equal_the_twin_and_add_up() {
+fn layers_of_lights_equal_the_reference_and_add_up() {
     let context = context();
     let mut random = Random::new(29);
     for (count, light_count) in [(1, 1), (63, 2), (64, 3), (65, 4), (997, 5), (131, 9), (40, 0)] {
@@ -190,12 +190,12 @@ fn layers_of_lights_equal_the_twin_and_add_up() {
             assert_eq!(context.take_redundant_barriers(), [""; 0]);
         }
         for ((row, carried), (light, alone)) in rows.iter().zip(&carried).zip(lights.iter().zip(&alone)) {
-            let twin = cpu::hvds::cluster_layer(row, carried, &runs, &deposits);
+            let reference = cpu::hvds::cluster_layer(row, carried, &runs, &deposits);
             let device: Vec<ClusterLayer> = light.layer.read().unwrap();
-            for (cluster, (device, twin)) in device.iter().zip(twin).enumerate() {
+            for (cluster, (device, reference)) in device.iter().zip(reference).enumerate() {
                 let name = format!("cluster {cluster} of {count}");
-                assert_near(Vec3::splat(device.direct), twin[0], SUM, 0.0, &name);
-                assert_near(device.indirect, twin[1], SUM, 0.0, &name);
+                assert_near(Vec3::splat(device.direct), reference[0], SUM, 0.0, &name);
+                assert_near(device.indirect, reference[1], SUM, 0.0, &name);
             }
             let record = |rec: &mut _| pyramid.record_layers(rec, &[alone.due()], &cut, &all);
             context.run(record).unwrap();
@@ -212,16 +212,16 @@ fn layers_of_lights_equal_the_twin_and_add_up() {
         };
         let path_flux = sum(&|light, path| Vec3::splat(rows[light][path]));
         let reflected_flux = sum(&|light, path| carried[light][path]);
-        let twin = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &deposits);
+        let reference = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &deposits);
         let sources =
             cpu::hvds::indirect_sources(&hvds, &runs, LEAST_VERTICES, [VERTICES_AROUND, LEAST_SHARE]);
-        let resolved = cpu::hvds::irradiance(&hvds, &twin, &sources, entry_area_m2);
+        let resolved = cpu::hvds::irradiance(&hvds, &reference, &sources, entry_area_m2);
         let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();
         let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();
         for cluster in 0..hvds.cluster_count() as usize {
             let name = format!("cluster {cluster} over {count}, {light_count} lights");
-            assert_near(flux[cluster].direct, twin[cluster][0], SUM, 0.0, &name);
-            assert_near(flux[cluster].indirect, twin[cluster][1], SUM, 0.0, &name);
+            assert_near(flux[cluster].direct, reference[cluster][0], SUM, 0.0, &name);
+            assert_near(flux[cluster].indirect, reference[cluster][1], SUM, 0.0, &name);
             assert_near(irradiance[cluster], resolved[cluster], SUM, 0.0, &name);
         }
 

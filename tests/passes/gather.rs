@@ -53,7 +53,7 @@ fn random_points(random: &mut Random, count: u32) -> Vec<CachePoint> {
 }
 
 #[test]
-fn irradiance_and_gradients_equal_the_twin() {
+fn irradiance_and_gradients_equal_the_reference() {
     let context = context();
     let mut random = Random::new(31);
     let code = GatherCode::new(CLUSTERS, ALBEDOS.len(), 0.037).unwrap();
@@ -135,16 +135,16 @@ fn irradiance_and_gradients_equal_the_twin() {
             let (bundles, colours): (Vec<RayBundle>, Vec<u32>) =
                 packing.bundles(row, colours).into_iter().unzip();
             let colours = if has_colours { &colours[..] } else { &[] };
-            let twin = gather(sources, strata, point.normal, &bundles, colours);
-            assert_near(record.irradiance, twin.irradiance, SUM, 0.0, "irradiance");
+            let reference = gather(sources, strata, point.normal, &bundles, colours);
+            assert_near(record.irradiance, reference.irradiance, SUM, 0.0, "irradiance");
             // Terms of both signs cancel in a gradient: an error is relative to what they would add up to. Steepest is
             // the outermost ring, a turn of which counts √(2·rings) times.
-            let brightest = twin.irradiance.max_element();
+            let brightest = reference.irradiance.max_element();
             let steepness = row.iter().map(|ray| unpack(ray.gradient).abs().max_element()).sum::<f64>();
             let scale = brightest * steepness / f64::from(code.least_distance);
-            assert_columns(&record.translation, twin.translation, scale, "translation");
+            assert_columns(&record.translation, reference.translation, scale, "translation");
             let scale = brightest * f64::from(2 * rings).sqrt();
-            assert_columns(&record.rotation, twin.rotation, scale, "rotation");
+            assert_columns(&record.rotation, reference.rotation, scale, "rotation");
         }
         if rings == 1 && point_count > 0 {
             assert_eq!(records.last().unwrap().irradiance, Vec3::ZERO, "no ray, no light");
@@ -175,13 +175,13 @@ fn assert_listed_alone(pass: &Gather, sources: GatherSources<'_>, gathered: &[Re
 }
 
 #[track_caller]
-fn assert_columns(device: &Mat3, twin: DMat3, scale: f64, what: &str) {
+fn assert_columns(device: &Mat3, reference: DMat3, scale: f64, what: &str) {
     for channel in 0..3 {
-        assert_near(device.col(channel), twin.col(channel), 1e-5, scale, what);
+        assert_near(device.col(channel), reference.col(channel), 1e-5, scale, what);
     }
 }
 
-/// What the twin's gradients mean: irradiance over a slanted source, against a difference quotient.
+/// What the reference's gradients mean: irradiance over a slanted source, against a difference quotient.
 #[test]
 fn the_rotational_gradient_is_a_derivative() {
     let strata = Strata { rings: 64, sectors: 256 };

@@ -44,13 +44,13 @@ fn trace(world: &World, points: &[CachePoint], rings: u32, code: GatherCode) -> 
 }
 
 #[test]
-fn targets_and_gradient_weights_equal_the_twin() {
+fn targets_and_gradient_weights_equal_the_reference() {
     for world in [World::room(), World::new(&textured(room()), 16)] {
-        targets_and_gradient_weights_equal_the_twin_in(&world);
+        targets_and_gradient_weights_equal_the_reference_in(&world);
     }
 }
 
-fn targets_and_gradient_weights_equal_the_twin_in(world: &World) {
+fn targets_and_gradient_weights_equal_the_reference_in(world: &World) {
     let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
     let mut random = Random::new(41);
     let (mut tinted, mut other_colours) = (0, 0);
@@ -102,7 +102,7 @@ fn targets_and_gradient_weights_equal_the_twin_in(world: &World) {
                 let bound = weight.abs().max_element() / 1024.0 + 1e-6;
                 assert!(
                     (stored - weight).abs().max_element() < bound,
-                    "ray {ray}: {stored}, {weight} by the twin"
+                    "ray {ray}: {stored}, {weight} by the reference"
                 );
                 compared += 1;
             }
@@ -125,7 +125,7 @@ fn targets_and_gradient_weights_equal_the_twin_in(world: &World) {
 const UNTOUCHED: Clearance = Clearance { distance: -1.0, wall: Vec3::ZERO };
 
 #[test]
-fn clearances_equal_the_twin() {
+fn clearances_equal_the_reference() {
     let world = World::room();
     let mut random = Random::new(42);
     let far = 0.4;
@@ -152,15 +152,15 @@ fn clearances_equal_the_twin() {
         let mut found: Vec<Clearance> = clearances.read().unwrap();
         let behind = found.split_off(count);
         assert!(behind.iter().all(|c| c.distance == -1.0), "nothing is written past the last candidate");
-        let twin: Vec<_> = points.iter().map(|point| tracing.clearance(point, far)).collect();
+        let reference: Vec<_> = points.iter().map(|point| tracing.clearance(point, far)).collect();
         // A ray that an edge lets through by f32 may have been the nearest.
         let differs = |(device, (distance, wall)): (&Clearance, &(f64, DVec3))| {
             (f64::from(device.distance) - distance).abs() > 1e-4 * distance
                 || (device.wall.as_dvec3() - wall).length() > 1e-3 * wall.length()
         };
-        let differ = found.iter().zip(&twin).filter(|&pair| differs(pair)).count();
+        let differ = found.iter().zip(&reference).filter(|&pair| differs(pair)).count();
         assert!(differ * 30 <= count, "{differ} of {count} clearances differ");
-        let some = |is: &dyn Fn(&(f64, DVec3)) -> bool| count < 60 || twin.iter().any(is);
+        let some = |is: &dyn Fn(&(f64, DVec3)) -> bool| count < 60 || reference.iter().any(is);
         assert!(some(&|&(t, _)| t == f64::from(far)) && some(&|&(t, _)| t < 0.1));
         assert!(some(&|&(_, wall)| wall != DVec3::ZERO) && some(&|&(_, wall)| wall == DVec3::ZERO));
     }

@@ -2,7 +2,8 @@
 
 use crate::common::assert_silent;
 use crate::gloss_readers::{
-    gathered_slots_equal_the_twin, pixels_of_what_shines_equal_the_twin, pixels_read_the_slots_of_broad_lobes,
+    gathered_slots_equal_the_reference, pixels_of_what_shines_equal_the_reference,
+    pixels_read_the_slots_of_broad_lobes,
 };
 use crate::world::{Random, SUM, World, assert_near};
 use glam::{DVec3, Vec3};
@@ -180,13 +181,13 @@ pub(crate) fn lights() -> Vec<LightSource> {
 }
 
 #[test]
-fn light_on_what_shines_equals_the_twin() {
+fn light_on_what_shines_equals_the_reference() {
     for world in [World::shining_room(), World::textured_shining_room()] {
-        light_on_what_shines_equals_the_twin_in(world);
+        light_on_what_shines_equals_the_reference_in(world);
     }
 }
 
-fn light_on_what_shines_equals_the_twin_in(world: World) {
+fn light_on_what_shines_equals_the_reference_in(world: World) {
     let shining = Shining::new(world);
     let world = &shining.world;
     let mut random = Random::new(62);
@@ -257,7 +258,7 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
         })
         .unwrap();
 
-    // Beams, against their twin; from there on with the device's own, where rays graze edges.
+    // Beams, against their reference; from there on with the device's own, where rays graze edges.
     let mut of_paths: Vec<Vec<Beam>> = vec![Vec::new(); path_count];
     let (mut differ, mut lit) = (0, 0);
     for (light, beams) in lights.iter().zip(&beams) {
@@ -265,10 +266,10 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
         let rows = device.chunks_exact(light.samples as usize);
         for (entry, row) in shining.tables.entries.iter().zip(rows) {
             let geometry = world.geometry();
-            let twin = lit_samples(geometry, light, entry.position, entry.normal, entry.normal, area_m2);
+            let reference = lit_samples(geometry, light, entry.position, entry.normal, entry.normal, area_m2);
             for (number, beam) in (0..).zip(row) {
-                let twin = twin.iter().find(|sample| sample.0 == number);
-                let agrees = match twin {
+                let reference = reference.iter().find(|sample| sample.0 == number);
+                let agrees = match reference {
                     Some((_, direction, factor)) => {
                         let mirror = (-direction).reflect(entry.normal.as_dvec3());
                         (mirror - beam.mirror.as_dvec3()).length() < 1e-5
@@ -295,7 +296,7 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
         .collect();
     for (path, (device, entry)) in reflected.iter().zip(&shining.entry_points).enumerate() {
         let material = shining.material_of(entry.side);
-        let twin = match world.materials[material].may_shine() {
+        let reference = match world.materials[material].may_shine() {
             true => {
                 let departure = shining.paths.arrivals.departures[path];
                 let colour = unpack_colour(shining.paths.arrivals.entry_colours[path]);
@@ -303,7 +304,7 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
             }
             false => all.clone().map(|l| flux_of(l, Vec3::splat(factors[l][path])).as_dvec3()).sum(),
         };
-        assert_near(*device, twin, SUM, 1e-9, "reflected flux");
+        assert_near(*device, reference, SUM, 1e-9, "reflected flux");
     }
 
     let fluxes: Vec<Vec3> = gloss.fluxes.read().unwrap();
@@ -338,7 +339,7 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
         };
     for (index, (slot, device)) in shining.tables.slots.iter().zip(&fluxes).enumerate().step_by(7) {
         coarse += usize::from(slot.cluster >= world.hvds.levels[0].end);
-        let twin = match index.checked_sub(shining.tables.leaf_count as usize) {
+        let reference = match index.checked_sub(shining.tables.leaf_count as usize) {
             None => sent(slot.cluster, slot.direction.as_dvec3()),
             // Its children, each in the direction in which it is read.
             Some(sum) => {
@@ -356,8 +357,8 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
                 }
             }
         };
-        lit += usize::from(twin.x > 0.0);
-        assert_near(*device, twin, SUM, 1e-3 * f64::from(brightest), "slot");
+        lit += usize::from(reference.x > 0.0);
+        assert_near(*device, reference, SUM, 1e-3 * f64::from(brightest), "slot");
     }
     assert!(coarse > 100 && lit > 500, "{coarse} coarse slots, {lit} with light");
     let sums: usize = shining.tables.sums.iter().map(ExactSizeIterator::len).sum();
@@ -375,10 +376,10 @@ fn light_on_what_shines_equals_the_twin_in(world: World) {
         world.context.run(|rec| gloss.record(rec, materials, paths, light, &emitting("slots"))).unwrap();
     }
     assert!(bits() == among_others);
-    gathered_slots_equal_the_twin(&shining, &gloss, &fluxes);
+    gathered_slots_equal_the_reference(&shining, &gloss, &fluxes);
     let around = (&runs_buffer, &deposits_buffer, &gloss_lights[..]);
     pixels_read_the_slots_of_broad_lobes(&shining, &gloss, (around.0, around.1));
-    pixels_of_what_shines_equal_the_twin(&shining, &gloss, around, &emitting("hits"), sent);
+    pixels_of_what_shines_equal_the_reference(&shining, &gloss, around, &emitting("hits"), sent);
     assert_silent(&world.context);
 }
 

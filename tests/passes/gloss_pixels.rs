@@ -22,13 +22,13 @@ use lightpaths::types::{NO_SIDE, NO_TARGET, PixelSurface, View};
 use std::f64::consts::PI;
 
 #[test]
-fn shining_pixels_equal_the_twin() {
+fn shining_pixels_equal_the_reference() {
     for world in [World::shining_room(), World::textured_shining_room()] {
-        shining_pixels_equal_the_twin_in(world);
+        shining_pixels_equal_the_reference_in(world);
     }
 }
 
-fn shining_pixels_equal_the_twin_in(world: World) {
+fn shining_pixels_equal_the_reference_in(world: World) {
     let shining = Shining::new(world);
     let world = &shining.world;
     let mut random = Random::new(63);
@@ -133,9 +133,9 @@ fn shining_pixels_equal_the_twin_in(world: World) {
             for number in 0..samples {
                 let at = place * samples as usize + number as usize;
                 let point = &points[at];
-                let twin = gloss_pixels::sample(&tracing, &view, &pixels[index], index as u32, number);
-                let is_near = (twin.position - point.position).length() < 1e-4;
-                differ += usize::from(twin.side != point.side || !is_near);
+                let reference = gloss_pixels::sample(&tracing, &view, &pixels[index], index as u32, number);
+                let is_near = (reference.position - point.position).length() < 1e-4;
+                differ += usize::from(reference.side != point.side || !is_near);
                 for light in &lights {
                     let eye = view.position;
                     let which = [index as u32, number];
@@ -147,12 +147,13 @@ fn shining_pixels_equal_the_twin_in(world: World) {
                     let which = [number * LOBE_RAYS + lobe, samples * LOBE_RAYS];
                     let exponent = f64::from(material.exponent);
                     let eye = view.position;
-                    let twin = gloss_pixels::trace(&tracing, point, index as u32, eye, exponent, which);
+                    let reference = gloss_pixels::trace(&tracing, point, index as u32, eye, exponent, which);
                     let target =
-                        twin.target.map_or(NO_TARGET, |(cluster, material)| cluster | material << bits);
+                        reference.target.map_or(NO_TARGET, |(cluster, material)| cluster | material << bits);
                     let colour = unpack_colour(colours[at * LOBE_RAYS as usize + lobe as usize]);
-                    let is_same = (twin.weight - f64::from(ray.weight)).abs() < 1e-4
-                        && (twin.weight == 0.0 || (twin.colour - colour).abs().max_element() < 2e-3);
+                    let is_same = (reference.weight - f64::from(ray.weight)).abs() < 1e-4
+                        && (reference.weight == 0.0
+                            || (reference.colour - colour).abs().max_element() < 2e-3);
                     differ += usize::from(target != ray.target || !is_same);
                     if ray.target != NO_TARGET {
                         let albedo = world.materials[(ray.target >> bits) as usize].diffuse;

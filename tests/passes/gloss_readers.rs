@@ -22,7 +22,7 @@ use lightpaths::types::{NO_CLUSTER, NO_TARGET, PixelSurface, RayBundle, Record, 
 use std::f64::consts::PI;
 
 /// What records gather where rays read slots: albedo times irradiance of the slot's cluster, and what the slot has over its area.
-pub(crate) fn gathered_slots_equal_the_twin(shining: &Shining, gloss: &Gloss, fluxes: &[Vec3]) {
+pub(crate) fn gathered_slots_equal_the_reference(shining: &Shining, gloss: &Gloss, fluxes: &[Vec3]) {
     let (world, context) = (&shining.world, &shining.world.context);
     let mut random = Random::new(64);
     let clusters = world.hvds.cluster_count();
@@ -78,14 +78,14 @@ pub(crate) fn gathered_slots_equal_the_twin(shining: &Shining, gloss: &Gloss, fl
             let (bundles, colours): (Vec<RayBundle>, Vec<u32>) =
                 packing.bundles(row, colours).into_iter().unzip();
             let colours = if has_colours { &colours[..] } else { &[] };
-            let twin = gather::gather(sources, strata, point.normal, &bundles, colours);
-            assert_near(record.irradiance, twin.irradiance, SUM, 0.0, "gathered slots");
+            let reference = gather::gather(sources, strata, point.normal, &bundles, colours);
+            assert_near(record.irradiance, reference.irradiance, SUM, 0.0, "gathered slots");
         }
     }
 }
 
 /// What shining pixels see where their rays meet what shines, and nothing else is lit: the vertices there, asked one by one.
-pub(crate) fn pixels_of_what_shines_equal_the_twin(
+pub(crate) fn pixels_of_what_shines_equal_the_reference(
     shining: &Shining,
     gloss: &Gloss,
     (deposit_runs, deposits, lights): (&Buffer, &Buffer, &[GlossLight<'_>]),
@@ -145,9 +145,9 @@ pub(crate) fn pixels_of_what_shines_equal_the_twin(
             sum += f64::from(ray.weight) * area * sent(cluster, unpack_direction(ray.direction));
         }
         let specular = materials[shining.material_of(pixels[pixel].side)].specular.as_dvec3();
-        let twin = specular * sum / (f64::from(LOBE_RAYS) * PI);
-        lit += usize::from(twin.max_element() > 0.0);
-        assert_near(found[pixel].indirect, twin, SUM, 1e-3 * twin.max_element(), "pixel");
+        let reference = specular * sum / (f64::from(LOBE_RAYS) * PI);
+        lit += usize::from(reference.max_element() > 0.0);
+        assert_near(found[pixel].indirect, reference, SUM, 1e-3 * reference.max_element(), "pixel");
     }
     assert!(lit > 20, "{lit} pixels see what shines");
 }
@@ -237,8 +237,8 @@ pub(crate) fn pixels_read_the_slots_of_broad_lobes(
             sum += f64::from(ray.weight) * fluxes[ray.slot as usize].as_dvec3();
         }
         let specular = materials[shining.material_of(pixels[pixel].side)].specular.as_dvec3();
-        let twin = specular * sum / (f64::from(LOBE_RAYS) * PI);
-        assert_near(found[pixel].indirect, twin, SUM, 1e-3 * twin.max_element(), "pixel");
+        let reference = specular * sum / (f64::from(LOBE_RAYS) * PI);
+        assert_near(found[pixel].indirect, reference, SUM, 1e-3 * reference.max_element(), "pixel");
     }
     assert!(broad > 100 && 2 * read > broad, "{read} of {broad} rays read slots");
     assert!(50 * off <= read, "{off} of {read} in another bin");

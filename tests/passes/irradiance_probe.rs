@@ -16,13 +16,13 @@ use lightpaths::passes::{self, light_sources, reflectances};
 const SEED: u32 = 78;
 
 #[test]
-fn irradiance_equals_the_twin() {
+fn irradiance_equals_the_reference() {
     for world in path_trace::worlds() {
-        irradiance_equals_the_twin_in(&world);
+        irradiance_equals_the_reference_in(&world);
     }
 }
 
-fn irradiance_equals_the_twin_in(world: &World) {
+fn irradiance_equals_the_reference_in(world: &World) {
     let lights = light_sources(&path_trace::lights());
     let materials = reflectances(&world.materials);
     let lights_buffer = Buffer::from_slice(&world.context, "lights", &lights).unwrap();
@@ -62,9 +62,9 @@ fn irradiance_equals_the_twin_in(world: &World) {
         };
         let probe = Probe { paths, strata: Strata { rings, sectors }, gather_seed };
         for ((index, point), found) in (0..).zip(&points).zip(found) {
-            let twin = probe.irradiance(point, index, samples);
-            let scale = twin.max_element().max(1e-3);
-            differ += u32::from((found.as_dvec3() - twin).abs().max_element() > 1e-3 * scale);
+            let reference = probe.irradiance(point, index, samples);
+            let scale = reference.max_element().max(1e-3);
+            differ += u32::from((found.as_dvec3() - reference).abs().max_element() > 1e-3 * scale);
             bright += u32::from(scale > 0.1);
             all += u32::from(light_count > 0);
         }

@@ -72,23 +72,23 @@ fn extend(world: &World, states: &mut Vec<PathState>) -> Vec<Vec<(PathVertex, u3
     vertices.chunks_exact(STEPS).zip(counts).map(|(row, count)| row[..count as usize].to_vec()).collect()
 }
 
-/// Walks along what the device found; true if device and twin part somewhere. After each step the twin goes on from the
+/// Walks along what the device found; true if device and reference part somewhere. After each step the reference goes on from the
 /// device's vertex, so that errors do not add up.
 fn parts(walk: &Walk<'_>, walker: &mut Walker, found: &[(PathVertex, u32)], goes_on: bool) -> bool {
     for (vertex, colour) in found {
-        let twin_colour = walk.geometry.colour_at(walker.side, walker.position);
+        let reference_colour = walk.geometry.colour_at(walker.side, walker.position);
         // Half of the last bit of a packed root, and the error of f32 texture coordinates.
-        if (unpack_colour(*colour) - twin_colour).abs().max_element() > 2e-3 {
+        if (unpack_colour(*colour) - reference_colour).abs().max_element() > 2e-3 {
             return true;
         }
-        let Some(twin) = walk.step(walker) else { return true };
-        let error = (twin.position - vertex.position).length();
-        let weight_error = (twin.weight - vertex.weight).abs();
-        if twin.side != vertex.side
+        let Some(reference) = walk.step(walker) else { return true };
+        let error = (reference.position - vertex.position).length();
+        let weight_error = (reference.weight - vertex.weight).abs();
+        if reference.side != vertex.side
             || error > 1e-4
-            || weight_error > 1e-5 * twin.weight
-            || (twin.incoming - vertex.incoming).length() > 1e-4
-            || (twin.lobe - vertex.lobe).abs() > 1e-5
+            || weight_error > 1e-5 * reference.weight
+            || (reference.incoming - vertex.incoming).length() > 1e-4
+            || (reference.lobe - vertex.lobe).abs() > 1e-5
         {
             return true;
         }
@@ -97,7 +97,7 @@ fn parts(walk: &Walk<'_>, walker: &mut Walker, found: &[(PathVertex, u32)], goes
             return true;
         }
         // The reference's walker has moved to the vertex that the reference returned.
-        if walker.position != twin.position || walker.incoming.as_vec3() != twin.incoming {
+        if walker.position != reference.position || walker.incoming.as_vec3() != reference.incoming {
             return true;
         }
         walker.position = vertex.position;
@@ -111,13 +111,13 @@ fn worlds() -> [World; 4] {
 }
 
 #[test]
-fn vertices_equal_the_twin() {
+fn vertices_equal_the_reference() {
     for world in worlds() {
-        vertices_equal_the_twin_in(&world);
+        vertices_equal_the_reference_in(&world);
     }
 }
 
-fn vertices_equal_the_twin_in(world: &World) {
+fn vertices_equal_the_reference_in(world: &World) {
     let walk = Walk {
         geometry: world.geometry(),
         materials: &world.reflectances(),
@@ -166,7 +166,7 @@ fn vertices_equal_the_twin_in(world: &World) {
             rounds += 1;
         }
         // Rays by an edge, and roulette by a hair.
-        assert!(parted * 500 <= count, "{parted} of {count} paths part from the twin");
+        assert!(parted * 500 <= count, "{parted} of {count} paths part from the reference");
         assert!(count < 1_000 || (vertices > least && rounds > 1), "{vertices} vertices in {rounds} rounds");
     }
     assert_silent(&world.context);
@@ -284,7 +284,7 @@ fn paths_are_stored_whole_in(world: &World) {
     assert_silent(&world.context);
 }
 
-/// What the twin's samples promise: 256 of them fall evenly into any 256 boxes of one shape in two neighbouring axes.
+/// What the reference's samples promise: 256 of them fall evenly into any 256 boxes of one shape in two neighbouring axes.
 #[test]
 fn samples_are_stratified() {
     for seed in [0, 9] {

@@ -46,7 +46,7 @@ fn one<'a>(table: &'a Buffer, lights: &[LightSource], index: usize) -> OneLight<
 }
 
 #[test]
-fn form_factors_equal_the_twin() {
+fn form_factors_equal_the_reference() {
     let world = path_trace::world();
     let mut random = Random::new(21);
     let lights = lights();
@@ -93,10 +93,10 @@ fn form_factors_equal_the_twin() {
             let (mut disagree, mut lit) = (0, 0);
             for (point, &device) in points.iter().zip(&factors) {
                 let geometry = world.geometry();
-                let twin =
+                let reference =
                     cpu::form_factors::form_factor(geometry, point.position, point.side, light, area_m2);
                 let bound = FLOAT * overhead(light, point.position).min(1e3);
-                disagree += usize::from((f64::from(device) - twin).abs() > bound);
+                disagree += usize::from((f64::from(device) - reference).abs() > bound);
                 lit += usize::from(device > 0.0);
             }
             // Each of many samples may graze an edge.
@@ -112,7 +112,7 @@ fn form_factors_equal_the_twin() {
 }
 
 #[test]
-fn direct_layers_equal_the_twin() {
+fn direct_layers_equal_the_reference() {
     let world = path_trace::world();
     let mut random = Random::new(71);
     let lights = lights();
@@ -144,9 +144,10 @@ fn direct_layers_equal_the_twin() {
             assert!(layer[pixel_count..].iter().all(|value| *value == -7.0), "slots are left alone");
             let mut disagree = 0;
             for (&device, point) in layer.iter().zip(&points) {
-                let twin = cpu::direct::layer(world.geometry(), light, point);
-                disagree +=
-                    usize::from((f64::from(device) - twin).abs() > FLOAT * overhead(light, point.position));
+                let reference = cpu::direct::layer(world.geometry(), light, point);
+                disagree += usize::from(
+                    (f64::from(device) - reference).abs() > FLOAT * overhead(light, point.position),
+                );
             }
             let allowed = points.len() * (light.samples as usize).min(5);
             assert!(
@@ -161,7 +162,7 @@ fn direct_layers_equal_the_twin() {
 }
 
 #[test]
-fn sums_over_lights_equal_the_twin() {
+fn sums_over_lights_equal_the_reference() {
     let context = context();
     let mut random = Random::new(5);
     let sizes = [(0, 1), (1, 1), (63, 2), (64, 3), (65, 4), (997, 5), (997, 8), (257, 0), (10, 9)];
@@ -186,9 +187,9 @@ fn sums_over_lights_equal_the_twin() {
         };
         context.run(record).unwrap();
         let of_rows: Vec<_> = emissions.iter().copied().zip(rows.iter().map(Vec::as_slice)).collect();
-        let twin = cpu::light_sum::light_sum(&of_rows, count, 0.25);
-        for (device, twin) in sums.read::<Vec3>().unwrap().into_iter().zip(twin) {
-            assert_near(device, twin, SUM, 0.0, "sum");
+        let reference = cpu::light_sum::light_sum(&of_rows, count, 0.25);
+        for (device, reference) in sums.read::<Vec3>().unwrap().into_iter().zip(reference) {
+            assert_near(device, reference, SUM, 0.0, "sum");
         }
     }
     assert_silent(&context);

@@ -14,7 +14,7 @@ use lightpaths::scene::hvds::Piece;
 use lightpaths::types::{Deposit, NO_CLUSTER, OPEN, Record};
 
 #[test]
-fn irradiance_of_near_clusters_equals_the_twin() {
+fn irradiance_of_near_clusters_equals_the_reference() {
     let world = World::room();
     let mut random = Random::new(91);
     let base = world.hvds.levels[0].len();
@@ -91,23 +91,23 @@ fn irradiance_of_near_clusters_equals_the_twin() {
         let mut dark = 0;
         for (cluster, device) in irradiance.iter().enumerate().take(world.hvds.cluster_count() as usize) {
             // What is not listed keeps what it had, which here is direct light alone.
-            let mut twin = direct(cluster);
+            let mut reference = direct(cluster);
             if let Some(near) = near.iter().find(|near| near.cluster as usize == cluster) {
                 let record = &records[near.record as usize];
-                twin = cpu::near_field::near_field(direct(cluster), record, near.offset);
-                dark += usize::from(twin.cmpeq(direct(cluster)).any());
+                reference = cpu::near_field::near_field(direct(cluster), record, near.offset);
+                dark += usize::from(reference.cmpeq(direct(cluster)).any());
                 // The change may cancel what there was.
                 let scale = f64::from(record.irradiance.max_element()) + 3.0 * 200.0;
-                assert_near(*device, twin, SUM / 10.0, scale, "near cluster");
+                assert_near(*device, reference, SUM / 10.0, scale, "near cluster");
             } else {
-                assert_near(*device, twin, SUM, 0.0, "other cluster");
+                assert_near(*device, reference, SUM, 0.0, "other cluster");
             }
         }
         for part in &parts {
             let record = &records[part.record as usize];
-            let twin = cpu::near_field::near_field(direct(part.cluster as usize), record, part.offset);
+            let reference = cpu::near_field::near_field(direct(part.cluster as usize), record, part.offset);
             let scale = f64::from(record.irradiance.max_element()) + 3.0 * 200.0;
-            assert_near(irradiance[part.target as usize], twin, SUM / 10.0, scale, "part");
+            assert_near(irradiance[part.target as usize], reference, SUM / 10.0, scale, "part");
         }
         assert!(count < 60 || (dark > 0 && dark < count as usize), "{dark} of {count} would be negative");
     }
@@ -191,7 +191,7 @@ fn near_clusters_of(extent: Extent) {
     let (mut with, mut without) = (0, 0);
     for index in 0..end {
         let found = listed.next_if(|near| near.cluster == index);
-        // Every fifth cluster in full: the twin looks at every pair.
+        // Every fifth cluster in full: the reference looks at every pair.
         if index % 5 != 0 {
             continue;
         }

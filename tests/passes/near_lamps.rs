@@ -45,7 +45,7 @@ fn find(world: &World, near: &NearLamps, light: &LightSource) -> Vec<NearFactor>
 }
 
 #[test]
-fn form_factors_change_as_the_twin_says() {
+fn form_factors_change_as_the_reference_says() {
     let (world, _) = world();
     let near = near_lamps(&world, &[]);
     let mut random = Random::new(8);

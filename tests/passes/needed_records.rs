@@ -1,4 +1,4 @@
-//! Which records a view needs: against the twin, over a sequence of views and edits.
+//! Which records a view needs: against the reference, over a sequence of views and edits.
 
 use crate::common::assert_silent;
 use crate::world::{Random, World};
@@ -61,7 +61,7 @@ fn read(tuning: &Tuning, list: &RecordList, rows: u32) -> Vec<u32> {
 }
 
 #[test]
-fn needed_records_equal_the_twin() {
+fn needed_records_equal_the_reference() {
     let world = World::room();
     let mut random = Random::new(77);
     let (here, there) = (Vec3::new(0.1, 0.05, 0.45), Vec3::new(0.2, 0.1, -0.45));

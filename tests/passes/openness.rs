@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 const SEED: u32 = 12;
 
 #[test]
-fn open_rays_equal_the_twin() {
+fn open_rays_equal_the_reference() {
     let world = World::room();
     let mut random = Random::new(31);
     for (count, rays, reach) in
@@ -29,12 +29,12 @@ fn open_rays_equal_the_twin() {
         let found = open_rays(&world.context, &world.buffers, &points, hemisphere, reach, SEED).unwrap();
         assert_eq!(found.len(), count);
         let [(_, rings), (_, sectors)] = hemisphere.constants();
-        let twin = |point: &OpennessPoint| {
+        let reference = |point: &OpennessPoint| {
             let strata = Strata { rings, sectors };
             cpu::openness::open_rays(world.geometry(), strata, (point.position, point.side), reach, SEED)
         };
         // A ray that ends within an ulp of the reach, or passes an edge, may be told apart otherwise.
-        let differ = points.iter().zip(&found).filter(|(point, found)| twin(point) != **found).count();
+        let differ = points.iter().zip(&found).filter(|(point, found)| reference(point) != **found).count();
         assert!(differ * 500 <= count, "{differ} of {count} points differ");
         let open: u32 = found.iter().sum();
         assert!(

@@ -55,7 +55,7 @@ fn scan_among(materials: &[Reflectance], steps: &[PathStep], colours: &[u32], lo
     steps.iter().map(|step| found[step.slot as usize].throughput).collect()
 }
 
-fn twin(albedos: &[Vec3], steps: &[PathStep], colours: &[u32]) -> Vec<DVec3> {
+fn reference(albedos: &[Vec3], steps: &[PathStep], colours: &[u32]) -> Vec<DVec3> {
     let colour = |index: usize| colours.get(index).map_or(DVec3::ONE, |&packed| unpack_colour(packed));
     let albedo = |(index, step): (usize, &PathStep)| {
         let albedo =
@@ -82,7 +82,7 @@ const COUNTS: [usize; 17] =
     [0, 1, 3, 4, 5, 127, 128, 129, 1023, 1024, 1025, 2048, 2053, 9_973, 262_144, 262_145, 300_007];
 
 #[test]
-fn short_paths_equal_the_twin() {
+fn short_paths_equal_the_reference() {
     let albedos =
         [Vec3::new(0.9, 0.5, 0.1), Vec3::new(0.75, 0.25, 0.0), Vec3::ZERO, Vec3::new(0.33, 0.99, 0.66)];
     let mut random = Random::new(1);
@@ -96,8 +96,10 @@ fn short_paths_equal_the_twin() {
         let colours: Vec<u32> = steps.iter().map(colour).collect();
         for colours in [&[][..], &colours] {
             let found = scan(&albedos, &steps, colours);
-            for (index, (device, twin)) in found.iter().zip(twin(&albedos, &steps, colours)).enumerate() {
-                assert_near(*device, twin, FLOAT, 0.0, &format!("vertex {index} of {count}"));
+            for (index, (device, reference)) in
+                found.iter().zip(reference(&albedos, &steps, colours)).enumerate()
+            {
+                assert_near(*device, reference, FLOAT, 0.0, &format!("vertex {index} of {count}"));
             }
         }
     }
@@ -105,7 +107,7 @@ fn short_paths_equal_the_twin() {
 }
 
 #[test]
-fn paths_among_shining_surfaces_equal_the_twin() {
+fn paths_among_shining_surfaces_equal_the_reference() {
     let mut random = Random::new(3);
     let material = |exponent| Reflectance {
         diffuse: Vec3::new(0.4, 0.2, 0.0),
@@ -130,17 +132,18 @@ fn paths_among_shining_surfaces_equal_the_twin() {
             material => Some(cpu::brdf::reflected_share(&materials[material as usize], f64::from(lobe))),
         };
         let pairs = steps.iter().zip(&lobes);
-        let twin = cpu::path_scan::path_scan(pairs.map(|(step, &lobe)| (reflected(step, lobe), step.weight)));
-        for (index, (device, twin)) in found.iter().zip(twin).enumerate() {
+        let reference =
+            cpu::path_scan::path_scan(pairs.map(|(step, &lobe)| (reflected(step, lobe), step.weight)));
+        for (index, (device, reference)) in found.iter().zip(reference).enumerate() {
             // The power of an exponent of 1000 has lost two digits.
-            assert_near(*device, twin, 10.0 * FLOAT, 1e-9, &format!("vertex {index} of {count}"));
+            assert_near(*device, reference, 10.0 * FLOAT, 1e-9, &format!("vertex {index} of {count}"));
         }
     }
     assert_silent(&context());
 }
 
 #[test]
-fn long_paths_equal_the_twin_exactly() {
+fn long_paths_equal_the_reference_exactly() {
     // All factors are powers of two: no product is ever rounded, whatever its order.
     // In every channel they rise as often as they fall.
     let albedos = [
@@ -168,9 +171,9 @@ fn long_paths_equal_the_twin_exactly() {
             }
             let steps = steps(&lengths, &mut step);
             let found = scan(&albedos, &steps, &[]);
-            let twin = twin(&albedos, &steps, &[]);
-            assert!(twin.iter().all(|t| t.max_element() < 1e30 && t.min_element() > 1e-30));
-            let differs = (0..found.len()).find(|&i| found[i].as_dvec3() != twin[i]);
+            let reference = reference(&albedos, &steps, &[]);
+            assert!(reference.iter().all(|t| t.max_element() < 1e30 && t.min_element() > 1e-30));
+            let differs = (0..found.len()).find(|&i| found[i].as_dvec3() != reference[i]);
             assert_eq!(differs, None, "first vertex that differs, of {count} in {} paths", lengths.len());
         }
     }

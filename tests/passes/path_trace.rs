@@ -63,13 +63,13 @@ pub(crate) fn view() -> View {
 }
 
 #[test]
-fn samples_equal_the_twin() {
+fn samples_equal_the_reference() {
     for world in worlds() {
-        samples_equal_the_twin_in(&world);
+        samples_equal_the_reference_in(&world);
     }
 }
 
-fn samples_equal_the_twin_in(world: &World) {
+fn samples_equal_the_reference_in(world: &World) {
     let (view, lights) = (view(), light_sources(&lights()));
     let materials = reflectances(&world.materials);
     let paths = Paths {
@@ -102,21 +102,23 @@ fn samples_equal_the_twin_in(world: &World) {
         let moments: Vec<SampleMoments> = sums.moments.read().unwrap();
         let (mut differ, mut bright) = (0, 0);
         for index in 0..pixels {
-            let twin: Vec<Sample> =
+            let reference: Vec<Sample> =
                 (0..11).map(|n| paths.sample(index % SIZE[0], index / SIZE[0], n)).collect();
             let total = |samples: &[Sample]| samples.iter().map(|s| s.direct + s.indirect).sum::<DVec3>();
-            let mean = total(&twin) / 11.0;
-            let apart = twin.iter().map(|sample| sample.direct + sample.indirect - mean);
+            let mean = total(&reference) / 11.0;
+            let apart = reference.iter().map(|sample| sample.direct + sample.indirect - mean);
             let squares: DVec3 = apart.map(|apart| apart * apart).sum();
             let place = index as usize;
             let found = [direct[place].value(), indirect[place].value()];
-            let expected =
-                [twin.iter().map(|s| s.direct).sum(), twin.iter().map(|s| s.indirect).sum::<DVec3>()];
-            let scale = total(&twin).max_element().max(1e-3);
+            let expected = [
+                reference.iter().map(|s| s.direct).sum(),
+                reference.iter().map(|s| s.indirect).sum::<DVec3>(),
+            ];
+            let scale = total(&reference).max_element().max(1e-3);
             let error =
                 found.iter().zip(expected).map(|(a, b)| (a - b).abs().max_element()).fold(0.0, f64::max);
             let error_of_squares = (moments[place].squares.as_dvec3() - squares).abs().max_element();
-            let rays: u32 = twin.iter().map(|sample| sample.rays).sum();
+            let rays: u32 = reference.iter().map(|sample| sample.rays).sum();
             let is_same = error <= 1e-3 * scale
                 && error_of_squares <= 1e-3 * scale * scale
                 && moments[place].rays == rays;

@@ -15,13 +15,13 @@ use lightpaths::passes::{self, light_sources, reflectances};
 const SEED: u32 = 33;
 
 #[test]
-fn samples_equal_the_twin() {
+fn samples_equal_the_reference() {
     for world in worlds() {
-        samples_equal_the_twin_in(&world);
+        samples_equal_the_reference_in(&world);
     }
 }
 
-fn samples_equal_the_twin_in(world: &World) {
+fn samples_equal_the_reference_in(world: &World) {
     let (view, sources) = (view(), light_sources(&lights()));
     let materials = reflectances(&world.materials);
     let buffer = Buffer::from_slice(&world.context, "lights", &sources).unwrap();
@@ -77,11 +77,11 @@ fn samples_equal_the_twin_in(world: &World) {
         let (mut differ, mut bright) = (0, 0);
         for (pixel, sums) in (0..pixels).zip(sums) {
             let samples: Vec<[DVec3; 2]> = (0..5).map(|ray| gather.sample(pixel, ray)).collect();
-            let twin = [0, 1].map(|layer| samples.iter().map(|sample| sample[layer]).sum::<DVec3>());
-            let scale = (twin[0] + twin[1]).max_element().max(1e-3);
-            let errors = sums.values().into_iter().zip(twin).map(|(a, b)| (a - b).abs().max_element());
+            let reference = [0, 1].map(|layer| samples.iter().map(|sample| sample[layer]).sum::<DVec3>());
+            let scale = (reference[0] + reference[1]).max_element().max(1e-3);
+            let errors = sums.values().into_iter().zip(reference).map(|(a, b)| (a - b).abs().max_element());
             differ += u32::from(errors.fold(0.0, f64::max) > 1e-3 * scale);
-            bright += u32::from(twin[1].max_element() > 0.05);
+            bright += u32::from(reference[1].max_element() > 0.05);
         }
         println!("{point_count} points: {differ} of {pixels} pixels differ, {bright} are bright");
         // Rays past an edge, and points equally near.

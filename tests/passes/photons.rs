@@ -56,13 +56,13 @@ pub(crate) fn points_of(world: &World, map: &PhotonMap, count: usize) -> (Vec<Su
 }
 
 #[test]
-fn photons_equal_the_twin() {
+fn photons_equal_the_reference() {
     for world in worlds() {
-        photons_equal_the_twin_in(&world);
+        photons_equal_the_reference_in(&world);
     }
 }
 
-fn photons_equal_the_twin_in(world: &World) {
+fn photons_equal_the_reference_in(world: &World) {
     let sources = light_sources(&lights());
     let materials = reflectances(&world.materials);
     let photons = Photons {
@@ -118,13 +118,13 @@ fn photons_equal_the_twin_in(world: &World) {
             }
             first += live.len() * STEPS as usize;
             live = survivors;
-            // A path that lives on the device only, or by the twin only, would put all others out of step.
+            // A path that lives on the device only, or by the reference only, would put all others out of step.
             if parted > 0 {
                 break;
             }
         }
         println!("{parted} of {count} paths part, {stored} photons");
-        assert!(parted * 50 <= count, "{parted} of {count} paths part from the twin");
+        assert!(parted * 50 <= count, "{parted} of {count} paths part from the reference");
         assert!(count < 1_000 || stored > count, "{stored} photons");
     }
     assert_silent(&world.context);
@@ -147,7 +147,7 @@ fn a_full_map_is_told() {
 }
 
 #[test]
-fn maps_equal_the_twin() {
+fn maps_equal_the_reference() {
     let world = world();
     let mut random = Random::new(92);
     for count in [0, 1, 63, 64, 65, 255, 256, 257, 4_999] {
@@ -169,7 +169,7 @@ fn maps_equal_the_twin() {
 }
 
 #[test]
-fn reaches_equal_the_twin() {
+fn reaches_equal_the_reference() {
     let world = world();
     let mut random = Random::new(93);
     let count = 499;
@@ -180,8 +180,8 @@ fn reaches_equal_the_twin() {
     let reaches: Vec<[u8; 16]> = reaches.read().unwrap();
     let (mut differ, mut walls) = (0, 0);
     for (point, reach) in points.iter().zip(reaches) {
-        let twin = cpu::photon_reach::photon_reach(world.geometry(), *point, RADIUS);
-        for (steps, exact) in reach.into_iter().zip(twin) {
+        let reference = cpu::photon_reach::photon_reach(world.geometry(), *point, RADIUS);
+        for (steps, exact) in reach.into_iter().zip(reference) {
             let is_same = match exact {
                 None => steps == u8::MAX,
                 Some(exact) => {
@@ -202,7 +202,7 @@ fn reaches_equal_the_twin() {
 }
 
 #[test]
-fn irradiances_equal_the_twin() {
+fn irradiances_equal_the_reference() {
     let world = world();
     let mut random = Random::new(94);
     for (point_count, photon_count) in [(0, 5), (1, 0), (63, 4_999), (65, 9_001)] {
@@ -243,12 +243,12 @@ fn irradiances_equal_the_twin() {
         let mut bright = 0;
         for (index, point) in points.iter().enumerate() {
             let mass = masses[index].as_dvec3();
-            let twin =
+            let reference =
                 cpu::photon_irradiance::photon_irradiance(*point, reaches[index], &listed, mass, radius);
             // Photons on a border of the kernel's support may be in or out: it is continuous at the rim, and at the rims of
             // sectors and planes random photons do not lie.
-            assert_near(irradiances[index], twin, SUM, 1.0, "irradiance");
-            bright += usize::from(twin.max_element() > 0.0);
+            assert_near(irradiances[index], reference, SUM, 1.0, "irradiance");
+            bright += usize::from(reference.max_element() > 0.0);
         }
         assert!(photon_count < 1_000 || bright * 3 > points.len(), "{bright} of {} points", points.len());
     }

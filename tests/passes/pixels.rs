@@ -25,7 +25,7 @@ fn camera(size: [u32; 2], distance: f32) -> Camera {
 }
 
 #[test]
-fn pixels_equal_the_twin() {
+fn pixels_equal_the_reference() {
     let room = World::room();
     // Squares in the open, so that rays also miss.
     let squares = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
@@ -48,7 +48,7 @@ fn pixels_equal_the_twin() {
                 let footprint = f64::from(pixel.footprint);
                 assert!(
                     (footprint / seen.footprint - 1.0).abs() < 1e-3,
-                    "{footprint} m², {} by the twin",
+                    "{footprint} m², {} by the reference",
                     seen.footprint
                 );
             }
@@ -59,7 +59,7 @@ fn pixels_equal_the_twin() {
 }
 
 #[test]
-fn radiance_equals_the_twin() {
+fn radiance_equals_the_reference() {
     let world = World::room();
     let mut random = Random::new(72);
     for count in [0, 1, 63, 64, 65, 997] {
@@ -92,16 +92,16 @@ fn radiance_equals_the_twin() {
             }
             let material = world.surfaces[pixel.side as usize / 2].material;
             let albedo = world.materials[material as usize].diffuse;
-            let twin =
+            let reference =
                 cpu::compose::compose(albedo, irradiances[0][index], irradiances[1][index], Vec3::ZERO);
-            assert_near(*device, twin, FLOAT, 0.0, "radiance");
+            assert_near(*device, reference, FLOAT, 0.0, "radiance");
         }
     }
     assert_silent(&world.context);
 }
 
 #[test]
-fn display_codes_equal_the_twin() {
+fn display_codes_equal_the_reference() {
     let context = crate::common::context();
     // The curve's toe, its shoulder, over- and underflow, and what is no number; and a fine sweep.
     let mut values = vec![0.0, 0.003_130_8, 0.18, 0.8, 0.801, 1.0, 8.0, 1e30, -1.0, f32::NAN, f32::INFINITY];
@@ -116,11 +116,14 @@ fn display_codes_equal_the_twin() {
         let mut different = 0;
         for (index, (codes, values)) in codes.iter().zip(values.as_chunks::<3>().0).enumerate() {
             let scaled = values.map(|value| value * exposure.exp2());
-            let twin = cpu::tonemap::dithered(index as u32, scaled);
+            let reference = cpu::tonemap::dithered(index as u32, scaled);
             // The device's pow is good to some units in the last place: a code's border may move.
-            let is_near = codes.iter().zip(twin).all(|(code, twin)| code.abs_diff(twin) <= 1);
-            assert!(is_near && codes[3] == 255, "{values:?} at {exposure}: {codes:?}, {twin:?} by the twin");
-            different += usize::from(*codes != twin);
+            let is_near = codes.iter().zip(reference).all(|(code, reference)| code.abs_diff(reference) <= 1);
+            assert!(
+                is_near && codes[3] == 255,
+                "{values:?} at {exposure}: {codes:?}, {reference:?} by the reference"
+            );
+            different += usize::from(*codes != reference);
         }
         // Another noise would move a third of the codes.
         assert!(different <= codes.len() / 100, "{different} of {}", codes.len());

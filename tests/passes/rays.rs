@@ -47,13 +47,13 @@ fn awkward_rays(world: &World, count: usize) -> Vec<RayQuery> {
     queries
 }
 
-/// Rays of which device and twin disagree: each, by f32, passes an edge on the other side.
+/// Rays of which device and reference disagree: each, by f32, passes an edge on the other side.
 fn disagreements(world: &World, queries: &[RayQuery], answers: &[RayAnswer]) -> usize {
     let geometry = world.geometry();
     let disagrees = |(query, answer): (&RayQuery, &RayAnswer)| {
         let direction = query.direction.as_dvec3();
         let Some(hit) = geometry.closest(query.origin, direction) else { return answer.side != NO_SIDE };
-        // The distance from the twin's plane to the device's hit: t itself grows inexact as the ray grazes the plane.
+        // The distance from the reference's plane to the device's hit: t itself grows inexact as the ray grazes the plane.
         let normal = world.surfaces[hit.triangle as usize].normal.as_dvec3();
         let off_plane = ((f64::from(answer.t) - hit.t) * direction.dot(normal)).abs();
         let same_side = answer.side == geometry.side(hit.triangle, direction);
@@ -106,7 +106,7 @@ fn segments_are_free_where_the_nearest_hit_lies_beyond_their_end() {
 }
 
 #[test]
-fn rays_that_agree_with_the_twin_are_not_all_misses() {
+fn rays_that_agree_with_the_reference_are_not_all_misses() {
     let world = World::room();
     let mut answers =
         Rays::new(&world.context).unwrap().trace(&world.buffers, &awkward_rays(&world, 600)).unwrap();

@@ -98,7 +98,7 @@ fn check_pixel(
     let facet = world.geometry().normal(pixel.side);
     let is_covered = shares.first().is_none_or(|share| share.weight > 0.0);
     let within = if is_covered { Tolerance::VALID } else { Tolerance::STRETCHED };
-    let twin = cpu::splat::splat(pixel, facet, points, within);
+    let reference = cpu::splat::splat(pixel, facet, points, within);
     if !is_covered {
         let covering = cpu::splat::splat(pixel, facet, points, Tolerance::VALID);
         assert!(covering.iter().all(|&(_, weight)| weight < HAIR), "{covering:?} cover {}", pixel.position);
@@ -108,7 +108,7 @@ fn check_pixel(
         |record: u32| splat_weight(pixel.position, pixel.normal, facet, &points[record as usize], within);
     if let [only] = shares
         && weight_of(only.record) <= 0.0
-        && twin.iter().all(|&(_, weight)| weight < HAIR)
+        && reference.iter().all(|&(_, weight)| weight < HAIR)
     {
         assert_eq!(only.weight, -1.0, "a bare pixel has one record");
         let fitness = |point: &CachePoint| cpu::splat::fitness(pixel, point);
@@ -117,7 +117,7 @@ fn check_pixel(
         assert!(best - chosen <= 1e-3 * best.abs().max(1.0), "{chosen} was chosen, the best is {best}");
         return [0, 0, 1];
     }
-    for &(record, weight) in &twin {
+    for &(record, weight) in &reference {
         let found = shares.iter().any(|share| share.record == record);
         assert!(
             found || weight < HAIR,
@@ -131,7 +131,10 @@ fn check_pixel(
         let weight = f64::from(weight_of(share.record)) / sum;
         // The metric's square root of 1 - cos keeps seven bits less than its cosine near its own zero.
         let bound = 1e-3 / sum.max(1e-3);
-        assert!((sign * f64::from(share.weight) - weight).abs() < bound, "{share:?}, {weight} by the twin");
+        assert!(
+            (sign * f64::from(share.weight) - weight).abs() < bound,
+            "{share:?}, {weight} by the reference"
+        );
     }
     assert!(!shares.is_empty() || points.is_empty(), "while there are records, no pixel goes without");
     [u32::from(is_covered && !shares.is_empty()), u32::from(!is_covered), 0]
@@ -172,9 +175,9 @@ fn every_pixel_has_the_records_that_brute_force_finds() {
             tally = [0, 1, 2].map(|i| tally[i] + became[i]);
             let given: Vec<_> =
                 shares.iter().map(|share| (records[share.record as usize], share.weight)).collect();
-            let twin = cpu::splat_apply::splat_apply(pixel, &given);
+            let reference = cpu::splat_apply::splat_apply(pixel, &given);
             // Gradients far from their records are large and may cancel.
-            assert_near(*device, twin, SUM, 1.0, "irradiance");
+            assert_near(*device, reference, SUM, 1.0, "irradiance");
         }
         assert_eq!(splatted.uncovered, tally[1..], "{size:?}, {count} records");
         assert_eq!(splatted.repeats > 0, radius == 1.5, "{size:?} took {} repeats", splatted.repeats);

@@ -1,4 +1,4 @@
-//! Image lookup on the device, where its values are known without a twin.
+//! Image lookup on the device, where its values are known without a reference.
 
 use crate::common::{assert_silent, context};
 use crate::world::World;

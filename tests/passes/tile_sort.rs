@@ -22,7 +22,7 @@ fn sort(pairs: &[[u32; 2]], capacity: u32, tile_count: u32) -> Vec<[u32; 2]> {
 }
 
 #[test]
-fn sorted_pairs_equal_the_twin() {
+fn sorted_pairs_equal_the_reference() {
     let mut random = Random::new(4);
     for tile_count in [1, 2, 255, 256, 257, 70_000] {
         for count in [0, 1, 2, 255, 256, 257, 4_099] {

@@ -244,12 +244,12 @@ pub(crate) fn textured(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Fails unless all components agree to `tolerance` relative to the larger of the twin's largest one and `scale`.
+/// Fails unless all components agree to `tolerance` relative to the larger of the reference's largest one and `scale`.
 #[track_caller]
-pub(crate) fn assert_near(device: Vec3, twin: DVec3, tolerance: f64, scale: f64, what: &str) {
-    let bound = tolerance * twin.abs().max_element().max(scale);
-    let error = (device.as_dvec3() - twin).abs();
-    assert!(error.max_element() <= bound, "{what}: {device} on the device, {twin} by the twin");
+pub(crate) fn assert_near(device: Vec3, reference: DVec3, tolerance: f64, scale: f64, what: &str) {
+    let bound = tolerance * reference.abs().max_element().max(scale);
+    let error = (device.as_dvec3() - reference).abs();
+    assert!(error.max_element() <= bound, "{what}: {device} on the device, {reference} by the reference");
 }
 
 /// One of a scene's materials is glossy, one is editable and has a little broad gloss.

@@ -1,4 +1,4 @@
-//! Stages replaced by exact twins.
+//! Stages replaced by exact reference.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, render};

@@ -20,7 +20,7 @@ pub(super) struct Job<'a> {
     pub(super) with_indirect: bool,
     pub(super) aovs: &'a [Aov],
     pub(super) exposure_stops: f32,
-    /// A stage to be replaced by its exact twin.
+    /// A stage to be replaced by its exact reference.
     pub(super) exact: Option<ExactStage>,
     /// Does work that cannot change the picture, too.
     pub(super) no_skip: bool,

@@ -31,7 +31,7 @@ pub(super) struct Render {
     /// photon mapping with final gathering
     #[arg(long, value_enum, default_value = "lightpaths")]
     method: Method,
-    /// For the method lightpaths, to find out which stage errs: replaces one by its exact twin. splat: gathers at every pixel;
+    /// For the method lightpaths, to find out which stage errs: replaces one by its exact reference. splat: gathers at every pixel;
     /// clusters: path traces the radiance at the gather hits; gather: also sends many new gather rays. Slow
     #[arg(long, value_name = "STAGE", value_enum)]
     exact: Option<ExactStage>,

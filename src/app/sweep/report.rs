@@ -247,10 +247,15 @@ fn stage_table(results: &Results) -> String {
         vec![escape(&stage.name), figure(stage.relmse), figure(stage.noise_relmse), share]
     };
     format!(
-        "<h2 id=\"stages\">Which stage errs</h2>\n<p>The preset's picture with one stage replaced by its exact twin: the error that \
-         is left, the twin's own noise (from two independent halves; already taken off), and the share of the whole error that has \
+        "<h2 id=\"stages\">Which stage errs</h2>\n<p>The preset's picture with one stage replaced by its exact reference: the error that \
+         is left, the reference's own noise (from two independent halves; already taken off), and the share of the whole error that has \
          gone. A share below zero: the stage's error made up for another's. Shares need not add up.</p>\n{}",
-        table("Stages", 1, &["exact", "relMSE", "twin's noise", "share"], results.stages.iter().map(row))
+        table(
+            "Stages",
+            1,
+            &["exact", "relMSE", "reference's noise", "share"],
+            results.stages.iter().map(row)
+        )
     )
 }
 

@@ -166,13 +166,13 @@ impl Occasion {
     }
 }
 
-/// The picture with one stage replaced by its exact twin; first of all, with none.
+/// The picture with one stage replaced by its exact reference; first of all, with none.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct StageError {
     pub(super) name: String,
-    /// What is left of the error, without the noise of the reference and of the twin.
+    /// What is left of the error, without the noise of the reference and of the reference.
     pub(super) relmse: f64,
-    /// The twin's noise as relMSE, from its halves; already taken off.
+    /// The reference's noise as relMSE, from its halves; already taken off.
     pub(super) noise_relmse: f64,
     /// What has gone, as a share of the whole; below 0 where the stage's error made up for another's.
     pub(super) share: f64,

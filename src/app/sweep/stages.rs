@@ -8,7 +8,7 @@ use crate::gpu::Context;
 use crate::metrics;
 use crate::renderer::{Exact, Layer, Renderer, Stage};
 
-/// Stages and what the table calls their twins.
+/// Stages and what the table calls their references.
 const STAGES: [(&str, Stage); 3] = [
     ("exact radiance at the gather hits", Stage::Clusters),
     ("exact gather at the cache points", Stage::Gather),

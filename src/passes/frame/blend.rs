@@ -33,7 +33,7 @@ pub struct Blend {
 }
 
 impl Blend {
-    /// The name that shader, twin and timing share.
+    /// Stem of shader, reference and timing.
     pub const STEM: &str = "blend";
 
     /// Uploads the lists.

@@ -69,7 +69,7 @@ pub struct ClusterViews {
 }
 
 impl ClusterViews {
-    /// The name that shader, twin and timing share.
+    /// Stem of shader, reference and timing.
     pub const STEM: &str = "cluster_views";
 
     /// Uploads the lists: `first_parts` has the first part of each view, and the end; `parts` are packed with that code.

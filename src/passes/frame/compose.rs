@@ -61,7 +61,7 @@ pub struct Compose {
 }
 
 impl Compose {
-    /// The name that shader, twin and timing share.
+    /// Stem of shader, reference and timing.
     pub const STEM: &str = "compose";
 
     /// Makes room for an image of that size; `shines` where some surfaces may.

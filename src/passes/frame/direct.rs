@@ -58,7 +58,7 @@ pub struct Direct {
 }
 
 impl Direct {
-    /// The name that shader, twin and timing share.
+    /// Stem of shader, reference and timing.
     pub const STEM: &str = "direct";
     /// The name of the pass that bounds tiles of pixels.
     pub const BATCHES_STEM: &str = "pixel_batches";

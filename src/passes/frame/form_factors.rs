@@ -77,7 +77,7 @@ fn batches(points: &[EntryPoint]) -> u32 {
 }
 
 impl FormFactors {
-    /// The name that shader, twin and timing share.
+    /// Stem of shader, reference and timing.
     pub const STEM: &str = "form_factors";
     /// What the sum over the lights is called in timings.
     pub const FLUX_STEM: &str = "path_flux";

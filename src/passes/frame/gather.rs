@@ -82,7 +82,7 @@ pub struct Gather {
 }
 
 impl Gather {
-    /// The name that shaders, twin and timing share.
+    /// Stem of shaders, reference and timing.
     pub const STEM: &str = "gather";
 
     /// Takes over what the precomputation found; `shines` where some rays read slots.

@@ -176,7 +176,7 @@ pub struct Pyramid {
 }
 
 impl Pyramid {
-    /// The name that shaders, twin and timing share.
+    /// Stem of shaders, reference and timing.
     pub const STEM: &str = "hvds";
     /// What the layers of lights are called in timings.
     pub const LAYERS_STEM: &str = "hvds_layer";

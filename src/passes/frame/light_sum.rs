@@ -54,7 +54,7 @@ pub struct LightSum {
 }
 
 impl LightSum {
-    /// The name that shader and twin share.
+    /// Stem of shader and reference.
     pub const STEM: &str = "light_sum";
 
     /// Prepares sums of numbers.

@@ -45,7 +45,7 @@ pub struct NearField {
 }
 
 impl NearField {
-    /// The name that shader, twin and timing share.
+    /// Stem of shader, reference and timing.
     pub const STEM: &str = "near_field";
 
     /// Uploads the lists: near clusters, and parts of clusters that have targets of their own.

@@ -77,7 +77,7 @@ struct Point {
 }
 
 impl NearLamps {
-    /// The name that shader, twin and timing share.
+    /// Stem of shader, reference and timing.
     pub const STEM: &str = "near_lamps";
 
     /// Sorts entry points, each of which stands for `area_m2` in the mean, by place. Those on what may shine are left out: beams find what they send.

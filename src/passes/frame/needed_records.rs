@@ -116,7 +116,7 @@ pub struct NeededRecords {
 }
 
 impl NeededRecords {
-    /// The name that twin and timing share.
+    /// Stem of reference and timing.
     pub const STEM: &str = "needed_records";
 
     /// Makes room for lists of so many records, whose gather rays stand in parts of so many rows.

@@ -119,7 +119,7 @@ pub struct PathScan {
 }
 
 impl PathScan {
-    /// The name that shaders, twin and timing share.
+    /// Stem of shaders, reference and timing.
     pub const STEM: &str = "path_scan";
 
     /// Uploads the paths. `colours`: packed, of the image where the step before ended; none at all in scenes without images. `lobes` is

@@ -46,7 +46,7 @@ pub struct PixelColours {
 }
 
 impl PixelColours {
-    /// The name that shader, twin and timing share.
+    /// Stem of shader, reference and timing.
     pub const STEM: &str = "pixel_colours";
 
     /// Makes room for an image of `pixel_count` pixels and so many slots of edge pixels, where the scene has images.

@@ -36,7 +36,7 @@ pub struct PrefixSum {
 }
 
 impl PrefixSum {
-    /// The name that shader, twin and timing share.
+    /// Stem of shader, reference and timing.
     pub const STEM: &str = "prefix_sum";
 
     /// Prepares sums of up to `capacity` values.

@@ -10,7 +10,7 @@ use crate::passes::{LightKernel, OneLight, SceneBuffers};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Points that share a shaft, at most; twin of `BATCH` in `glsl/include/shafts.glsl`.
+/// Points that share a shaft, at most; mirrors `BATCH` in `glsl/include/shafts.glsl`.
 pub const BATCH: u32 = 64;
 /// Words of a shaft: the numbers of its triangles (bits 0–15) and nodes (16–31); triangles; and from the end backwards, nodes.
 pub const SHAFT_WORDS: u32 = 16;
@@ -82,7 +82,7 @@ impl ShaftKernel {
 }
 
 impl Shafts {
-    /// The name that shader and twin share.
+    /// Stem of shader and reference.
     pub const STEM: &str = "shafts";
 
     /// Makes room for so many batches.

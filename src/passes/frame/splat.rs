@@ -194,9 +194,9 @@ pub struct Splat {
 }
 
 impl Splat {
-    /// The name that shaders, twin and timing of the weights share.
+    /// Stem of shaders, reference and timing of the weights.
     pub const STEM: &str = "splat";
-    /// The name that shader, twin and timing of the values share.
+    /// Stem of shader, reference and timing of the values.
     pub const APPLY_STEM: &str = "splat_apply";
 
     /// Makes room for so many records on an image of that size.

@@ -27,7 +27,7 @@ pub struct Tonemap {
 }
 
 impl Tonemap {
-    /// The name that shader, twin and timing share.
+    /// Stem of shader, reference and timing.
     pub const STEM: &str = "tonemap";
 
     /// Makes room for an image of `pixel_count` pixels.

@@ -43,7 +43,7 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[Clearance::LAYOUT, ClearancePush::LAYOUT];
 
-/// The name that shader, twin and timing share.
+/// Stem of shader, reference and timing.
 pub const STEM: &str = "clearance";
 
 /// Candidates of the first dispatch: few, for nobody knows how long one takes.

@@ -48,7 +48,7 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[EntryPatch::LAYOUT, EntryPointsPush::LAYOUT];
 
-/// The name that shader, twin and timing share.
+/// Stem of shader, reference and timing.
 pub const STEM: &str = "entry_points";
 
 /// Points of one dispatch at most: bounds the buffer that they come in to 10 MiB.

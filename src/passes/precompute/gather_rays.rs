@@ -46,7 +46,7 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[ClusterLink::LAYOUT, GatherRaysPush::LAYOUT];
 
-/// The name that shader, twin and timing share.
+/// Stem of shader, reference and timing.
 pub const STEM: &str = "gather_rays";
 
 /// Entry points that a cluster must hold, in expectation, before a gather ray reads it: fewer make fireflies.

@@ -56,7 +56,7 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[PathState::LAYOUT, LightPathsPush::LAYOUT];
 
-/// The name that shader, twin and timing share.
+/// Stem of shader, reference and timing.
 pub const STEM: &str = "light_paths";
 
 /// Vertices that a dispatch adds to a path at most; a path that is not at its end then goes on in the next round.

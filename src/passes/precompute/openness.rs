@@ -41,7 +41,7 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[OpennessPoint::LAYOUT, OpennessPush::LAYOUT];
 
-/// The name that shader and twin share.
+/// Stem of shader and reference.
 pub const STEM: &str = "openness";
 
 /// Rays of an entry point, which tells how much area shows, and of other vertices.

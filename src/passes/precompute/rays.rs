@@ -47,7 +47,7 @@ pub struct Rays {
 }
 
 impl Rays {
-    /// The name that shader, twin and timing share.
+    /// Stem of shader, reference and timing.
     pub const STEM: &str = "rays";
     /// Rays of one dispatch at most.
     pub const LIMIT: u32 = 1 << 18;

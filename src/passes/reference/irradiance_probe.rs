@@ -55,7 +55,7 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[ProbePath::LAYOUT, IrradianceProbePush::LAYOUT];
 
-/// The name that shader, twin and timing share.
+/// Stem of shader, reference and timing.
 pub const STEM: &str = "irradiance_probe";
 
 /// Rays of an invocation in one dispatch: lavapipe ends a shader's loops, silently, once they have turned 65 535 times in all.

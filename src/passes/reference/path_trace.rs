@@ -158,7 +158,7 @@ pub struct Job<'a> {
 }
 
 impl PathTrace {
-    /// The name that shader, twin and timing share.
+    /// Stem of shader, reference and timing.
     pub const STEM: &str = "path_trace";
 
     /// Makes the pipeline, and room for the paths of an image.

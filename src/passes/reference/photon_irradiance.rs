@@ -24,7 +24,7 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[PhotonIrradiancePush::LAYOUT];
 
-/// The name that shader, twin and timing share.
+/// Stem of shader, reference and timing.
 pub const STEM: &str = "photon_irradiance";
 
 /// Photons of one bucket that an estimate looks at; of more, a random share stands for all. 27 buckets then stay below the

@@ -66,7 +66,7 @@ gpu_struct! {
 pub const LAYOUTS: &[Layout] =
     &[Photon::LAYOUT, MapEntry::LAYOUT, PhotonGrid::LAYOUT, PhotonCellsPush::LAYOUT, PhotonOrderPush::LAYOUT];
 
-/// The name that shaders, twin and timing share.
+/// Stem of shaders, reference and timing.
 pub const STEM: &str = "photon_map";
 
 /// Buckets that cells are hashed to; empty slots go to one more, so that a bucket's number has 16 bits.

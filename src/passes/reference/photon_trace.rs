@@ -51,7 +51,7 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[PhotonPath::LAYOUT, PhotonTracePush::LAYOUT];
 
-/// The name that shader, twin and timing share.
+/// Stem of shader, reference and timing.
 pub const STEM: &str = "photon_trace";
 
 /// Surfaces that a path meets in a dispatch at most; slots of paths that end earlier stay empty.

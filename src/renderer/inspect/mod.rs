@@ -114,7 +114,7 @@ impl Renderer {
         !self.changes.room
     }
 
-    /// The scene as the twins take it.
+    /// The scene as the references take it.
     fn geometry(&self) -> Result<Geometry<'_>> {
         let root = self.buffers.nodes.followed().read_range::<Node>(0, 1)?[0];
         Ok(Geometry {

@@ -1,4 +1,4 @@
-//! Stages of a frame replaced by exact twins, one at a time, to find out which of them errs. Slow; not part of any frame.
+//! Stages of a frame replaced by exact reference, one at a time, to find out which of them errs. Slow; not part of any frame.
 
 use super::{Layer, Renderer};
 use crate::cpu::sampling::hash_pair;
@@ -22,7 +22,7 @@ const STRATA: u32 = 36;
 /// Pixels that are gathered at a time: their rays are the largest buffer.
 const PIXELS_AT_A_TIME: usize = 1 << 14;
 
-/// A stage that an exact twin stands in for.
+/// A stage that an exact reference stands in for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// Gathers at every pixel instead of splatting records.
@@ -39,7 +39,7 @@ pub enum Stage {
 pub struct Exact {
     /// The stage.
     pub stage: Stage,
-    /// Paths of each stratum of a cache point's hemisphere; idle for [`Stage::Splat`], whose twin takes no samples.
+    /// Paths of each stratum of a cache point's hemisphere; idle for [`Stage::Splat`], whose reference takes no samples.
     pub samples: u32,
     /// Names the sequence of paths: those of different names are independent, and so is their noise.
     pub sequence: u32,

@@ -1,4 +1,4 @@
-//! Twin of the antialiasing: which pixels show an edge, and what their samples see.
+//! Reference of the antialiasing: which pixels show an edge, and what their samples see.
 
 use crate::cpu::primary::{Seen, direction_through, seen_through};
 use crate::cpu::rays::Geometry;

@@ -1,4 +1,4 @@
-//! Twin of the blend.
+//! Reference of the blend.
 
 use crate::types::{CachePoint, Record};
 use glam::{DMat3, DVec3};

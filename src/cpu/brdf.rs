@@ -1,4 +1,4 @@
-//! Twin of `glsl/include/brdf.glsl`: Lambert plus the energy-normalised modified Phong lobe. [Lafortune 1994]
+//! Mirrors `glsl/include/brdf.glsl`: Lambert plus the energy-normalised modified Phong lobe. [Lafortune 1994]
 //! Directions are unit and point away from the surface.
 
 use crate::cpu::hemisphere::frame;

@@ -1,4 +1,4 @@
-//! Twin of the views of clusters: what a view shows, and what there is to see.
+//! Reference of the views of clusters: what a view shows, and what there is to see.
 
 use crate::cpu::rays::Geometry;
 use crate::scene::hvds::Hvds;

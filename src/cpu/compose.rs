@@ -1,4 +1,4 @@
-//! Twin of the composition.
+//! Reference of the composition.
 
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;

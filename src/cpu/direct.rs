@@ -1,4 +1,4 @@
-//! Twin of the direct illumination.
+//! Reference of the direct illumination.
 
 use crate::cpu::lights::{is_lit, lattice_point, sample_light};
 use crate::cpu::rays::Geometry;

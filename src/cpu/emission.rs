@@ -1,4 +1,4 @@
-//! Twin of `glsl/include/emission.glsl`: rays that leave light sources, and their power.
+//! Mirrors `glsl/include/emission.glsl`: rays that leave light sources, and their power.
 
 use crate::cpu::hemisphere::frame;
 use crate::cpu::lights::spot_falloff;

@@ -1,4 +1,4 @@
-//! Twin of the entry points: the same points, patch by patch in the order of the strata.
+//! Reference of the entry points: the same points, patch by patch in the order of the strata.
 
 use crate::cpu::rays::Geometry;
 use crate::cpu::sampling::sample_3d;

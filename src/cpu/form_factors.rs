@@ -1,4 +1,4 @@
-//! Twin of the form factors.
+//! Reference of the form factors.
 
 use crate::cpu::direct::light_factor;
 use crate::cpu::rays::Geometry;

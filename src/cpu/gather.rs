@@ -1,4 +1,4 @@
-//! Twin of the final gathering.
+//! Reference of the final gathering.
 
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::cpu::textures::unpack_colour;

@@ -1,4 +1,4 @@
-//! Twin of the gather rays: what each ray reads, and the gradient of stratified hemisphere sampling.
+//! Reference of the gather rays: what each ray reads, and the gradient of stratified hemisphere sampling.
 
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::cpu::rays::{Geometry, Hit};

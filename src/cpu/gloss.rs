@@ -1,4 +1,4 @@
-//! Twin of the passes of surfaces that shine.
+//! Reference of the passes of surfaces that shine.
 
 use crate::cpu::brdf::{lobe_share, reflected_share};
 use crate::types::Reflectance;

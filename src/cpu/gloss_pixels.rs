@@ -1,4 +1,4 @@
-//! Twin of the samples and rays of shining pixels.
+//! Reference of the samples and rays of shining pixels.
 
 use crate::cpu::brdf::{lobe_share, sample_phong_lobe};
 use crate::cpu::direct::lit_samples;

@@ -1,4 +1,4 @@
-//! Twin of `glsl/include/gather.glsl`: the stratified hemisphere.
+//! Mirrors `glsl/include/gather.glsl`: the stratified hemisphere.
 
 use crate::cpu::math::frame_around;
 use crate::cpu::sampling::{hash_pair, sample_3d, sample_cosine};

@@ -1,4 +1,4 @@
-//! Twin of the volumetric hierarchy of a frame.
+//! Reference of the volumetric hierarchy of a frame.
 
 use crate::scene::hvds::Hvds;
 use crate::types::{Deposit, DepositRun, NO_CLUSTER, OPEN};

@@ -1,4 +1,4 @@
-//! Twin of the irradiance probe: one path at a time.
+//! Reference of the irradiance probe: one path at a time.
 
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::cpu::path_trace::Paths;

@@ -1,4 +1,4 @@
-//! Twin of the light paths: one vertex at a time.
+//! Reference of the light paths: one vertex at a time.
 
 use crate::cpu::brdf::sample_brdf;
 use crate::cpu::hemisphere::frame;

@@ -1,4 +1,4 @@
-//! Twin of the sums over lights.
+//! Reference of the sums over lights.
 
 use glam::{DVec3, Vec3};
 

@@ -1,4 +1,4 @@
-//! Twin of `glsl/include/lights.glsl`: light sources seen from a surface point.
+//! Mirrors `glsl/include/lights.glsl`: light sources seen from a surface point.
 
 use crate::cpu::rays::Geometry;
 use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource};

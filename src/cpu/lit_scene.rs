@@ -1,4 +1,4 @@
-//! Twin of what all shaders that follow paths share: surfaces that rays meet, and the light that they reflect.
+//! Reference of what all shaders that follow paths share: surfaces that rays meet, and the light that they reflect.
 
 use crate::cpu::brdf::brdf;
 use crate::cpu::lights::{is_lit, sample_light};

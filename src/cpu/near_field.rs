@@ -1,4 +1,4 @@
-//! Twin of the near field.
+//! Reference of the near field.
 
 use crate::types::Record;
 use glam::{DVec3, Vec3};

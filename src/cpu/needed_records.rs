@@ -1,4 +1,4 @@
-//! Twin of the search for records that a view needs.
+//! Reference of the search for records that a view needs.
 
 /// Records that blending reads for those that pixels name, in ascending order, without those that are current. `weights`: records
 /// of each pixel; `neighbours`: records that each record is blended from.

@@ -1,4 +1,4 @@
-//! Twin of the light-path energy scan: walks along each path.
+//! Reference of the light-path energy scan: walks along each path.
 
 use glam::DVec3;
 

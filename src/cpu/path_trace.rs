@@ -1,4 +1,4 @@
-//! Twin of the path tracer: one path at a time.
+//! Reference of the path tracer: one path at a time.
 
 use crate::cpu::brdf::sample_brdf;
 use crate::cpu::lit_scene::{LitScene, Vertex};

@@ -1,4 +1,4 @@
-//! Twin of the final gathering: one sample at a time, asking every irradiance point.
+//! Reference of the final gathering: one sample at a time, asking every irradiance point.
 
 use crate::cpu::brdf::sample_brdf;
 use crate::cpu::lit_scene::{LitScene, Vertex};

@@ -1,4 +1,4 @@
-//! Twin of the density estimate: asks every photon.
+//! Reference of the density estimate: asks every photon.
 
 use crate::cpu::photons::{SurfacePoint, is_within_reach, kernel};
 use glam::DVec3;

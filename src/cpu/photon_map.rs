@@ -1,4 +1,4 @@
-//! Twin of the photon map.
+//! Reference of the photon map.
 
 use crate::cpu::photons::{BUCKETS, Cells};
 use glam::Vec3;

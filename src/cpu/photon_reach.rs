@@ -1,4 +1,4 @@
-//! Twin of the reach of irradiance points.
+//! Reference of the reach of irradiance points.
 
 use crate::cpu::hemisphere::frame;
 use crate::cpu::photons::{SAME_PLANE, SurfacePoint, sector_direction};

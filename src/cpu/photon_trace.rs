@@ -1,4 +1,4 @@
-//! Twin of the photon tracing: one surface at a time.
+//! Reference of the photon tracing: one surface at a time.
 
 use crate::cpu::brdf::sample_brdf;
 use crate::cpu::emission::emit;

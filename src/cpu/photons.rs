@@ -1,4 +1,4 @@
-//! Twin of `glsl/include/photons.glsl`: cells, kernel and reach.
+//! Mirrors `glsl/include/photons.glsl`: cells, kernel and reach.
 
 use crate::cpu::hemisphere::frame;
 use crate::cpu::sampling::hash_pair;

@@ -1,4 +1,4 @@
-//! Twin of the pixels' colours.
+//! Reference of the pixels' colours.
 
 use crate::cpu::rays::Geometry;
 use crate::types::{NO_SIDE, View};

@@ -1,4 +1,4 @@
-//! Twin of the prefix sum.
+//! Reference of the prefix sum.
 
 /// The sum of the values before each, wrapping, and the sum of all behind the last: one more than there are values.
 pub fn prefix_sum(values: &[u32]) -> Vec<u32> {

@@ -1,4 +1,4 @@
-//! Twin of the primary visibility.
+//! Reference of the primary visibility.
 
 use crate::cpu::rays::{Geometry, Hit};
 use crate::types::View;

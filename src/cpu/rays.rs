@@ -1,4 +1,4 @@
-//! Twin of the ray traversal: tries every triangle.
+//! Reference of the ray traversal: tries every triangle.
 
 use crate::cpu::textures::Textures;
 use crate::scene::{Triangle, hvds::Hvds};

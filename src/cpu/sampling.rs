@@ -1,4 +1,4 @@
-//! Twin of `glsl/include/sampling.glsl`: scrambled Sobol points, integer for integer.
+//! Mirrors `glsl/include/sampling.glsl`: scrambled Sobol points, integer for integer.
 
 use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::TAU;

@@ -1,4 +1,4 @@
-//! Twin of the shafts: what stands between a light and some points, found by trying every triangle.
+//! Reference of the shafts: what stands between a light and some points, found by trying every triangle.
 
 use crate::cpu::lights::{lattice_point, sample_light};
 use crate::cpu::rays::{Geometry, intersect};

@@ -1,4 +1,4 @@
-//! Twin of the splat weights: asks every record about every pixel.
+//! Reference of the splat weights: asks every record about every pixel.
 
 use crate::cpu::records::{Tolerance, splat_weight};
 use crate::types::{CachePoint, PixelSurface};

@@ -1,4 +1,4 @@
-//! Twin of the splat values.
+//! Reference of the splat values.
 
 use crate::types::{PixelSurface, Record};
 use glam::{DMat3, DVec3};

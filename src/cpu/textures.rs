@@ -1,4 +1,4 @@
-//! Twin of the texture lookup, and the colours' packing.
+//! Reference of the texture lookup, and the colours' packing.
 
 use crate::scene::{Image, Material, Texture};
 use glam::{DVec2, DVec3, IVec2, UVec3, Vec2};
@@ -58,7 +58,7 @@ pub fn pack_colour(colour: DVec3) -> u32 {
     roots.x | roots.y << 11 | roots.z << 22
 }
 
-/// Twin of `unpack_colour`.
+/// Reference of `unpack_colour`.
 pub fn unpack_colour(packed: u32) -> DVec3 {
     let roots = [packed & 2047, packed >> 11 & 2047, packed >> 22].map(f64::from);
     (DVec3::from(roots) / DVec3::new(2047.0, 2047.0, 1023.0)).powf(2.0)

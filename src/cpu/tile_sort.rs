@@ -1,4 +1,4 @@
-//! Twin of the tile sort.
+//! Reference of the tile sort.
 
 /// Sorts (tile, record) pairs by tile; pairs of one tile keep their order.
 pub fn tile_sort(pairs: &[[u32; 2]]) -> Vec<[u32; 2]> {

@@ -1,4 +1,4 @@
-//! Twin of the tone map.
+//! Reference of the tone map.
 
 use super::sampling::hash;
 

@@ -1,4 +1,4 @@
-//! Stages of a frame replaced by exact reference, one at a time, to find out which of them errs. Slow; not part of any frame.
+//! Stages of a frame replaced by exact references, one at a time, to find out which of them errs. Slow; not part of any frame.
 
 use super::{Layer, Renderer};
 use crate::cpu::sampling::hash_pair;

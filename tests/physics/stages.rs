@@ -1,4 +1,4 @@
-//! Stages replaced by exact reference.
+//! Stages replaced by exact references.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, render};

@@ -16,7 +16,7 @@
 #include "include/colour.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint SHINES = 0;  // 1: some surfaces may shine
+layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: some surfaces may be glossy
 layout(constant_id = 1) const uint AT_EDGES = 0;  // 1: only pixels that show an edge, over what they had
 
 struct ComposePush {
@@ -35,7 +35,7 @@ layout(scalar, binding = 3) readonly buffer DirectIrradiance { vec3 direct_irrad
 layout(scalar, binding = 4) readonly buffer IndirectIrradiance { vec3 indirect_irradiance[]; };
 layout(scalar, binding = 5) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(scalar, binding = 6) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
-layout(scalar, binding = 7) readonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
+layout(scalar, binding = 7) readonly buffer GlossRadiance { GlossRadiance gloss_radiance[]; };
 layout(scalar, binding = 8) writeonly buffer Radiance { vec3 radiance[]; };
 layout(scalar, binding = 9) readonly buffer PixelColours { uint pixel_colours[]; };  // packed; only in scenes with images
 layout(scalar, binding = 10) readonly buffer EdgeColours { uint edge_colours[]; };
@@ -46,22 +46,22 @@ layout(scalar, push_constant) uniform Push { ComposePush push; };
 
 uint material_of(uint side) { return surface_at(side >> 1).material; }
 
-// `colour` is the image's there, `source` the pixel whose indirect irradiance it takes, `shiner` the one that shines alike. All but
+// `colour` is the image's there, `source` the pixel whose indirect irradiance it takes, `gloss_source` the one with the same gloss. All but
 // `direct` is times `weight`.
-vec3 reflected(uint side, vec3 colour, vec3 direct, uint source, uint shiner, float weight) {
+vec3 reflected(uint side, vec3 colour, vec3 direct, uint source, uint gloss_source, float weight) {
     if (side == NO_SIDE) return vec3(0.0);
     vec3 irradiance = push.direct_share * direct + push.indirect_share * weight * indirect_irradiance[source];
     vec3 radiance = reflectance_at(Materials, material_of(side)).diffuse * irradiance * (1.0 / PI);
     if (HAS_TEXTURES != 0u) radiance *= colour;
-    if (SHINES == 1u) {
-        GlossShine shine = gloss_radiance[shiner];
-        radiance += weight * (push.direct_share * shine.direct + push.indirect_share * shine.indirect);
+    if (IS_GLOSSY == 1u) {
+        GlossRadiance gloss = gloss_radiance[gloss_source];
+        radiance += weight * (push.direct_share * gloss.direct + push.indirect_share * gloss.indirect);
     }
     return radiance;
 }
 
-// A pixel shines on average over all that it shows of its centre's material: so do samples of that. Others shine as their sources do.
-uint shiner_of(uint side, uint source, uint index) {
+// The gloss of a pixel is averaged over all that it shows of its centre's material: so do samples of that. Others take the gloss of their sources.
+uint gloss_source_of(uint side, uint source, uint index) {
     uint centre = pixel_surface_at(Pixels, index).side;
     if (side == NO_SIDE || centre == NO_SIDE) return source;
     return material_of(side) == material_of(centre) ? index : source;
@@ -81,9 +81,9 @@ vec3 mean_of_samples(uint edge, uint count, uint slots, uint index) {
         EdgeSlot slot = edge_slots[i];
         if (slot.side == NO_SIDE) break;
         uint source = pixel_at(size, index, place_of(slot));
-        uint shiner = SHINES == 1u ? shiner_of(slot.side, source, index) : source;
+        uint gloss_source = IS_GLOSSY == 1u ? gloss_source_of(slot.side, source, index) : source;
         vec3 colour = HAS_TEXTURES != 0u ? unpack_colour(edge_colours[i]) : vec3(1.0);
-        sum += reflected(slot.side, colour, direct_irradiance[push.pixel_count + i], source, shiner, weight_of(slot, count));
+        sum += reflected(slot.side, colour, direct_irradiance[push.pixel_count + i], source, gloss_source, weight_of(slot, count));
     }
     return sum;
 }

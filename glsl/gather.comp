@@ -12,7 +12,7 @@
 #include "include/record_lanes.glsl"
 
 layout(local_size_x = RECORD_GROUP) in;
-layout(constant_id = 0) const uint SHINES = 0;  // 1: some reflectors shine
+layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: some reflectors are glossy
 
 struct GatherPush {
     uint first_point;      // of the bound part of the bundles
@@ -31,7 +31,7 @@ layout(scalar, binding = 1) readonly buffer FirstBundles { uint first_bundles[];
 layout(binding = 2) uniform usamplerBuffer Bundles;
 layout(scalar, binding = 3) readonly buffer BundleColours { uint bundle_colours[]; };  // packed; only in scenes with images
 layout(binding = 4) uniform usamplerBuffer Radiances;
-layout(scalar, binding = 5) readonly buffer Shines { vec3 shines[]; };
+layout(scalar, binding = 5) readonly buffer LobeRadiances { vec3 lobe_radiances[]; };
 layout(scalar, binding = 6) writeonly buffer Records { Record records[]; };
 layout(scalar, binding = 7) readonly buffer RecordOffsets { uint record_offsets[]; };  // listed ones before each, and all
 layout(scalar, binding = 8) readonly buffer ListedRecords { uint listed_records[]; };  // in order
@@ -52,7 +52,7 @@ void add(inout vec3 sum[SUMS], uint index, uvec2 bundle, bool is_ours) {
     uint reflector = bundle.x & ((1u << push.reflector_bits) - 1u);
     vec3 radiance = uintBitsToFloat(texelFetch(Radiances, int(reflector)).xyz);
     if (HAS_TEXTURES != 0u && is_ours) radiance *= unpack_colour(bundle_colours[index]);
-    if (SHINES == 1u) radiance += shines[reflector];
+    if (IS_GLOSSY == 1u) radiance += lobe_radiances[reflector];
     radiance = is_ours ? radiance : vec3(0.0);
     vec2 movement = unpack_pair(bundle.y, 8, 127u - MOVEMENT_EXPONENT + ((bundle.y >> 16u) & 31u));
     vec2 turn = unpack_pair(bundle.y >> 21u, 4, 127u + (bundle.y >> 29u));

@@ -13,7 +13,7 @@
 #include "include/gloss.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint SHINES = 0;  // 1: targets beyond the clusters are slots
+layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: targets beyond the clusters are slots
 
 struct GatherRadiancePush {
     uint reflector_count;
@@ -28,7 +28,7 @@ layout(scalar, binding = 3) readonly buffer InverseAreas { float inverse_areas[]
 layout(scalar, binding = 4) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
 layout(scalar, binding = 5) readonly buffer GlossFluxes { vec3 gloss_fluxes[]; };     // of slots, W
 layout(scalar, binding = 6) writeonly buffer Radiances { vec4 radiances[]; };  // reflected evenly; the image's colour is still to come; texels
-layout(scalar, binding = 7) writeonly buffer Shines { vec3 shines[]; };        // by lobes, which images do not colour
+layout(scalar, binding = 7) writeonly buffer LobeRadiances { vec3 lobe_radiances[]; };        // by lobes, which images do not colour
 layout(scalar, push_constant) uniform Push { GatherRadiancePush push; };
 
 void main() {
@@ -36,14 +36,14 @@ void main() {
     if (index >= push.reflector_count) return;
     uint target = reflectors[index];
     uint cluster = target & ((1u << push.cluster_bits) - 1u);
-    if (SHINES == 1u) {
-        vec3 shine = vec3(0.0);
+    if (IS_GLOSSY == 1u) {
+        vec3 gloss = vec3(0.0);
         if (cluster >= push.cluster_count) {
             uint slot = cluster - push.cluster_count;
             cluster = gloss_slots[slot].cluster;
-            shine = gloss_fluxes[slot] * inverse_areas[cluster] * (1.0 / PI);
+            gloss = gloss_fluxes[slot] * inverse_areas[cluster] * (1.0 / PI);
         }
-        shines[index] = shine;
+        lobe_radiances[index] = gloss;
     }
     vec3 diffuse = reflectance_at(Materials, target >> push.cluster_bits).diffuse;
     radiances[index] = vec4(diffuse * uintBitsToFloat(triple_at(Irradiance, cluster)) * (1.0 / PI), 0.0);

@@ -1,4 +1,4 @@
-// Outgoing directions of shining clusters: π times what the Phong lobes of their path vertices send there of a light, or of each of four,
+// Outgoing directions of glossy clusters: π times what the Phong lobes of their path vertices send there of a light, or of each of four,
 // per unit of its emission: of what comes straight from the light, or from surfaces. [Yue §2]
 // Deterministic: the lists have a fixed order, and a light's bits are the same alone and among four. One invocation = one direction of one cluster.
 // In: beams of the light at entry points, or deposits and what paths carry on of it.
@@ -24,7 +24,7 @@ layout(scalar, binding = 3) readonly buffer GlossVertices { GlossVertex gloss_ve
 layout(scalar, binding = 4) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
 layout(scalar, binding = 5) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
 layout(scalar, binding = 6) readonly buffer BaseRanges { uvec2 base_ranges[]; };   // base clusters below each cluster
-layout(scalar, binding = 7) readonly buffer GlossShifts { uint gloss_shifts[]; };  // of each base cluster; NO_ENTRY: does not shine
+layout(scalar, binding = 7) readonly buffer GlossShifts { uint gloss_shifts[]; };  // of each base cluster; NO_ENTRY: is not glossy
 layout(scalar, binding = 8) readonly buffer CarriedFlux0 { vec3 carried_flux_0[]; };
 layout(scalar, binding = 9) readonly buffer CarriedFlux1 { vec3 carried_flux_1[]; };
 layout(scalar, binding = 10) readonly buffer CarriedFlux2 { vec3 carried_flux_2[]; };

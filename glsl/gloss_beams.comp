@@ -1,4 +1,4 @@
-// Light from one light at the entry points that may shine, point sample by point sample: their first reflection depends on where it
+// Light from one light at the entry points that may be glossy, point sample by point sample: their first reflection depends on where it
 // comes from, so that it cannot be a constant of the path. [Yue §1] Deterministic. One invocation = one point sample at one entry
 // point. In: entry points, a light. Out: beams, free of the light's colour.
 #version 460

@@ -1,4 +1,4 @@
-// First reflection of one light at the entry points that may shine: what their paths carry on from there. [Yue §1]
+// First reflection of one light at the entry points that may be glossy: what their paths carry on from there. [Yue §1]
 // Deterministic. One invocation = one such entry point. In: beams. Out: flux, per unit of the
 // light's emission and of the area that an entry point stands for in the mean.
 #version 460

@@ -1,4 +1,4 @@
-// Shining pixels, step 4: what the rays of a sample find on surfaces that shine themselves: π times what these send back by their Phong
+// Glossy pixels, step 4: what the rays of a sample find on glossy surfaces: π times what these send back by their Phong
 // lobes, summed by the rays' weights; of a light, or of each of four, per unit of its emission: of what comes straight from it, or from
 // surfaces. Rays that read a slot of the gather rays are left out; the others meet lobes that the slots blur, or are too few to prepare
 // directions for them. Deterministic. One invocation = one sample. In: rays, beams of a light, or deposits and
@@ -23,7 +23,7 @@ layout(scalar, binding = 1) readonly buffer GlossOffsets { uint gloss_offsets[];
 layout(scalar, binding = 2) readonly buffer GlossRays { GlossRay gloss_rays[]; };
 layout(scalar, binding = 3) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
 layout(scalar, binding = 4) readonly buffer BaseRanges { uvec2 base_ranges[]; };      // base clusters below each cluster
-layout(scalar, binding = 5) readonly buffer GlossShifts { uint gloss_shifts[]; };     // of each base cluster; NO_ENTRY: does not shine
+layout(scalar, binding = 5) readonly buffer GlossShifts { uint gloss_shifts[]; };     // of each base cluster; NO_ENTRY: is not glossy
 layout(scalar, binding = 6) readonly buffer DepositRuns { DepositRun deposit_runs[]; };  // of each base cluster
 layout(scalar, binding = 7) readonly buffer Deposits { Deposit deposits[]; };
 layout(scalar, binding = 8) readonly buffer GlossVertices { GlossVertex gloss_vertices[]; };

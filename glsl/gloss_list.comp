@@ -1,5 +1,5 @@
-// Shining pixels, step 2: lists them, in order. One invocation = one pixel. Deterministic.
-// In: shining pixels before each pixel, and the end. Out: their indices.
+// Glossy pixels, step 2: lists them, in order. One invocation = one pixel. Deterministic.
+// In: glossy pixels before each pixel, and the end. Out: their indices.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

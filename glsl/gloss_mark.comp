@@ -1,5 +1,5 @@
-// Shining pixels, step 1: marks those whose material has a Phong lobe, and forgets what the others may have shone before.
-// Deterministic. One invocation = one pixel. In: what the pixels see. Out: 1 for a shining pixel, else 0; radiance of the others: 0.
+// Glossy pixels, step 1: marks those whose material has a Phong lobe, and clears the radiance of the others.
+// Deterministic. One invocation = one pixel. In: what the pixels see. Out: 1 for a glossy pixel, else 0; radiance of the others: 0.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -17,7 +17,7 @@ layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 1) readonly buffer Materials { Reflectance materials[]; };
 layout(binding = 2) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 3) writeonly buffer GlossOffsets { uint gloss_offsets[]; };
-layout(scalar, binding = 4) writeonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
+layout(scalar, binding = 4) writeonly buffer GlossRadiance { GlossRadiance gloss_radiance[]; };
 layout(scalar, push_constant) uniform Push { GlossMarkPush push; };
 
 #include "include/surfaces.glsl"
@@ -26,7 +26,7 @@ void main() {
     uint index = flat_invocation();
     if (index >= push.pixel_count) return;
     uint side = pixel_surface_at(Pixels, index).side;
-    bool shines = side != NO_SIDE && any(greaterThan(materials[surface_at(side >> 1).material].specular, vec3(0.0)));
-    gloss_offsets[index] = uint(shines);
-    gloss_radiance[index] = GlossShine(vec3(0.0), vec3(0.0));
+    bool is_glossy = side != NO_SIDE && any(greaterThan(materials[surface_at(side >> 1).material].specular, vec3(0.0)));
+    gloss_offsets[index] = uint(is_glossy);
+    gloss_radiance[index] = GlossRadiance(vec3(0.0), vec3(0.0));
 }

@@ -1,6 +1,6 @@
-// Shining pixels, step 5: radiance that their Phong lobes send to the camera of what surfaces around them send there: all that a
-// light edit under a still camera has to do. Deterministic. One invocation = one shining pixel.
-// In: rays, irradiance of clusters and what the shining ones send back (W/m²). Out: radiance, W/m²/sr.
+// Glossy pixels, step 5: radiance that their Phong lobes send to the camera of what surfaces around them send there: all that a
+// light edit under a still camera has to do. Deterministic. One invocation = one glossy pixel.
+// In: rays, irradiance of clusters and what the glossy ones send back (W/m²). Out: radiance, W/m²/sr.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -31,9 +31,9 @@ layout(scalar, binding = 3) readonly buffer GlossOffsets { uint gloss_offsets[];
 layout(scalar, binding = 4) readonly buffer GlossPixels { uint gloss_pixels[]; };
 layout(scalar, binding = 5) readonly buffer GlossRays { GlossRay gloss_rays[]; };
 layout(scalar, binding = 6) readonly buffer Irradiance { vec3 irradiance[]; };
-layout(scalar, binding = 7) readonly buffer GlossHits { vec3 gloss_hits[]; };  // of each sample: what its rays find on what shines
+layout(scalar, binding = 7) readonly buffer GlossHits { vec3 gloss_hits[]; };  // of each sample: what its rays find on glossy surfaces
 layout(scalar, binding = 8) readonly buffer Highlights { vec3 highlights[]; };  // of each sample, per unit of specular albedo, W/m²/sr
-layout(scalar, binding = 9) writeonly buffer GlossRadiance { GlossShine gloss_radiance[]; };
+layout(scalar, binding = 9) writeonly buffer GlossRadiance { GlossRadiance gloss_radiance[]; };
 layout(scalar, binding = 10) readonly buffer GlossColours { uint gloss_colours[]; };  // of rays, packed; only in scenes with images
 layout(scalar, binding = 11) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
 layout(scalar, binding = 12) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
@@ -67,5 +67,5 @@ void main() {
     }
     vec3 specular = materials[surface_at(pixel_surface_at(Pixels, pixel).side >> 1).material].specular;
     float share = 1.0 / float(max(samples, 1u));
-    gloss_radiance[pixel] = GlossShine(share * specular * direct, share / (PI * float(LOBE_RAYS)) * specular * sum);
+    gloss_radiance[pixel] = GlossRadiance(share * specular * direct, share / (PI * float(LOBE_RAYS)) * specular * sum);
 }

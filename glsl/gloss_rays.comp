@@ -1,6 +1,6 @@
-// Shining pixels, step 3: samples what each sees over its area, because a curved mirror turns within a pixel; and from each sample traces
+// Glossy pixels, step 3: samples what each sees over its area, because a curved mirror turns within a pixel; and from each sample traces
 // rays into the Phong lobe towards the camera and keeps the clusters that they will read; everything but the light.
-// Deterministic. One invocation = every so-many-th sample. In: shining pixels. Out: samples and rays, pixel by pixel.
+// Deterministic. One invocation = every so-many-th sample. In: glossy pixels. Out: samples and rays, pixel by pixel.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -123,7 +123,7 @@ void main() {
         uint seed = hash(push.seed, pixel);
         vec2 corner = vec2(in_rows(pixel, push.view.width));
         PixelSurface point = seen_through(push.view, corner + sample_3d(number, hash(seed, 1u)).xy);
-        // Where the pixel shows an edge: what is beyond is not what shines here.
+        // Where the pixel shows an edge: what is beyond is not the glossy surface here.
         PixelSurface centre = pixel_surface_at(Pixels, pixel);
         bool is_other = point.side == NO_SIDE;
         if (!is_other) is_other = material_of(point.side) != material_of(centre.side);

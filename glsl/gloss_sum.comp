@@ -1,4 +1,4 @@
-// Sums lights where surfaces shine: what each light makes them send per unit of its emission, weighted by the emissions, in the
+// Sums lights where surfaces are glossy: what each light makes them send per unit of its emission, weighted by the emissions, in the
 // lights' order, one to eight to a dispatch. Deterministic, and the same bits whichever place a light has.
 // One invocation = one direction of one cluster, or one sample of a pixel. In: rows. Out: sums.
 #version 460

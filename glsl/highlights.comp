@@ -1,4 +1,4 @@
-// Highlights: what the samples of shining pixels send to the camera of one light, straight from it, per unit of its emission and of the
+// Highlights: what the samples of glossy pixels send to the camera of one light, straight from it, per unit of its emission and of the
 // specular albedo: by a shadow ray to each of its point samples that the lobe reaches, or, where an area light looks larger than the
 // lobe, by directions from the lobe that meet it. Deterministic. One invocation = one sample. In: samples, a light.
 // Out: its layer, radiance.

@@ -1,7 +1,7 @@
 // Layers of the base level of the volumetric hierarchy: each cluster adds up what the light paths deposit in it of one light, or of
 // four, per unit of the light's emission: light that comes straight from the light apart from light that comes from surfaces. [Yue §2]
 // Vertices count as they show to readers from afar, but in wholes.
-// Where surfaces may shine, what a path carries on from its entry point is not the form factor there, but a colour.
+// Where surfaces may be glossy, what a path carries on from its entry point is not the form factor there, but a colour.
 // Deterministic: the lists have a fixed order, and a light's bits are the same alone and among four. One invocation = one listed
 // base cluster. In: deposits, form factors, what paths carry on. Out: layers.
 #version 460
@@ -14,7 +14,7 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint LIGHTS = 1;  // 1 or 4; where it is 1, the other lights' buffers are any
-layout(constant_id = 1) const uint SHINES = 0;  // 0: paths carry on their factors
+layout(constant_id = 1) const uint IS_GLOSSY = 0;  // 0: paths carry on their factors
 
 struct HvdsLayerPush {
     uint first_place;  // of the base level, in the list
@@ -86,11 +86,11 @@ void main() {
         Deposit deposit = deposit_at(Deposits, i - push.first_bound);
         vec3 throughput = share_of(deposit, is_whole) * deposit.throughput;
         uint path = path_of(deposit);
-        add(sum_0, throughput, SHINES != 0u ? carried_0[path] : vec3(number_at(Factors0, path)));
+        add(sum_0, throughput, IS_GLOSSY != 0u ? carried_0[path] : vec3(number_at(Factors0, path)));
         if (LIGHTS == 1u) continue;
-        add(sum_1, throughput, SHINES != 0u ? carried_1[path] : vec3(number_at(Factors1, path)));
-        add(sum_2, throughput, SHINES != 0u ? carried_2[path] : vec3(number_at(Factors2, path)));
-        add(sum_3, throughput, SHINES != 0u ? carried_3[path] : vec3(number_at(Factors3, path)));
+        add(sum_1, throughput, IS_GLOSSY != 0u ? carried_1[path] : vec3(number_at(Factors1, path)));
+        add(sum_2, throughput, IS_GLOSSY != 0u ? carried_2[path] : vec3(number_at(Factors2, path)));
+        add(sum_3, throughput, IS_GLOSSY != 0u ? carried_3[path] : vec3(number_at(Factors3, path)));
     }
     layer_0[cluster] = sum_0;
     if (LIGHTS == 1u) return;

@@ -19,7 +19,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint STEPS = 0;                 // vertices per path and dispatch
 layout(constant_id = 1) const uint ROULETTE_THRESHOLD = 0;    // float bits: roulette starts below this throughput
 layout(constant_id = 2) const uint EDITABLE_ALBEDO = 0;       // float bits: what roulette takes editable materials to reflect
-layout(constant_id = 3) const uint SHINES = 0;                // 1: a material of the scene has a Phong lobe or may get one
+layout(constant_id = 3) const uint IS_GLOSSY = 0;                // 1: a material of the scene has a Phong lobe or may get one
 
 struct PathState {
     vec3 position;
@@ -81,7 +81,7 @@ void main() {
         vec3 reflected = material.diffuse;
         float weight = 1.0;
         float lobe = 0.0;
-        if (SHINES == 1u && (material.flags & MAY_SHINE) != 0u) {
+        if (IS_GLOSSY == 1u && (material.flags & MAY_BE_GLOSSY) != 0u) {
             bool is_editable = (material.flags & EDITABLE) != 0u;
             reflected = is_editable ? vec3(uintBitsToFloat(EDITABLE_ALBEDO)) : material.diffuse + material.specular;
             if (state.depth > 0u) {

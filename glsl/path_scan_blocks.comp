@@ -14,7 +14,7 @@
 #include "include/colour.glsl"
 
 layout(local_size_x_id = 3) in;
-layout(constant_id = 0) const uint SHINES = 0;  // 1: some steps are reflected by Phong lobes
+layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: some steps are reflected by Phong lobes
 
 struct PathScanPush {
     uint step_count;   // in all
@@ -40,7 +40,7 @@ vec3 factor_of(PathStep path_step, uint place) {
     if (path_step.material >= FROM_ENTRY) return vec3(path_step.weight);
     Reflectance material = reflectance_at(Materials, path_step.material);
     if (HAS_TEXTURES != 0u) material.diffuse *= unpack_colour(step_colours[place]);
-    return path_step.weight * (SHINES == 1u ? reflected_share(material, lobes[place]) : material.diffuse);
+    return path_step.weight * (IS_GLOSSY == 1u ? reflected_share(material, lobes[place]) : material.diffuse);
 }
 
 void put(uint slot, vec3 throughput) {

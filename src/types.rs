@@ -104,7 +104,7 @@ gpu_struct! {
         /// Base cluster that it deposits into.
         pub cluster: u32,
         /// 1 − cosα of the step that led here, α between the direction it took and the mirror direction at the vertex before; zero
-        /// where that vertex does not shine or is an entry point.
+        /// where that vertex is not glossy or is an entry point.
         pub lobe: f32,
     }
 }
@@ -258,7 +258,7 @@ gpu_struct! {
         pub exponent: f32,
         /// Specular albedo.
         pub specular: Vec3,
-        /// [`EDITABLE`] and [`MAY_SHINE`].
+        /// [`EDITABLE`] and [`MAY_BE_GLOSSY`].
         pub flags: u32,
     }
 }
@@ -266,7 +266,7 @@ gpu_struct! {
 /// Flag of a material whose paths are cosine sampled, whatever it reflects.
 pub const EDITABLE: u32 = 1;
 /// Flag of a material that has a Phong lobe or may get one: light paths and clusters keep what that needs.
-pub const MAY_SHINE: u32 = 2;
+pub const MAY_BE_GLOSSY: u32 = 2;
 
 gpu_struct! {
     /// Where a material's image is stored.

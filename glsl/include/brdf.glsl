@@ -50,10 +50,10 @@ struct BrdfSample {
 
 // Samples one of the two lobes, chosen by luminance, with the pdf of their mixture.
 BrdfSample sample_brdf(Reflectance material, vec3 normal, vec3 outgoing, vec2 u) {
-    float shine = luminance(material.specular);
-    float total = shine + luminance(material.diffuse);
+    float gloss = luminance(material.specular);
+    float total = gloss + luminance(material.diffuse);
     if (total <= 0.0) return BrdfSample(normal, 1.0 / PI, vec3(0.0));
-    float share = shine / total;  // of the Phong lobe
+    float share = gloss / total;  // of the Phong lobe
     bool is_phong = u.x < share;
     // The part of the unit interval that chose the lobe, stretched to all of it.
     float v = is_phong ? u.x / share : (u.x - share) / (1.0 - share);

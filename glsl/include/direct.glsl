@@ -89,11 +89,11 @@ float weighed(LightSource light, uint end, float found, vec3 position, vec3 shad
 // `found` is the direction; its distance is 0 where there is none.
 float open_factor(LightSource light, vec2 u, vec3 position, vec3 normal, vec3 shading, float area, out LightSample found) {
     light.emission = vec3(1.0);
-    bool shines = sample_light(light, position, u, found);
+    bool is_glossy = sample_light(light, position, u, found);
     if (found.distance == 0.0) return 0.0;
     float cosine = dot(shading, found.direction);
-    // A light behind the real surface does not shine through, wherever the shading normal points.
-    if (!(shines && cosine > 0.0 && dot(normal, found.direction) > 0.0)) return 0.0;
+    // A light behind the real surface does not reach through, wherever the shading normal points.
+    if (!(is_glossy && cosine > 0.0 && dot(normal, found.direction) > 0.0)) return 0.0;
     float factor = cosine * found.irradiance.x;
     if (light.kind == LIGHT_AREA) return factor;
     // Point to disc of the surface's area instead of 1/d²: finite at any distance. [Wallace]

@@ -1,6 +1,6 @@
-// What the passes of shining surfaces share. Include after types.glsl, math.glsl, sampling.glsl and brdf.glsl.
+// What the passes of glossy surfaces share. Include after types.glsl, math.glsl, sampling.glsl and brdf.glsl.
 
-// An entry point that may shine.
+// An entry point that may be glossy.
 struct GlossEntry {
     vec3 position;
     uint path;
@@ -17,11 +17,11 @@ struct GlossBeam {
     float factor;  // irradiance per unit of the light's emission, see light_factor for units
 };
 
-// A path vertex in a cluster that may shine.
+// A path vertex in a cluster that may be glossy.
 struct GlossVertex {
     vec3 mirror;    // unit direction in which a mirror would send its light on; idle at entry points
     uint material;
-    uint entry;     // at an entry point that may shine: its index
+    uint entry;     // at an entry point that may be glossy: its index
 };
 
 // One outgoing direction of one cluster.

@@ -41,11 +41,11 @@ void add_gloss_flux(inout GlossFlux flux, uvec2 run, uint step, float area_m2, b
             add(flux.of_light[2], share, carried_flux_2[path]);
             add(flux.of_light[3], share, carried_flux_3[path]);
         } else if (vertex.entry != NO_ENTRY) {
-            vec3 shine = vec3(0.0);
+            vec3 gloss = vec3(0.0);
             for (uint beam = vertex.entry * part.beam_count; beam < (vertex.entry + 1u) * part.beam_count; ++beam) {
-                shine += gloss_beams[beam].factor * lobe_share(material, gloss_beams[beam].mirror, toward);
+                gloss += gloss_beams[beam].factor * lobe_share(material, gloss_beams[beam].mirror, toward);
             }
-            add(flux.of_light[0], throughput, shine);
+            add(flux.of_light[0], throughput, gloss);
         }
     }
 }

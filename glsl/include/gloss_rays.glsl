@@ -1,4 +1,4 @@
-// Rays from shining pixels into their Phong lobes.
+// Rays from glossy pixels into their Phong lobes.
 
 // One of them: all that a frame under a still camera needs of it.
 struct GlossRay {
@@ -10,16 +10,16 @@ struct GlossRay {
 
 const uint NO_SLOT = 0xffffffffu;
 
-// What a pixel shines, W/m²/sr.
-struct GlossShine {
+// What a pixel reflects glossily, W/m²/sr.
+struct GlossRadiance {
     vec3 direct;    // of light straight from the lights
     vec3 indirect;  // of light from surfaces
 };
 
-// Rays from each sample of a shining pixel.
+// Rays from each sample of a glossy pixel.
 const uint LOBE_RAYS = 4u;
 
-// Samples of each shining pixel: as many as there is room for.
+// Samples of each glossy pixel: as many as there is room for.
 uint gloss_samples_per_pixel(uint pixel_count, uint most, uint capacity) {
     return min(most, capacity / max(pixel_count, 1u));
 }

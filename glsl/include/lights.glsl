@@ -18,7 +18,7 @@ float spot_falloff(LightSource light, vec3 direction) {
 }
 
 // Samples a light as seen from `position`; `u` picks the point of an area light, uniform over it, and is idle for the other
-// kinds. False where the light does not shine there. Unbounded towards the light, but never infinite.
+// kinds. False where the light does not reach that point. Unbounded towards the light, but never infinite.
 bool sample_light(LightSource light, vec3 position, vec2 u, out LightSample found) {
     if (light.kind == LIGHT_DIRECTIONAL) {
         found = LightSample(-light.axis, LIGHT_FAR, light.emission);

@@ -31,7 +31,7 @@ vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint ray
         LightSample found;
         if (!sample_light(light, vertex.position, u, found)) continue;
         float cosine = dot(vertex.shading, found.direction);
-        // A light behind the real surface does not shine through, wherever the shading normal points.
+        // A light behind the real surface does not reach through, wherever the shading normal points.
         if (cosine <= 0.0 || dot(vertex.geometric, found.direction) <= 0.0) continue;
         vec3 reflected = brdf(vertex.material, vertex.shading, vertex.outgoing, found.direction) * found.irradiance;
         if (reflected == vec3(0.0)) continue;

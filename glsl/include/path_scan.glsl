@@ -5,7 +5,7 @@ const uint BLOCK_STEPS = 1024u;  // per workgroup, whose invocations share them
 // One step of a light path: how the energy of the vertex before turns into that of this one.
 struct PathStep {
     uint material;  // that reflected the path towards this vertex; HEAD where the path starts here, FROM_ENTRY where an entry
-                    // point that may shine did: what it reflects depends on the light
+                    // point that may be glossy did: what it reflects depends on the light
     float weight;   // cosθ/(π·pdf) over the survival probability; at the head, the path's own weight
     uint slot;      // where the vertex stands in its cluster's list
 };

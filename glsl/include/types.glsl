@@ -47,7 +47,7 @@ struct PathVertex {
     vec3 incoming;  // unit direction of travel when it arrived; zero at an entry point
     float weight;   // cosθ/(π·pdf) over the survival probability of the step that led here; at an entry point, its area over the mean
     uint cluster;   // base cluster that it deposits into
-    float lobe;     // 1 - cosα of the step that led here, α off the mirror direction at the vertex before; zero where that cannot shine
+    float lobe;     // 1 - cosα of the step that led here, α off the mirror direction at the vertex before; zero where that is not glossy
 };
 
 // What a path vertex adds to its cluster; listed cluster by cluster.
@@ -124,11 +124,11 @@ struct Reflectance {
     vec3 diffuse;
     float exponent;
     vec3 specular;
-    uint flags;      // EDITABLE, MAY_SHINE
+    uint flags;      // EDITABLE, MAY_BE_GLOSSY
 };
 
 const uint EDITABLE = 1u;   // its paths are cosine sampled, whatever it reflects
-const uint MAY_SHINE = 2u;  // it has a Phong lobe, or may get one
+const uint MAY_BE_GLOSSY = 2u;  // it has a Phong lobe, or may get one
 
 // Where a material's image is stored.
 struct Texture {

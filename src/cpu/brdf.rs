@@ -69,12 +69,12 @@ pub struct BrdfSample {
 
 /// Samples one of the two lobes, chosen by luminance, with the pdf of their mixture.
 pub fn sample_brdf(material: &Reflectance, normal: DVec3, outgoing: DVec3, u: DVec2) -> BrdfSample {
-    let shine = luminance(material.specular);
-    let total = shine + luminance(material.diffuse);
+    let gloss = luminance(material.specular);
+    let total = gloss + luminance(material.diffuse);
     if total <= 0.0 {
         return BrdfSample { incident: normal, pdf: 1.0 / PI, weight: DVec3::ZERO };
     }
-    let (share, exponent) = (shine / total, f64::from(material.exponent));
+    let (share, exponent) = (gloss / total, f64::from(material.exponent));
     let mirror = mirror(normal, outgoing);
     let incident = if u.x < share {
         sample_phong_lobe(mirror, exponent, DVec2::new(u.x / share, u.y))

@@ -34,7 +34,7 @@ pub struct Sources<'a> {
     pub least_distance: f32,
     /// Unit of their shares in the rotational gradient.
     pub turn_unit: f32,
-    /// Of each slot, which targets beyond the clusters name: its cluster, and what that shines there, W/m².
+    /// Of each slot, which targets beyond the clusters name: its cluster, and its glossy flux there, W/m².
     pub slots: &'a [(u32, DVec3)],
 }
 
@@ -56,13 +56,13 @@ pub fn gather(
         let target = sources.reflectors[reflector as usize];
         let material = target >> sources.cluster_bits;
         let read = (target & ((1 << sources.cluster_bits) - 1)) as usize;
-        let (cluster, shine) = match sources.irradiance.len() {
+        let (cluster, gloss) = match sources.irradiance.len() {
             clusters if read < clusters => (read, DVec3::ZERO),
             clusters => (sources.slots[read - clusters].0 as usize, sources.slots[read - clusters].1),
         };
         let colour = colours.get(index).map_or(DVec3::ONE, |&packed| unpack_colour(packed));
         let albedo = colour * sources.albedos[material as usize].as_dvec3();
-        let radiance = (albedo * sources.irradiance[cluster].as_dvec3() + shine) / PI;
+        let radiance = (albedo * sources.irradiance[cluster].as_dvec3() + gloss) / PI;
         irradiance += stratum * rays * radiance;
 
         // [Krivanek]

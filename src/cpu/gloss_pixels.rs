@@ -1,4 +1,4 @@
-//! Reference of the samples and rays of shining pixels.
+//! Reference of the samples and rays of glossy pixels.
 
 use crate::cpu::brdf::{lobe_share, sample_phong_lobe};
 use crate::cpu::direct::lit_samples;
@@ -96,7 +96,7 @@ pub fn highlight(
         return shares.sum::<DVec3>() / PI;
     }
     let seed = hash_pair(tracing.seed, index);
-    let shine = |ray: u32| {
+    let gloss = |ray: u32| {
         let u = sample_3d(number * LOBE_RAYS + ray, seed).truncate().as_dvec2();
         let direction = sample_phong_lobe(mirror, exponent, u);
         let distance = (corner - position).dot(axis) / direction.dot(axis);
@@ -111,7 +111,7 @@ pub fn highlight(
         let is_seen = is_met && is_above && is_lit(geometry, point.position, normal, &found);
         if is_seen { direction.dot(shading) * (exponent + 2.0) / (exponent + 1.0) } else { 0.0 }
     };
-    let mean = (0..LOBE_RAYS).map(shine).sum::<f64>() / f64::from(LOBE_RAYS);
+    let mean = (0..LOBE_RAYS).map(gloss).sum::<f64>() / f64::from(LOBE_RAYS);
     mean * material.specular.as_dvec3()
 }
 

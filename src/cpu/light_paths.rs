@@ -5,7 +5,7 @@ use crate::cpu::hemisphere::frame;
 use crate::cpu::rays::Geometry;
 use crate::cpu::sampling::{hash_pair, sample_3d, sample_cosine};
 use crate::scene::hvds::Hvds;
-use crate::types::{EDITABLE, MAY_SHINE, PathVertex, Reflectance};
+use crate::types::{EDITABLE, MAY_BE_GLOSSY, PathVertex, Reflectance};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
@@ -56,7 +56,7 @@ impl Walk<'_> {
         let mut direction = frame(normal) * sample_cosine(u.truncate().as_dvec2());
         let mut reflected = diffuse;
         let (mut weight, mut lobe) = (1.0, 0.0);
-        if material.flags & MAY_SHINE != 0 {
+        if material.flags & MAY_BE_GLOSSY != 0 {
             let is_editable = material.flags & EDITABLE != 0;
             reflected += material.specular.as_dvec3();
             if is_editable {

@@ -30,7 +30,7 @@ pub fn spot_falloff(light: &LightSource, direction: DVec3) -> f64 {
 }
 
 /// Samples a light as seen from `position`; `u` picks the point of an area light, uniform over it, and is idle for the other
-/// kinds. None where the light does not shine there.
+/// kinds. None where the light does not reach that point.
 pub fn sample_light(light: &LightSource, position: DVec3, u: DVec2) -> Option<LightSample> {
     let emission = light.emission.as_dvec3();
     if light.kind == LIGHT_DIRECTIONAL {
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn a_light_on_the_receiver_is_no_sample_and_an_area_light_shines_forward_only() {
+    fn a_light_on_the_receiver_is_no_sample_and_an_area_light_emits_forward_only() {
         let light = LightSource::point(Vec3::X, Vec3::ONE);
         assert!(sample_light(&light, DVec3::X, DVec2::ZERO).is_none());
         let area = LightSource {

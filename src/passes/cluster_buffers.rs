@@ -60,7 +60,7 @@ impl ClusterBuffers {
     }
 }
 
-/// Needed until the gather rays are traced; where pixels may shine, by their rays, too.
+/// Needed until the gather rays are traced; if pixels may be glossy, by their rays, too.
 pub struct ClusterBuffers {
     /// The base grid.
     pub grid: Grid,

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::{TextureBuffers, turns};
 use crate::scene::{Light, LightKind, Material, Triangle, bvh::Bvh};
-use crate::types::{self, EDITABLE, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource, MAY_SHINE};
+use crate::types::{self, EDITABLE, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource, MAY_BE_GLOSSY};
 use bytemuck::Pod;
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
@@ -105,7 +105,7 @@ pub fn reflectances(materials: &[Material]) -> Vec<types::Reflectance> {
         diffuse: m.diffuse,
         exponent: m.exponent,
         specular: m.specular,
-        flags: if m.editable { EDITABLE } else { 0 } | if m.may_shine() { MAY_SHINE } else { 0 },
+        flags: if m.editable { EDITABLE } else { 0 } | if m.may_be_glossy() { MAY_BE_GLOSSY } else { 0 },
     };
     materials.iter().map(reflectance).collect()
 }

@@ -197,7 +197,7 @@ impl Renderer {
             &mut Silent,
         )?;
         self.views.redirect(&rays, points, self)?;
-        // These rays read clusters, not slots: what surfaces shine is not in it.
+        // These rays read clusters, not slots: glossy reflection is not in it.
         let gather = Gather::new(&self.context, buffer, count, rays, hemisphere, code, false)?;
         let list = RecordList::all(&self.context, count, gather.bundles.rows_per_part)?;
         self.context.run(|rec| gather.record(rec, self.gather_sources(), &list))?;

@@ -75,7 +75,7 @@ impl Renderer {
         let layers_due = self.lights.without_clusters().len() as u64;
         let layer = (size_of::<ClusterLayer>() as u64) * u64::from(self.pyramid.base_count());
         let deposits = self.path_scan.deposits.bytes();
-        let carried = if self.shine.is_some() { 4 + 12 } else { 4 };
+        let carried = if self.gloss.is_some() { 4 + 12 } else { 4 };
         let [steps, once] = self.path_scan.step_bytes();
         let [pixel_colours, edge_colours] =
             [&self.pixel_colours.of_pixels, &self.pixel_colours.of_edges].map(Buffer::bytes);

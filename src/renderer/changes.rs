@@ -38,7 +38,7 @@ impl Default for Edited {
 pub(super) struct Changes {
     /// The camera.
     pub(super) view: bool,
-    /// The room for the picture: it holds nothing yet, not even where no light shines.
+    /// The room for the picture: it holds nothing yet, not even where no light is active.
     pub(super) room: bool,
     /// What lights emit: their colours, or which of them there are.
     pub(super) emission: bool,
@@ -48,7 +48,7 @@ pub(super) struct Changes {
     pub(super) materials: bool,
     /// Of these, editable ones by their bits; all paths are scanned again where others changed.
     pub(super) edited: Edited,
-    /// Which surfaces shine, or how sharply.
+    /// Which surfaces are glossy, or how sharply.
     pub(super) lobes: bool,
     /// The exposure of the displayed picture.
     pub(super) exposure: bool,
@@ -80,8 +80,8 @@ pub(super) struct Stages {
     pub(super) energy: bool,
     /// Rays into the lobes of pixels.
     pub(super) lobes: bool,
-    /// What pixels shine.
-    pub(super) shine: bool,
+    /// Glossy radiance of pixels.
+    pub(super) gloss: bool,
     /// Splat values.
     pub(super) splat: bool,
     /// Composition.
@@ -96,15 +96,15 @@ impl Stages {
         let energy = changes.emission || !lights.without_factors().is_empty() || changes.materials;
         let splat = energy || changes.view;
         let lobes = changes.view || changes.lobes;
-        let shine = splat || direct || lobes;
-        let compose = shine || changes.tint;
+        let gloss = splat || direct || lobes;
+        let compose = gloss || changes.tint;
         Self {
             view: changes.view,
             direct,
             scan: changes.materials,
             energy,
             lobes,
-            shine,
+            gloss,
             splat,
             compose,
             display: compose || changes.exposure,

@@ -60,8 +60,8 @@ impl Renderer {
             return Ok(());
         }
         let camera = self.scene.cameras[0].position;
-        let shining = self.scene.lights.iter().filter(|light| light.is_on);
-        let lights: Vec<Vec3> = shining.filter_map(|light| light.kind.position()).collect();
+        let active = self.scene.lights.iter().filter(|light| light.is_on);
+        let lights: Vec<Vec3> = active.filter_map(|light| light.kind.position()).collect();
         if !self.closed.hold_both(&self.buffers, camera, &lights)? {
             return Ok(());
         }

@@ -113,8 +113,8 @@ impl Renderer {
         if new == *old {
             return Ok(());
         }
-        let may_shine = self.shine.as_ref().is_some_and(|shine| shine.may_shine(material));
-        if new.specular != Vec3::ZERO && !may_shine {
+        let may_be_glossy = self.gloss.as_ref().is_some_and(|gloss| gloss.may_be_glossy(material));
+        if new.specular != Vec3::ZERO && !may_be_glossy {
             return Err(Error::Usage(format!(
                 "material `{}` cannot become glossy: its light paths were traced for a diffuse surface; declare `editable = true` in the scene file",
                 new.name
@@ -135,8 +135,8 @@ impl Renderer {
         if lobes {
             self.lobes_changed();
         }
-        if let Some(shine) = &mut self.shine {
-            shine.edited(&self.scene.materials);
+        if let Some(gloss) = &mut self.gloss {
+            gloss.edited(&self.scene.materials);
         }
         self.buffers.materials.write(&crate::passes::reflectances(&self.scene.materials))
     }
@@ -187,7 +187,7 @@ impl Renderer {
                 self.lights.view_changed();
             }
             Work::Light(light) => self.lights.moved(light),
-            Work::Colour if self.lights.shining_sources().count() == 1 => self.changes.tint = true,
+            Work::Colour if self.lights.active_sources().count() == 1 => self.changes.tint = true,
             Work::Colour => self.changes.emission = true,
             Work::View => self.view_changed(),
             Work::Material => {

@@ -8,7 +8,7 @@ impl Renderer {
     /// Brings the scene into that state; what is in it already stays, and costs nothing.
     ///
     /// # Errors
-    /// A material starts to shine that is not editable; the device failed.
+    /// A material becomes glossy that is not editable; the device failed.
     pub fn set_state(&mut self, state: &State) -> Result<()> {
         self.set_camera(&state.camera);
         for &(light, kind, is_on) in &state.lights {

@@ -24,15 +24,15 @@ struct Rows {
     shadow_groups: Buffer,
     /// What base clusters receive of it.
     clusters: Buffer,
-    /// Its beams at entry points that may shine, if any may.
+    /// Its beams at entry points that may be glossy, if any may.
     beams: Option<Buffer>,
-    /// What paths carry on of it from their entry points, if any surface may shine.
+    /// What paths carry on of it from their entry points, if any surface may be glossy.
     carried: Option<Buffer>,
-    /// What slots send of it, if any surface may shine.
+    /// What slots send of it, if any surface may be glossy.
     slots: Option<Buffer>,
-    /// What samples of shining pixels see of it on what shines, if any may shine.
+    /// What samples of glossy pixels see of it on glossy surfaces, if any may be glossy.
     hits: Option<Buffer>,
-    /// Its highlight at each sample of shining pixels, if any may shine.
+    /// Its highlight at each sample of active pixels, if any may be glossy.
     highlights: Option<Buffer>,
     /// `factors` and `beams` are those of the light as it is.
     has_factors: bool,
@@ -52,7 +52,7 @@ pub(super) struct Lights {
     /// `LightSource`s; those of lights that are off emit nothing.
     pub(super) table: Buffer,
     sources: Vec<LightSource>,
-    /// What all light in a frame is to be multiplied with: where a single light shines it emits one unit of each channel in the table,
+    /// What all light in a frame is to be multiplied with: where a single light is active it emits one unit of each channel in the table,
     /// and its emission stands here, so that another colour of it changes nothing but the picture's last step.
     pub(super) tint: Vec3,
     rows: Vec<Rows>,
@@ -66,14 +66,14 @@ pub(super) struct Lights {
     pub(super) traces_all: bool,
 }
 
-/// What a light needs where surfaces may shine.
+/// What a light needs where surfaces may be glossy.
 #[derive(Clone, Copy)]
 pub(super) struct GlossRoom {
     /// Bytes of its beams for each of its point samples.
     pub(super) beam_bytes: u64,
     /// Slots that are no sums.
     pub(super) slot_count: u32,
-    /// Samples of shining pixels.
+    /// Samples of glossy pixels.
     pub(super) sample_count: u32,
 }
 
@@ -89,7 +89,7 @@ fn cluster_light(rows: &Rows) -> ClusterLight<'_> {
     ClusterLight { factors: &rows.factors, carried: rows.carried.as_ref(), layer: &rows.clusters }
 }
 
-/// A light as the passes of gloss take it; none where nothing may shine.
+/// A light as the passes of gloss take it; none if nothing may be glossy.
 fn gloss_light<'a>(light: OneLight<'_>, rows: &'a Rows) -> Option<GlossLight<'a>> {
     Some(GlossLight {
         samples: light.samples,
@@ -101,7 +101,7 @@ fn gloss_light<'a>(light: OneLight<'_>, rows: &'a Rows) -> Option<GlossLight<'a>
 }
 
 /// A light that is off emits nothing in the table, and what emits nothing is left out of every sum.
-fn shines(source: &LightSource) -> bool {
+fn is_active(source: &LightSource) -> bool {
     source.emission != Vec3::ZERO
 }
 
@@ -181,12 +181,12 @@ impl Lights {
         self.rows.iter_mut().for_each(|rows| (rows.has_hits, rows.has_highlights) = (false, false));
     }
 
-    /// Light paths carry other shares, and what they meet shines otherwise.
+    /// Light paths carry other shares, and the glossy surfaces that they meet reflect otherwise.
     pub(super) fn paths_changed(&mut self) {
         self.rows.iter_mut().for_each(|rows| (rows.has_clusters, rows.has_hits) = (false, false));
     }
 
-    /// Room for so many other points that the camera sees, and samples of shining pixels; none: these stay.
+    /// Room for so many other points that the camera sees, and samples of glossy pixels; none: these stay.
     pub(super) fn new_layers(&self, point_count: u32, sample_count: Option<u32>) -> Result<NewLayers> {
         let row = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
         let of_gloss = |count: u32| Ok([row("light hits", 3 * count)?, row("light highlights", count)?]);
@@ -212,7 +212,7 @@ impl Lights {
     /// All that was due has been traced.
     pub(super) fn settle(&mut self) {
         for (rows, source) in self.rows.iter_mut().zip(&self.sources) {
-            if self.traces_all || shines(source) {
+            if self.traces_all || is_active(source) {
                 (rows.has_factors, rows.has_layer, rows.has_clusters) = (true, true, true);
                 (rows.has_hits, rows.has_highlights) = (true, true);
                 self.has_batches = true;
@@ -229,8 +229,8 @@ impl Lights {
         for (source, light) in sources.iter_mut().zip(lights) {
             source.emission = if light.is_on { source.emission } else { Vec3::ZERO };
         }
-        let mut shining = sources.iter_mut().filter(|source| source.emission != Vec3::ZERO);
-        let tint = match (shining.next(), shining.next()) {
+        let mut active = sources.iter_mut().filter(|source| source.emission != Vec3::ZERO);
+        let tint = match (active.next(), active.next()) {
             (Some(only), None) => std::mem::replace(&mut only.emission, Vec3::ONE),
             _ => Vec3::ONE,
         };
@@ -258,16 +258,16 @@ impl Lights {
         self.rows.len() as u32
     }
 
-    /// Lights that shine and whose form factors are to be traced, with what becomes of those beside them.
+    /// Active lights whose form factors are to be traced, with what becomes of those beside them.
     pub(super) fn near_due(&mut self) -> impl Iterator<Item = (&LightSource, &mut Option<NearFactors>)> {
         let all = self.traces_all;
         let due = self.sources.iter().zip(&mut self.rows).filter(|(_, rows)| !rows.has_factors);
-        due.filter(move |(source, _)| all || shines(source)).map(|(source, rows)| (source, &mut rows.near))
+        due.filter(move |(source, _)| all || is_active(source)).map(|(source, rows)| (source, &mut rows.near))
     }
 
-    /// Lights that shine and whose form factors are to be traced, with where they go.
+    /// Active lights whose form factors are to be traced, with where they go.
     pub(super) fn without_factors(&self) -> Vec<(OneLight<'_>, &Buffer)> {
-        self.shining()
+        self.active()
             .filter(|(_, rows)| !rows.has_factors)
             .map(|(light, rows)| (light, &rows.factors))
             .collect()
@@ -278,9 +278,9 @@ impl Lights {
         self.rows[light as usize].near.as_ref()
     }
 
-    /// Lights that shine and whose layer is to be traced, with where it goes.
+    /// Active lights whose layer is to be traced, with where it goes.
     pub(super) fn without_layer(&self) -> Vec<(OneLight<'_>, &Buffer)> {
-        self.shining().filter(|(_, rows)| !rows.has_layer).map(|(light, rows)| (light, &rows.layer)).collect()
+        self.active().filter(|(_, rows)| !rows.has_layer).map(|(light, rows)| (light, &rows.layer)).collect()
     }
 
     /// Where the edges of a light's shadows are counted.
@@ -288,109 +288,109 @@ impl Lights {
         &self.rows[light.index as usize].shadow_groups
     }
 
-    /// Pixels at the edges of the shadows of each light that shines, added up.
+    /// Pixels at the edges of the shadows of each active light, added up.
     pub(super) fn shadow_edge_count(&self) -> Result<u64> {
-        let counts = self.shining().map(|(_, rows)| Antialias::counted(&rows.shadow_groups).map(u64::from));
+        let counts = self.active().map(|(_, rows)| Antialias::counted(&rows.shadow_groups).map(u64::from));
         counts.sum()
     }
 
-    /// Emission and form factors of each light that shines.
+    /// Emission and form factors of each active light.
     pub(super) fn factors(&self) -> Vec<(Vec3, &Buffer)> {
         self.emitting(|rows| Some(&rows.factors))
     }
 
-    /// Lights that shine, as the hierarchy takes them.
+    /// Active lights, as the hierarchy takes them.
     pub(super) fn cluster_lights(&self) -> Vec<ClusterLight<'_>> {
-        self.shining().map(|(_, rows)| cluster_light(rows)).collect()
+        self.active().map(|(_, rows)| cluster_light(rows)).collect()
     }
 
     /// Those whose clusters are out of date.
     pub(super) fn without_clusters(&self) -> Vec<ClusterLight<'_>> {
-        let due = self.shining().filter(|(_, rows)| !rows.has_clusters);
+        let due = self.active().filter(|(_, rows)| !rows.has_clusters);
         due.map(|(_, rows)| cluster_light(rows)).collect()
     }
 
-    /// Emission and clusters of each light that shines.
+    /// Emission and clusters of each active light.
     pub(super) fn clusters(&self) -> Vec<(Vec3, &Buffer)> {
         self.emitting(|rows| Some(&rows.clusters))
     }
 
-    /// Emission and layer of each light that shines.
+    /// Emission and layer of each active light.
     pub(super) fn layers(&self) -> Vec<(Vec3, &Buffer)> {
         self.emitting(|rows| Some(&rows.layer))
     }
 
-    /// Shares of the shining lights that have form factors, and a layer; 1 where none shines.
+    /// Shares of the active lights that have form factors, and a layer; 1 if none is active.
     pub(super) fn unchanged(&self) -> [f64; 2] {
-        let shining = self.shining().count().max(1) as f64;
-        [self.without_factors().len(), self.without_layer().len()].map(|due| 1.0 - due as f64 / shining)
+        let active = self.active().count().max(1) as f64;
+        [self.without_factors().len(), self.without_layer().len()].map(|due| 1.0 - due as f64 / active)
     }
 
-    /// The lights that shine.
-    pub(super) fn shining_sources(&self) -> impl Iterator<Item = &LightSource> {
-        self.sources.iter().filter(|source| shines(source))
+    /// The active lights.
+    pub(super) fn active_sources(&self) -> impl Iterator<Item = &LightSource> {
+        self.sources.iter().filter(|source| is_active(source))
     }
 
-    /// Lights that shine and whose form factors and layer are those of the light as it is, with both, and its number.
+    /// Active lights whose form factors and layer are those of the light as it is, with both, and its number.
     pub(super) fn traced(&self) -> impl Iterator<Item = (&LightSource, [&Buffer; 2], u32)> {
-        let traced = self.shining().filter(|(_, rows)| rows.has_factors && rows.has_layer);
+        let traced = self.active().filter(|(_, rows)| rows.has_factors && rows.has_layer);
         traced.map(|(light, rows)| {
             (&self.sources[light.index as usize], [&rows.factors, &rows.layer], light.index)
         })
     }
 
-    /// Lights that shine and whose beams are to be traced, their form factors, and where beams go; none where nothing may shine.
+    /// Active lights whose beams are to be traced, their form factors, and where beams go; none if nothing may be glossy.
     pub(super) fn without_beams(&self) -> Vec<(OneLight<'_>, &Buffer, GlossLight<'_>)> {
-        let due = self.shining().filter(|(_, rows)| !rows.has_factors);
+        let due = self.active().filter(|(_, rows)| !rows.has_factors);
         due.filter_map(|(light, rows)| Some((light, &rows.factors, gloss_light(light, rows)?))).collect()
     }
 
-    /// Lights that shine and whose highlights are to be traced, with where they go; none where nothing may shine.
+    /// Active lights whose highlights are to be traced, with where they go; none if nothing may be glossy.
     pub(super) fn without_highlights(&self) -> Vec<(OneLight<'_>, &Buffer)> {
-        let due = self.shining().filter(|(_, rows)| !rows.has_highlights);
+        let due = self.active().filter(|(_, rows)| !rows.has_highlights);
         due.filter_map(|(light, rows)| Some((light, rows.highlights.as_ref()?))).collect()
     }
 
-    /// Lights that shine and whose slots are out of date, as their clusters are; none where nothing may shine.
+    /// Active lights whose slots are out of date, as their clusters are; none if nothing may be glossy.
     pub(super) fn without_slots(&self) -> Vec<GlossLight<'_>> {
-        let due = self.shining().filter(|(_, rows)| !rows.has_clusters);
+        let due = self.active().filter(|(_, rows)| !rows.has_clusters);
         due.filter_map(|(light, rows)| gloss_light(light, rows)).collect()
     }
 
-    /// Lights that shine and whose hits are out of date; none where nothing may shine.
+    /// Active lights whose hits are out of date; none if nothing may be glossy.
     pub(super) fn without_hits(&self) -> Vec<GlossLight<'_>> {
-        let due = self.shining().filter(|(_, rows)| !rows.has_hits);
+        let due = self.active().filter(|(_, rows)| !rows.has_hits);
         due.filter_map(|(light, rows)| gloss_light(light, rows)).collect()
     }
 
-    /// Emission and slots of each light that shines; none where nothing may shine.
+    /// Emission and slots of each active light; none if nothing may be glossy.
     pub(super) fn slots(&self) -> Vec<(Vec3, &Buffer)> {
         self.emitting(|rows| rows.slots.as_ref())
     }
 
-    /// Emission and hits of each light that shines; none where nothing may shine.
+    /// Emission and hits of each active light; none if nothing may be glossy.
     pub(super) fn hits(&self) -> Vec<(Vec3, &Buffer)> {
         self.emitting(|rows| rows.hits.as_ref())
     }
 
-    /// Emission and highlights of each light that shines; none where nothing may shine.
+    /// Emission and highlights of each active light; none if nothing may be glossy.
     pub(super) fn highlights(&self) -> Vec<(Vec3, &Buffer)> {
         self.emitting(|rows| rows.highlights.as_ref())
     }
 
-    /// Emission of each light that shines, and a buffer of it, if it has that.
+    /// Emission of each active light, and a buffer of it, if it has that.
     fn emitting(&self, buffer: impl Fn(&Rows) -> Option<&Buffer>) -> Vec<(Vec3, &Buffer)> {
-        self.shining().filter_map(|(light, rows)| Some((self.emission(light), buffer(rows)?))).collect()
+        self.active().filter_map(|(light, rows)| Some((self.emission(light), buffer(rows)?))).collect()
     }
 
     fn emission(&self, light: OneLight<'_>) -> Vec3 {
         self.sources[light.index as usize].emission
     }
 
-    fn shining(&self) -> impl Iterator<Item = (OneLight<'_>, &Rows)> {
+    fn active(&self) -> impl Iterator<Item = (OneLight<'_>, &Rows)> {
         let lights = self.sources.iter().zip(&self.rows);
-        let shining = (0..).zip(lights).filter(|(_, (source, _))| self.traces_all || shines(source));
-        shining.map(|(index, (source, rows))| {
+        let active = (0..).zip(lights).filter(|(_, (source, _))| self.traces_all || is_active(source));
+        active.map(|(index, (source, rows))| {
             let light = OneLight::new(&self.table, index, source);
             (OneLight { traces_all: self.traces_all, ..light }, rows)
         })

@@ -22,7 +22,7 @@ mod resize;
 mod resolution;
 mod scope;
 mod seen;
-mod shine;
+mod gloss;
 mod skips;
 mod steps;
 mod stored;
@@ -57,7 +57,7 @@ use needs::{Gathering, Needs};
 use precompute::Precomputed;
 use report::FrameWatch;
 use scope::Scopes;
-use shine::Shine;
+use gloss::GlossPasses;
 use std::sync::Arc;
 use std::time::Instant;
 use views::Views;
@@ -90,8 +90,8 @@ pub struct Renderer {
     tight_parts: u32,
     gather: Gather,
     needs: Needs,
-    /// None where no material may shine.
-    shine: Option<Shine>,
+    /// None where no material may be glossy.
+    gloss: Option<GlossPasses>,
     blend: Blend,
     splat: Splat,
     pixel_colours: PixelColours,
@@ -101,7 +101,7 @@ pub struct Renderer {
     /// Of direct and indirect light in the picture.
     shares: [f32; 2],
     cluster_tables: ClusterTables,
-    /// None where no material may shine: then rays ask for clusters no more.
+    /// None where no material may be glossy: then rays ask for clusters no more.
     clusters: Option<ClusterBuffers>,
     closed: ClosedPlaces,
     statistics: Statistics,
@@ -133,13 +133,13 @@ impl Renderer {
         let direct = Direct::new(context, size, antialias.room.slots)?;
         let form_factors = FormFactors::new(context, &made.buffers, &made.entry_points, made.area_m2)?;
         let factor_count = form_factors.point_count();
-        let shines = made.gloss.is_some();
+        let is_glossy = made.gloss.is_some();
         let near_lamps = near_lamps::near_lamps(context, &scene, &made)?;
         let (paths, bits) = ((factor_count, made.area_m2), made.code.cluster_bits);
-        let shine = |tables| Shine::new(context, &scene, &made.buffers, tables, paths, bits);
-        let shine = made.gloss.as_ref().map(shine).transpose()?;
+        let gloss = |tables| GlossPasses::new(context, &scene, &made.buffers, tables, paths, bits);
+        let gloss = made.gloss.as_ref().map(gloss).transpose()?;
         let mut pyramid =
-            Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2, shines)?;
+            Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2, is_glossy)?;
         let views = Views::new(context, made.views.take(), &made.hvds, &mut pyramid)?;
         pyramid.make_room_for_parts(context, made.near_parts.len() as u32)?;
         let reads = scope::reads(&made, &views, &pyramid)?;
@@ -150,7 +150,7 @@ impl Renderer {
         ));
         let scopes = Scopes::new(context, &mut made, &reads)?;
         let counts = [factor_count, direct.point_count(), pyramid.base_count()];
-        let gloss_room = shine.as_ref().map(Shine::room);
+        let gloss_room = gloss.as_ref().map(GlossPasses::room);
         let (points, hemisphere) = (made.point_count, made.hemisphere);
         let gather = Gather::of_bundles(
             context,
@@ -159,7 +159,7 @@ impl Renderer {
             made.bundles,
             hemisphere,
             made.code,
-            shines,
+            is_glossy,
         )?;
         let mut renderer = Self {
             context: context.clone(),
@@ -190,8 +190,8 @@ impl Renderer {
             gather,
             blend: Blend::new(context, &made.neighbourhoods)?,
             splat: Splat::new(context, made.point_count, size)?,
-            shine,
-            compose: Compose::new(context, &made.buffers, size, shines)?,
+            gloss,
+            compose: Compose::new(context, &made.buffers, size, is_glossy)?,
             tonemap: Tonemap::new(context, pixels)?,
             exposure_stops: 0.0,
             shares: [1.0, 1.0],
@@ -262,11 +262,11 @@ impl Renderer {
                 rec.barrier(COMPUTE_TO_COMPUTE);
             }
         }
-        if let (Some(shine), Some(clusters), true) = (&self.shine, &self.clusters, stages.lobes) {
-            shine.record_rays(rec, &self.buffers, clusters, pixels, &self.view);
+        if let (Some(gloss), Some(clusters), true) = (&self.gloss, &self.clusters, stages.lobes) {
+            gloss.record_rays(rec, &self.buffers, clusters, pixels, &self.view);
         }
-        if let Some(shine) = &self.shine {
-            shine.record_highlights(rec, &self.buffers, &self.lights, self.view.position);
+        if let Some(gloss) = &self.gloss {
+            gloss.record_highlights(rec, &self.buffers, &self.lights, self.view.position);
         }
         if !self.lights.without_layer().is_empty() {
             self.record_layers(rec);
@@ -290,8 +290,8 @@ impl Renderer {
             }
             pass.barrier(COMPUTE_TO_COMPUTE);
             drop(pass);
-            if let Some(shine) = &self.shine {
-                shine.record_beams(rec, &self.buffers, &self.lights);
+            if let Some(gloss) = &self.gloss {
+                gloss.record_beams(rec, &self.buffers, &self.lights);
             }
         }
         if stages.scan {
@@ -300,14 +300,14 @@ impl Renderer {
         }
         if stages.energy {
             let materials = &self.buffers.materials;
-            if let Some(shine) = &self.shine {
-                shine.record_entries(rec, materials, &self.lights);
+            if let Some(gloss) = &self.gloss {
+                gloss.record_entries(rec, materials, &self.lights);
             }
             let scope = self.scopes.of(self.skips);
             self.record_flux(rec, scope, &self.lights.without_clusters());
-            if let Some(shine) = &self.shine {
+            if let Some(gloss) = &self.gloss {
                 let deposits = self.path_scan.deposits.whole();
-                shine.record_clusters(rec, stages, materials, &self.pyramid, deposits, &self.lights);
+                gloss.record_clusters(rec, stages, materials, &self.pyramid, deposits, &self.lights);
             }
             self.record_near_field(rec, scope);
         }
@@ -328,9 +328,9 @@ impl Renderer {
             self.splat.record_apply(rec, &self.primary.pixels, &self.blend.records);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
-        if let Some(shine) = self.shine.as_ref().filter(|_| stages.shine) {
+        if let Some(gloss) = self.gloss.as_ref().filter(|_| stages.gloss) {
             let deposits = self.path_scan.deposits.whole();
-            shine.record_pixels(rec, &self.buffers, pixels, &self.pyramid, deposits, &self.lights);
+            gloss.record_pixels(rec, &self.buffers, pixels, &self.pyramid, deposits, &self.lights);
         }
         if stages.compose {
             self.compose.record(rec, &self.buffers, self.irradiances(), self.shares);

@@ -13,19 +13,19 @@ pub(super) type NearFactors = (Buffer, u32);
 
 /// Entry points by place.
 pub(super) fn near_lamps(context: &Arc<Context>, scene: &Scene, made: &Precomputed) -> Result<NearLamps> {
-    let may_shine = |material: u32| scene.materials[material as usize].may_shine();
-    NearLamps::new(context, &made.entry_points, &made.surfaces, may_shine, made.area_m2)
+    let may_be_glossy = |material: u32| scene.materials[material as usize].may_be_glossy();
+    NearLamps::new(context, &made.entry_points, &made.surfaces, may_be_glossy, made.area_m2)
 }
 
 impl Renderer {
     /// Finds what becomes of the form factors beside such lamps. Device time, milliseconds.
     pub(super) fn find_near_lamps(&mut self) -> Result<f64> {
         let mut device_ms = 0.0;
-        let (surfaces, shine) = (&self.surfaces, &self.shine);
+        let (surfaces, gloss) = (&self.surfaces, &self.gloss);
         let is_diffuse = |side: u32| {
             let surface = &surfaces[side as usize / 2];
-            let may_shine = shine.as_ref().is_some_and(|shine| shine.may_shine(surface.material as usize));
-            surface.side_is_active(side % 2 == 1) && !may_shine
+            let may_be_glossy = gloss.as_ref().is_some_and(|gloss| gloss.may_be_glossy(surface.material as usize));
+            surface.side_is_active(side % 2 == 1) && !may_be_glossy
         };
         let near = &self.near_lamps;
         let tracer = (&self.closed.rays, &self.buffers);

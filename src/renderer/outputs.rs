@@ -143,7 +143,7 @@ impl Renderer {
 
 /// The buffers between the stages of a frame.
 pub struct StageBuffers<'a> {
-    /// What all light in them is to be multiplied with: where a single light shines, its emission.
+    /// What all light in them is to be multiplied with: where a single light is active, its emission.
     pub tint: Vec3,
     /// `Deposit`s in cluster order.
     pub deposits: &'a Parts,

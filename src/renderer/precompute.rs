@@ -70,12 +70,12 @@ pub(super) struct Precomputed {
     pub(super) bundles: RayBundles,
     /// None where nothing hides a part of a cluster that is read.
     pub(super) views: Option<ViewTables>,
-    /// None where no material may shine.
+    /// None where no material may be glossy.
     pub(super) gloss: Option<GlossTables>,
     pub(super) hemisphere: Hemisphere,
     pub(super) code: GatherCode,
     pub(super) cluster_tables: ClusterTables,
-    /// None where no material may shine: then rays ask for clusters no more.
+    /// None where no material may be glossy: then rays ask for clusters no more.
     pub(super) clusters: Option<ClusterBuffers>,
     pub(super) closed: ClosedPlaces,
     pub(super) near_clusters: Vec<NearCluster>,
@@ -310,7 +310,7 @@ pub(super) fn precompute(
         statistics.counts.insert("directions of the sphere".into(), u64::from(outgoing.count()));
         statistics.counts.extend(gloss.counts());
     }
-    let shines = gloss.is_some();
+    let is_glossy = gloss.is_some();
     Ok(Precomputed {
         buffers,
         surfaces,
@@ -330,7 +330,7 @@ pub(super) fn precompute(
         hemisphere,
         code,
         cluster_tables,
-        clusters: shines.then_some(clusters),
+        clusters: is_glossy.then_some(clusters),
         closed: ClosedPlaces { solids, groups: closed, rays: tracer, order: bvh.order, is_due: false },
         near_clusters,
         near_parts: near_hits.entries,

@@ -108,7 +108,7 @@ pub struct FrameReport {
     pub rays: BTreeMap<&'static str, u64>,
     /// Records that were gathered for the picture; those that were gathered ahead of them do not count.
     pub gathered: u32,
-    /// Share of the shining lights whose form factors stood, and of those whose layer of the picture did, 0..=1.
+    /// Share of the active lights whose form factors stood, and of those whose layer of the picture did, 0..=1.
     pub lights_unchanged: [f64; 2],
 }
 

@@ -34,19 +34,19 @@ impl Renderer {
         let primary = Primary::new(context, pixel_count)?;
         let pixel_colours = PixelColours::new(context, buffers, pixel_count, slots)?;
         let splat = Splat::new(context, self.gather.point_count(), size)?;
-        let compose = Compose::new(context, buffers, size, self.shine.is_some())?;
+        let compose = Compose::new(context, buffers, size, self.gloss.is_some())?;
         let tonemap = Tonemap::new(context, pixel_count)?;
         let quality = &self.scene.quality;
         let paths = (self.gather.code.cluster_bits, quality.entry_points > 0);
         let of_gloss = |_| GlossPixels::new(context, buffers, pixel_count, quality.gloss_rays, paths);
-        let of_gloss = self.shine.as_ref().map(of_gloss).transpose()?;
+        let of_gloss = self.gloss.as_ref().map(of_gloss).transpose()?;
         let capacity = of_gloss.as_ref().map(|pixels| pixels.capacity);
         let layers = self.lights.new_layers(direct.point_count(), capacity)?;
 
         // Nothing fails from here on.
         self.lights.take_layers(layers);
-        if let (Some(shine), Some(pixels)) = (&mut self.shine, of_gloss) {
-            shine.pixels = pixels;
+        if let (Some(gloss), Some(pixels)) = (&mut self.gloss, of_gloss) {
+            gloss.pixels = pixels;
         }
         (self.antialias, self.direct, self.primary) = (antialias, direct, primary);
         (self.pixel_colours, self.splat) = (pixel_colours, splat);

@@ -9,14 +9,14 @@ use crate::scene::{Material, Scene};
 use crate::types::Grid;
 use glam::Vec3;
 
-/// Directions in which clusters that shine are read at most, unless more are asked for: enough for exponents up to 1 420. Each that a gather
+/// Directions in which glossy clusters are read at most, unless more are asked for: enough for exponents up to 1 420. Each that a gather
 /// ray reads takes 28 bytes and 12 more a light, so that there are not many more of them than rays that read them.
 const MOST_DIRECTIONS: u32 = 1 << 12;
 
-/// Directions in which clusters that shine are read at least, unless fewer are asked for.
+/// Directions in which glossy clusters are read at least, unless fewer are asked for.
 const LEAST_DIRECTIONS: u32 = 64;
 
-/// Directions in which clusters that shine are read: more than asked for where that resolves the sharpest lobe, and fewer where all lobes
+/// Directions in which glossy clusters are read: more than asked for where that resolves the sharpest lobe, and fewer where all lobes
 /// are a little broad gloss: that is smooth, and each direction costs as much as another. Where a material is editable, as many as asked for
 /// at least, because its picture must not depend on what it was at load.
 pub(super) fn outgoing_directions(materials: &[Material], directions: Directions) -> Directions {

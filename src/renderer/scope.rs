@@ -117,7 +117,7 @@ impl Scopes {
     }
 }
 
-/// What something reads. Where pixels may shine, their rays may read any cluster.
+/// What something reads. Where pixels may be glossy, their rays may read any cluster.
 pub(super) fn reads(made: &Precomputed, views: &Views, pyramid: &Pyramid) -> Result<Reads> {
     if made.gloss.is_some() {
         return Ok(Reads::all(made.hvds.cluster_count()));
@@ -152,23 +152,23 @@ pub(super) fn unread(made: &Precomputed, reads: &Reads, directions: Directions) 
     let taken = (0..wholes.len()).filter(is_taken).map(vertices).sum();
     note("path vertices whose flux nothing takes", taken, (0..wholes.len()).map(vertices).sum());
     if let Some(gloss) = &made.gloss {
-        let all = shining_clusters(gloss, &made.hvds) * directions.count() as usize;
-        note("outgoing directions of shining clusters that nothing reads", gloss.slots.len().min(all), all);
+        let all = glossy_clusters(gloss, &made.hvds) * directions.count() as usize;
+        note("outgoing directions of glossy clusters that nothing reads", gloss.slots.len().min(all), all);
     }
     unread
 }
 
-/// Clusters of all levels that hold what may shine.
-fn shining_clusters(gloss: &GlossTables, hvds: &Hvds) -> usize {
-    let mut shines = vec![false; hvds.cluster_count() as usize];
-    for (shines, &shift) in shines.iter_mut().zip(&gloss.shifts) {
-        *shines = shift != NO_ENTRY;
+/// Clusters of all levels that hold what may be glossy.
+fn glossy_clusters(gloss: &GlossTables, hvds: &Hvds) -> usize {
+    let mut is_glossy = vec![false; hvds.cluster_count() as usize];
+    for (is_glossy, &shift) in is_glossy.iter_mut().zip(&gloss.shifts) {
+        *is_glossy = shift != NO_ENTRY;
     }
-    for cluster in 0..shines.len() {
+    for cluster in 0..is_glossy.len() {
         let parent = hvds.parents[cluster];
         if parent != NO_CLUSTER {
-            shines[parent as usize] |= shines[cluster];
+            lobe_radiances[parent as usize] |= lobe_radiances[cluster];
         }
     }
-    shines.into_iter().filter(|shines| *shines).count()
+    is_glossy.into_iter().filter(|is_glossy| *is_glossy).count()
 }

@@ -15,14 +15,14 @@ impl Renderer {
     /// number is returned, too.
     pub(super) fn skipped_light(&self) -> Result<(BTreeMap<String, f64>, u64)> {
         let mut skipped = BTreeMap::new();
-        let shining: Vec<&LightSource> = self.lights.shining_sources().collect();
+        let active: Vec<&LightSource> = self.lights.active_sources().collect();
         let lights = f64::from(self.lights.count());
         if lights > 0.0 {
-            skipped.insert("lights that are off or black".into(), 1.0 - shining.len() as f64 / lights);
+            skipped.insert("lights that are off or black".into(), 1.0 - active.len() as f64 / lights);
         }
         let points = self.form_factors.entry_points()?;
         let (mut rays, mut turned_away) = (0_u64, 0_u64);
-        for light in shining {
+        for light in active {
             let step = (points.len() * light.samples as usize).div_ceil(ASKED);
             for point in points.iter().step_by(step.max(1)) {
                 let normal = self.normal(point.side);

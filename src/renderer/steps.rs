@@ -62,7 +62,7 @@ impl Renderer {
             materials: &self.buffers.materials,
             irradiance: &self.pyramid.irradiance,
             inverse_areas: &self.pyramid.inverse_areas,
-            gloss: self.shine.as_ref().map(|shine| &shine.clusters),
+            gloss: self.gloss.as_ref().map(|gloss| &gloss.clusters),
         }
     }
 
@@ -98,7 +98,7 @@ impl Renderer {
             pixels: &self.primary.pixels,
             direct: &self.direct.irradiance,
             indirect: &self.splat.irradiance,
-            gloss: self.shine.as_ref().map(|shine| &shine.pixels.radiance),
+            gloss: self.gloss.as_ref().map(|gloss| &gloss.pixels.radiance),
             antialias: &self.antialias,
             colours: &self.pixel_colours,
             tint: self.lights.tint,

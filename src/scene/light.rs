@@ -12,7 +12,7 @@ pub struct Light {
     pub name: String,
     /// What and where it is.
     pub kind: LightKind,
-    /// Whether it shines. One that is off keeps its place, and can be switched on.
+    /// Whether it is on. One that is off keeps its place, and can be switched on.
     pub is_on: bool,
 }
 

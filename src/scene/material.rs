@@ -44,7 +44,7 @@ impl Material {
     }
 
     /// Whether it has a Phong lobe or may get one at run time.
-    pub fn may_shine(&self) -> bool {
+    pub fn may_be_glossy(&self) -> bool {
         self.editable || self.specular != Vec3::ZERO
     }
 

@@ -16,7 +16,7 @@ pub struct Quality {
     pub gather_rays: u32,
     /// Discretised outgoing directions of glossy cells.
     pub directions: u32,
-    /// Rays of a pixel that shines into its Phong lobe.
+    /// Rays of a glossy pixel into its Phong lobe.
     pub gloss_rays: u32,
     /// Base cells of the volumetric hierarchy along the scene's longest axis: a power of two.
     pub cells: u32,

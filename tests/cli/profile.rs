@@ -155,8 +155,8 @@ fn a_trace_holds_every_pass_within_its_submission() {
     assert!(said.contains("without a name"), "{said}");
 }
 
-/// The Box at a small size; its teapot shines.
-fn shining_box() -> Scene {
+/// The Box at a small size; its teapot is glossy.
+fn glossy_box() -> Scene {
     let set = [
         "camera.size=[40,30]",
         "quality.entry_points=3000",
@@ -174,7 +174,7 @@ fn shining_box() -> Scene {
 #[test]
 fn a_pass_alone_does_what_it_does_in_frames_and_leaves_the_picture() {
     let context = context();
-    let mut renderer = Renderer::new(&context, shining_box(), &mut Silent).unwrap();
+    let mut renderer = Renderer::new(&context, glossy_box(), &mut Silent).unwrap();
     renderer.frame().unwrap();
     renderer.force(Work::Everything);
     let frame = renderer.frame().unwrap();
@@ -182,7 +182,7 @@ fn a_pass_alone_does_what_it_does_in_frames_and_leaves_the_picture() {
     let mut names: Vec<&str> = frame.passes.iter().map(|pass| pass.name).collect();
     names.sort_unstable();
     names.dedup();
-    assert!(names.len() > 20, "shining scenes have nearly all passes: {names:?}");
+    assert!(names.len() > 20, "glossy scenes have nearly all passes: {names:?}");
     for name in names {
         for _ in 0..2 {
             let alone = renderer.repeat(name).unwrap();
@@ -230,7 +230,7 @@ fn a_pass_alone_is_timed_as_often_as_asked() {
     ] {
         assert!(text.contains(words), "{words} in {text}");
     }
-    // A pass that exists, in scenes that shine.
+    // A pass that exists, in scenes with gloss.
     assert_refused(&repeat("gloss_rays", "7"), 2, &["gloss_rays", "cube", "primary", "tonemap"]);
     assert_eq!(listing(&folder), [""; 0]);
 }

@@ -17,12 +17,12 @@ pub const TINY: Quality = Quality {
     ..Quality::DRAFT
 };
 
-/// The Box with a teapot that may be edited, and so may shine; or in which nothing may.
-pub fn scene(may_shine: bool) -> Scene {
+/// The Box with a teapot that may be edited, and so may be glossy; or in which nothing may.
+pub fn scene(may_be_glossy: bool) -> Scene {
     let options = LoadOptions { set: vec!["camera.size=[40,30]".to_owned()], ..LoadOptions::default() };
     let mut scene = Scene::load("box", &options).unwrap();
     let teapot = scene.materials.iter_mut().find(|material| material.name == "teapot").unwrap();
-    teapot.editable = may_shine;
+    teapot.editable = may_be_glossy;
     scene
 }
 
@@ -81,7 +81,7 @@ impl Dice {
 /// Everything that can be edited, as it should stand. An edit is one arm of [`State::edit`] and one line of [`State::cold`]:
 /// a new one is added there.
 pub struct State {
-    pub may_shine: bool,
+    pub may_be_glossy: bool,
     pub lights: Vec<(Light, bool)>,
     pub materials: Vec<Material>,
     pub camera: Vec3,
@@ -91,7 +91,7 @@ impl State {
     pub fn of(renderer: &Renderer) -> Self {
         let scene = renderer.scene();
         Self {
-            may_shine: scene.materials.iter().any(Material::may_shine),
+            may_be_glossy: scene.materials.iter().any(Material::may_be_glossy),
             lights: scene.lights.iter().map(|light| (light.clone(), true)).collect(),
             materials: scene.materials.clone(),
             camera: scene.cameras[0].position,
@@ -146,7 +146,7 @@ impl State {
                 3 => Work::Material,
                 _ => light.map_or(Work::Colour, Work::Light),
             }),
-            (11, _) if self.may_shine => {
+            (11, _) if self.may_be_glossy => {
                 let teapot = self.materials.iter().position(|material| material.editable).unwrap();
                 let material = &mut self.materials[teapot];
                 // Diffuse, or with a lobe from broad to sharp.

@@ -55,7 +55,7 @@ fn made(world: &World) -> [Vec<u8>; 4] {
 
 #[test]
 fn lists_behind_addresses_are_the_lists() {
-    for mut world in [World::room(), World::textured_shining_room()] {
+    for mut world in [World::room(), World::textured_glossy_room()] {
         let bound = made(&world);
         let context = world.context.clone();
         let [nodes, triangles, surfaces] =

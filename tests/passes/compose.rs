@@ -11,7 +11,7 @@ use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::antialias::{EdgeSample, NO_EDGE};
 use lightpaths::passes::frame::compose::{Compose, Irradiances};
-use lightpaths::passes::frame::gloss_pixels::GlossShine;
+use lightpaths::passes::frame::gloss_pixels::GlossRadiance;
 use lightpaths::passes::frame::pixel_colours::POINTS;
 use lightpaths::scene::shapes;
 use lightpaths::types::{NO_SIDE, PixelSurface};
@@ -92,10 +92,10 @@ fn pictures_equal_the_reference_in(world: &World) {
         let indirect: Vec<Vec3> = frame.pixels.iter().map(|_| 1.0 + random.cube()).collect();
         let buffer = Buffer::from_slice(&world.context, "indirect", &indirect).unwrap();
         let pass = Compose::new(&world.context, &world.buffers, size, true).unwrap();
-        let shine =
-            |random: &mut Random| GlossShine { direct: 1.0 + random.cube(), indirect: 1.0 + random.cube() };
-        let shine: Vec<GlossShine> = frame.pixels.iter().map(|_| shine(&mut random)).collect();
-        let gloss = Buffer::from_slice(&world.context, "gloss radiance", &shine).unwrap();
+        let gloss =
+            |random: &mut Random| GlossRadiance { direct: 1.0 + random.cube(), indirect: 1.0 + random.cube() };
+        let gloss: Vec<GlossRadiance> = frame.pixels.iter().map(|_| gloss(&mut random)).collect();
+        let gloss = Buffer::from_slice(&world.context, "gloss radiance", &gloss).unwrap();
         let irradiances = Irradiances {
             pixels: &frame.buffers[0],
             direct: &frame.buffers[1],
@@ -121,15 +121,15 @@ fn pictures_equal_the_reference_in(world: &World) {
             }
             let albedo = world.materials[material_of(side) as usize].diffuse * colour.as_vec3();
             let light = irradiances.tint;
-            // A pixel's shine is that of its centre's material.
+            // A pixel's gloss is that of its centre's material.
             let centre = frame.pixels[pixel].side;
             let is_own = centre != NO_SIDE && material_of(centre) == material_of(side);
-            let shine = shine[if is_own { pixel } else { source }];
+            let gloss = gloss[if is_own { pixel } else { source }];
             cpu::compose::compose(
                 albedo,
                 share[0] * light * direct,
                 share[1] * weight * light * indirect[source],
-                weight * light * (share[0] * shine.direct + share[1] * shine.indirect),
+                weight * light * (share[0] * gloss.direct + share[1] * gloss.indirect),
             )
         };
         let count = frame.samples_per_edge(frame.edge_count());

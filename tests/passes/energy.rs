@@ -158,19 +158,19 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
         let entry_area_m2 = 0.01;
         let rows: Vec<Vec<f32>> =
             (0..light_count).map(|_| (0..PATHS).map(|_| 50.0 * random.unit()).collect()).collect();
-        let shines = light_count % 2 == 1;
+        let is_glossy = light_count % 2 == 1;
         let mut behind = |row: &Vec<f32>| -> Vec<Vec3> {
-            row.iter().map(|&f| if shines { f * (1.0 + random.cube()) } else { Vec3::splat(f) }).collect()
+            row.iter().map(|&f| if is_glossy { f * (1.0 + random.cube()) } else { Vec3::splat(f) }).collect()
         };
         let carried: Vec<Vec<Vec3>> = rows.iter().map(&mut behind).collect();
         let emissions: Vec<Vec3> = rows.iter().map(|_| 1.5 + random.cube()).collect();
 
-        let pyramid = Pyramid::new(&context, &hvds, &first_deposits, entry_area_m2, shines).unwrap();
+        let pyramid = Pyramid::new(&context, &hvds, &first_deposits, entry_area_m2, is_glossy).unwrap();
         let all = ClusterLists::all(&context, &hvds.levels).unwrap();
         assert_eq!(pyramid.base_count(), count);
         let lights = || -> Vec<OneLight> {
             let rows = rows.iter().zip(&carried);
-            rows.map(|(row, carried)| light(&context, row, shines.then_some(carried), count)).collect()
+            rows.map(|(row, carried)| light(&context, row, is_glossy.then_some(carried), count)).collect()
         };
         let (lights, alone) = (lights(), lights());
         let deposit_buffer = Parts::cut(&context, "deposits", &deposits, u32::MAX).unwrap();

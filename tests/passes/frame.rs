@@ -108,7 +108,7 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
     expect(renderer, "a light is removed", recoloured);
 
     renderer.move_camera(Vec3::new(0.1, 0.0, 0.4), Vec3::ZERO);
-    expect(renderer, "the camera moves, no light shines", &[view, &["splat"], PICTURE]);
+    expect(renderer, "the camera moves, no light is active", &[view, &["splat"], PICTURE]);
     renderer.set_light(0, kind).unwrap();
     expect(renderer, "light again", &[&[BATCHES], &moved[..]].concat());
     renderer.move_camera(Vec3::new(0.2, 0.0, 0.4), Vec3::ZERO);
@@ -195,7 +195,7 @@ fn lights_that_stay_trace_nothing() {
 
 /// A light that the scene has off is traced by nothing until it is switched on.
 #[test]
-fn lights_that_the_scene_has_off_do_not_shine() {
+fn lights_that_the_scene_has_off_emit_nothing() {
     let context = context();
     let mut scene = scene();
     scene.lights.push(Light { name: "off".to_owned(), kind: area_light(Vec3::ONE), is_on: false });

@@ -1,14 +1,14 @@
-//! Surfaces that shine: the tables, and the light that clusters send towards directions.
+//! Glossy surfaces: the tables, and the light that clusters send towards directions.
 
 use crate::common::assert_silent;
 use crate::gloss_readers::{
-    gathered_slots_equal_the_reference, pixels_of_what_shines_equal_the_reference,
+    gathered_slots_equal_the_reference, pixels_of_glossy_surfaces_equal_the_reference,
     pixels_read_the_slots_of_broad_lobes,
 };
 use crate::world::{Random, SUM, World, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu::direct::lit_samples;
-use lightpaths::cpu::gloss::{Beam, reflected_flux, shine};
+use lightpaths::cpu::gloss::{Beam, reflected_flux, gloss};
 use lightpaths::cpu::hemisphere::{Strata, frame};
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
@@ -30,8 +30,8 @@ pub(crate) const SEED: u32 = 3;
 pub(crate) const DIRECTIONS: Directions = Directions { side: 12 };
 pub(crate) const HEMISPHERE: Hemisphere = Hemisphere { rings: 4, sectors: 16 };
 
-/// A shining room, precomputed as far as the passes of gloss need it.
-pub(crate) struct Shining {
+/// A glossy room, precomputed as far as the passes of gloss need it.
+pub(crate) struct Glossy {
     pub(crate) world: World,
     pub(crate) entry_points: Vec<PathVertex>,
     pub(crate) paths: LightPaths,
@@ -43,7 +43,7 @@ pub(crate) struct Shining {
     pub(crate) tables: GlossTables,
 }
 
-impl Shining {
+impl Glossy {
     pub(crate) fn new(world: World) -> Self {
         let mut random = Random::new(61);
         let mut entry_points = Vec::new();
@@ -122,13 +122,13 @@ impl Shining {
 }
 
 #[test]
-fn rays_that_meet_what_shines_read_the_direction_that_they_come_from() {
-    let shining = Shining::new(World::shining_room());
+fn rays_that_meet_glossy_surfaces_read_the_direction_that_they_come_from() {
+    let glossy = Glossy::new(World::glossy_room());
     let strata = Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors };
-    let clusters = shining.world.hvds.cluster_count();
+    let clusters = glossy.world.hvds.cluster_count();
     let (mut shiny, mut diffuse, mut inside) = (0, 0, 0);
     let mut bins = HashMap::new();
-    for (index, (before, after)) in shining.traced.iter().zip(&shining.packed).enumerate() {
+    for (index, (before, after)) in glossy.traced.iter().zip(&glossy.packed).enumerate() {
         assert_eq!(before.gradient, after.gradient);
         if before.target == NO_TARGET {
             assert_eq!(after.target, NO_TARGET);
@@ -137,18 +137,18 @@ fn rays_that_meet_what_shines_read_the_direction_that_they_come_from() {
         let unpack = |target: u32, code: GatherCode| {
             (target & ((1 << code.cluster_bits) - 1), target >> code.cluster_bits)
         };
-        let (cluster, material) = unpack(before.target, shining.code);
-        let (read, same) = unpack(after.target, shining.packed_code);
+        let (cluster, material) = unpack(before.target, glossy.code);
+        let (read, same) = unpack(after.target, glossy.packed_code);
         assert_eq!(material, same);
-        if !shining.world.materials[material as usize].may_shine() {
+        if !glossy.world.materials[material as usize].may_be_glossy() {
             diffuse += 1;
             assert_eq!(read, cluster);
             continue;
         }
         shiny += 1;
-        let slot = &shining.tables.slots[(read - clusters) as usize];
+        let slot = &glossy.tables.slots[(read - clusters) as usize];
         let (point, ray) = (index as u32 / strata.rays(), index as u32 % strata.rays());
-        let direction = frame(shining.points[point as usize].normal) * strata.direction(ray, point, SEED);
+        let direction = frame(glossy.points[point as usize].normal) * strata.direction(ray, point, SEED);
         let bin = DIRECTIONS.bin(-direction);
         assert_eq!(slot.cluster, cluster);
         // The mean of directions in a bin is next to it at the farthest.
@@ -160,10 +160,10 @@ fn rays_that_meet_what_shines_read_the_direction_that_they_come_from() {
     }
     assert!(shiny > 3_000 && diffuse > 1_000, "{shiny} of {diffuse}");
     assert!(100 * inside > 97 * shiny, "{inside} of {shiny}");
-    // A scene where nothing shines has no tables.
+    // A scene if nothing is glossy has no tables.
     let world = World::room();
-    assert!(!world.materials.iter().any(Material::may_shine));
-    assert_silent(&shining.world.context);
+    assert!(!world.materials.iter().any(Material::may_be_glossy));
+    assert_silent(&glossy.world.context);
 }
 
 /// A point light, and an area light of more samples than one.
@@ -181,15 +181,15 @@ pub(crate) fn lights() -> Vec<LightSource> {
 }
 
 #[test]
-fn light_on_what_shines_equals_the_reference() {
-    for world in [World::shining_room(), World::textured_shining_room()] {
-        light_on_what_shines_equals_the_reference_in(world);
+fn light_on_glossy_surfaces_equals_the_reference() {
+    for world in [World::glossy_room(), World::textured_glossy_room()] {
+        light_on_glossy_surfaces_equals_the_reference_in(world);
     }
 }
 
-fn light_on_what_shines_equals_the_reference_in(world: World) {
-    let shining = Shining::new(world);
-    let world = &shining.world;
+fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
+    let glossy = Glossy::new(world);
+    let world = &glossy.world;
     let mut random = Random::new(62);
     // Five: one more than a dispatch takes of them.
     let mut lights = lights();
@@ -198,17 +198,17 @@ fn light_on_what_shines_equals_the_reference_in(world: World) {
         lights.push(LightSource { position: moved, emission: 1.0 + random.cube(), ..lights[index] });
     }
     let table = Buffer::from_slice(&world.context, "lights", &lights).unwrap();
-    let path_count = shining.entry_points.len();
+    let path_count = glossy.entry_points.len();
     let area_m2 = 0.017;
     let gloss =
-        Gloss::new(&world.context, &world.buffers, &shining.tables, path_count as u32, area_m2).unwrap();
+        Gloss::new(&world.context, &world.buffers, &glossy.tables, path_count as u32, area_m2).unwrap();
     let mut random_factors = |_: &LightSource| (0..path_count).map(|_| random.unit()).collect();
     let factors: Vec<Vec<f32>> = lights.iter().map(&mut random_factors).collect();
-    let mut deposits = shining.paths.deposits.clone();
+    let mut deposits = glossy.paths.deposits.clone();
     for deposit in &mut deposits {
         deposit.throughput = 0.5 * (1.0 + random.cube());
     }
-    let first = &shining.paths.first_deposits;
+    let first = &glossy.paths.first_deposits;
     let deposits_buffer = Buffer::from_slice(&world.context, "deposits", &deposits).unwrap();
     let runs = deposit_runs(&world.hvds, first);
     let runs_buffer = Buffer::from_slice(&world.context, "deposit runs", &runs).unwrap();
@@ -264,7 +264,7 @@ fn light_on_what_shines_equals_the_reference_in(world: World) {
     for (light, beams) in lights.iter().zip(&beams) {
         let device: Vec<GlossBeam> = beams.read().unwrap();
         let rows = device.chunks_exact(light.samples as usize);
-        for (entry, row) in shining.tables.entries.iter().zip(rows) {
+        for (entry, row) in glossy.tables.entries.iter().zip(rows) {
             let geometry = world.geometry();
             let reference = lit_samples(geometry, light, entry.position, entry.normal, entry.normal, area_m2);
             for (number, beam) in (0..).zip(row) {
@@ -294,12 +294,12 @@ fn light_on_what_shines_equals_the_reference_in(world: World) {
     let reflected: Vec<Vec3> = (0..path_count)
         .map(|path| all.clone().map(|light| flux_of(light, carried[light][path])).sum())
         .collect();
-    for (path, (device, entry)) in reflected.iter().zip(&shining.entry_points).enumerate() {
-        let material = shining.material_of(entry.side);
-        let reference = match world.materials[material].may_shine() {
+    for (path, (device, entry)) in reflected.iter().zip(&glossy.entry_points).enumerate() {
+        let material = glossy.material_of(entry.side);
+        let reference = match world.materials[material].may_be_glossy() {
             true => {
-                let departure = shining.paths.arrivals.departures[path];
-                let colour = unpack_colour(shining.paths.arrivals.entry_colours[path]);
+                let departure = glossy.paths.arrivals.departures[path];
+                let colour = unpack_colour(glossy.paths.arrivals.entry_colours[path]);
                 reflected_flux(&materials[material], colour, &of_paths[path], departure)
             }
             false => all.clone().map(|l| flux_of(l, Vec3::splat(factors[l][path])).as_dvec3()).sum(),
@@ -310,16 +310,16 @@ fn light_on_what_shines_equals_the_reference_in(world: World) {
     let fluxes: Vec<Vec3> = gloss.fluxes.read().unwrap();
     let brightest = fluxes.iter().map(|flux| flux.max_element()).fold(0.0, f32::max);
     assert!(fluxes.len() > 5_000 && brightest > 0.0);
-    let arrivals = &shining.paths.arrivals;
+    let arrivals = &glossy.paths.arrivals;
     let (mut coarse, mut lit) = (0, 0);
     let sent =
         |cluster: u32, toward: DVec3| {
             let mut vertices = Vec::new();
-            for cluster in shining.base_below(cluster) {
+            for cluster in glossy.base_below(cluster) {
                 let run = runs[cluster as usize];
                 for deposit in run.first..run.end {
                     let side = arrivals.sides[deposit as usize];
-                    let material = &materials[shining.material_of(side)];
+                    let material = &materials[glossy.material_of(side)];
                     let (throughput, path) =
                         (deposits[deposit as usize].throughput, deposits[deposit as usize].path());
                     if deposit < run.first_other {
@@ -335,23 +335,23 @@ fn light_on_what_shines_equals_the_reference_in(world: World) {
                     }
                 }
             }
-            shine(vertices, toward)
+            gloss(vertices, toward)
         };
-    for (index, (slot, device)) in shining.tables.slots.iter().zip(&fluxes).enumerate().step_by(7) {
+    for (index, (slot, device)) in glossy.tables.slots.iter().zip(&fluxes).enumerate().step_by(7) {
         coarse += usize::from(slot.cluster >= world.hvds.levels[0].end);
-        let reference = match index.checked_sub(shining.tables.leaf_count as usize) {
+        let reference = match index.checked_sub(glossy.tables.leaf_count as usize) {
             None => sent(slot.cluster, slot.direction.as_dvec3()),
             // Its children, each in the direction in which it is read.
             Some(sum) => {
-                let run = &shining.tables.first_children[sum..sum + 2];
-                let children = &shining.tables.children[run[0] as usize..run[1] as usize];
+                let run = &glossy.tables.first_children[sum..sum + 2];
+                let children = &glossy.tables.children[run[0] as usize..run[1] as usize];
                 let part = |&child: &u32| {
-                    let child = &shining.tables.slots[child as usize];
+                    let child = &glossy.tables.slots[child as usize];
                     assert_eq!(world.hvds.parents[child.cluster as usize], slot.cluster);
                     assert!(child.direction.dot(slot.direction) > 0.8);
                     sent(child.cluster, child.direction.as_dvec3())
                 };
-                match children.iter().all(|&child| child < shining.tables.leaf_count) {
+                match children.iter().all(|&child| child < glossy.tables.leaf_count) {
                     true => children.iter().map(part).sum(),
                     false => children.iter().map(|&child| fluxes[child as usize].as_dvec3()).sum(),
                 }
@@ -361,7 +361,7 @@ fn light_on_what_shines_equals_the_reference_in(world: World) {
         assert_near(*device, reference, SUM, 1e-3 * f64::from(brightest), "slot");
     }
     assert!(coarse > 100 && lit > 500, "{coarse} coarse slots, {lit} with light");
-    let sums: usize = shining.tables.sums.iter().map(ExactSizeIterator::len).sum();
+    let sums: usize = glossy.tables.sums.iter().map(ExactSizeIterator::len).sum();
     assert!(sums > 50, "{sums} slots are sums");
 
     // A light whose part is kept costs a sum, and changes no bit.
@@ -376,36 +376,36 @@ fn light_on_what_shines_equals_the_reference_in(world: World) {
         world.context.run(|rec| gloss.record(rec, materials, paths, light, &emitting("slots"))).unwrap();
     }
     assert!(bits() == among_others);
-    gathered_slots_equal_the_reference(&shining, &gloss, &fluxes);
+    gathered_slots_equal_the_reference(&glossy, &gloss, &fluxes);
     let around = (&runs_buffer, &deposits_buffer, &gloss_lights[..]);
-    pixels_read_the_slots_of_broad_lobes(&shining, &gloss, (around.0, around.1));
-    pixels_of_what_shines_equal_the_reference(&shining, &gloss, around, &emitting("hits"), sent);
+    pixels_read_the_slots_of_broad_lobes(&glossy, &gloss, (around.0, around.1));
+    pixels_of_glossy_surfaces_equal_the_reference(&glossy, &gloss, around, &emitting("hits"), sent);
     assert_silent(&world.context);
 }
 
 /// A light of so many point samples that a cluster's vertices are taken in several dispatches: later ones add to what the first found.
 #[test]
 fn a_light_of_many_samples_adds_up_over_dispatches() {
-    let shining = Shining::new(World::shining_room());
-    let context = &shining.world.context;
+    let glossy = Glossy::new(World::glossy_room());
+    let context = &glossy.world.context;
     let gloss = Gloss::new(
         context,
-        &shining.world.buffers,
-        &shining.tables,
-        shining.entry_points.len() as u32,
+        &glossy.world.buffers,
+        &glossy.tables,
+        glossy.entry_points.len() as u32,
         0.017,
     )
     .unwrap();
     let mut random = Random::new(63);
-    let beams: Vec<GlossBeam> = (0..shining.tables.entries.len())
+    let beams: Vec<GlossBeam> = (0..glossy.tables.entries.len())
         .map(|_| GlossBeam { mirror: random.cube().normalize(), factor: random.unit() })
         .collect();
-    let mut deposits = shining.paths.deposits.clone();
+    let mut deposits = glossy.paths.deposits.clone();
     deposits.iter_mut().for_each(|deposit| deposit.throughput = 0.5 * (1.0 + random.cube()));
     let deposits = Buffer::from_slice(context, "deposits", &deposits).unwrap();
-    let runs = deposit_runs(&shining.world.hvds, &shining.paths.first_deposits);
+    let runs = deposit_runs(&glossy.world.hvds, &glossy.paths.first_deposits);
     let first = Buffer::from_slice(context, "deposit runs", &runs).unwrap();
-    let nothing = vec![Vec3::ZERO; shining.entry_points.len()];
+    let nothing = vec![Vec3::ZERO; glossy.entry_points.len()];
     let dark_paths = Buffer::from_slice(context, "carried flux", &nothing).unwrap();
     // The same light: all of it comes from the first of its samples.
     let [one, many] = [1, 256].map(|samples| {
@@ -424,16 +424,16 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
         };
         context
             .run(|rec| {
-                gloss.record(rec, &shining.world.buffers.materials, (&first, &deposits), &[light], &[]);
+                gloss.record(rec, &glossy.world.buffers.materials, (&first, &deposits), &[light], &[]);
             })
             .unwrap();
         slots.read::<Vec3>().unwrap()
     });
     // 8 192 turns a dispatch: 32 vertices of 256 samples.
-    assert!(shining.tables.most_vertices > 32, "{}", shining.tables.most_vertices);
+    assert!(glossy.tables.most_vertices > 32, "{}", glossy.tables.most_vertices);
     // Coarse clusters, too: all in all their loops would turn more often than lavapipe's do.
-    let slots = &shining.tables.slots[..one.len()];
-    assert!(slots.iter().any(|slot| slot.cluster >= shining.world.hvds.levels[0].end));
+    let slots = &glossy.tables.slots[..one.len()];
+    assert!(slots.iter().any(|slot| slot.cluster >= glossy.world.hvds.levels[0].end));
     let lit = one.iter().filter(|flux| flux.max_element() > 0.0).count();
     assert!(lit > 500, "{lit} of {} slots have light", one.len());
     for (one, &many) in one.iter().zip(&many) {

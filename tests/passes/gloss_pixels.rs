@@ -1,7 +1,7 @@
-//! Pixels that shine: their samples, their rays, and the light that comes back along them.
+//! Pixels that gloss: their samples, their rays, and the light that comes back along them.
 
 use crate::common::assert_silent;
-use crate::gloss::{HEMISPHERE, SEED, Shining, lights};
+use crate::gloss::{HEMISPHERE, SEED, Glossy, lights};
 use crate::world::{FLOAT, Random, World, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu::gather_rays::Tracing;
@@ -11,7 +11,7 @@ use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::gloss::Gloss;
-use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, GlossShine, LOBE_RAYS, Surroundings};
+use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, GlossRadiance, LOBE_RAYS, Surroundings};
 use lightpaths::passes::frame::hvds::deposit_runs;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::frame::slot_reads::SlotReads;
@@ -22,20 +22,20 @@ use lightpaths::types::{NO_SIDE, NO_TARGET, PixelSurface, View};
 use std::f64::consts::PI;
 
 #[test]
-fn shining_pixels_equal_the_reference() {
-    for world in [World::shining_room(), World::textured_shining_room()] {
-        shining_pixels_equal_the_reference_in(world);
+fn glossy_pixels_equal_the_reference() {
+    for world in [World::glossy_room(), World::textured_glossy_room()] {
+        glossy_pixels_equal_the_reference_in(world);
     }
 }
 
-fn shining_pixels_equal_the_reference_in(world: World) {
-    let shining = Shining::new(world);
-    let world = &shining.world;
+fn glossy_pixels_equal_the_reference_in(world: World) {
+    let glossy = Glossy::new(world);
+    let world = &glossy.world;
     let mut random = Random::new(63);
-    let path_count = shining.entry_points.len();
-    let gloss = Gloss::new(&world.context, &world.buffers, &shining.tables, path_count as u32, 1.0).unwrap();
+    let path_count = glossy.entry_points.len();
+    let gloss = Gloss::new(&world.context, &world.buffers, &glossy.tables, path_count as u32, 1.0).unwrap();
     let has_images = world.buffers.textures.are_used;
-    // Nothing shines back: the tests of gloss have that.
+    // Nothing reflects glossily: the tests of gloss have that.
     let mut lights = lights();
     // Through the middle of the room, so that pixels see the fronts and the backs of both, and blocks before them.
     let panel = |edges: [Vec3; 2]| LightKind::Area {
@@ -53,10 +53,10 @@ fn shining_pixels_equal_the_reference_in(world: World) {
     let irradiance_buffer = Buffer::from_slice(&world.context, "irradiance", &irradiance).unwrap();
     let inverse_areas =
         Buffer::from_slice(&world.context, "inverse areas", &vec![1.0_f32; clusters]).unwrap();
-    let runs = deposit_runs(&world.hvds, &shining.paths.first_deposits);
+    let runs = deposit_runs(&world.hvds, &glossy.paths.first_deposits);
     let runs = Buffer::from_slice(&world.context, "deposit runs", &runs).unwrap();
-    let deposits = Buffer::from_slice(&world.context, "deposits", &shining.paths.deposits).unwrap();
-    let bits = shining.code.cluster_bits;
+    let deposits = Buffer::from_slice(&world.context, "deposits", &glossy.paths.deposits).unwrap();
+    let bits = glossy.code.cluster_bits;
     let tracing = Tracing {
         geometry: world.geometry(),
         hvds: &world.hvds,
@@ -116,19 +116,19 @@ fn shining_pixels_equal_the_reference_in(world: World) {
                 pass.record(rec, around, &[], [&[], &highlights]);
             })
             .unwrap();
-        let found: Vec<GlossShine> = pass.radiance.read().unwrap();
+        let found: Vec<GlossRadiance> = pass.radiance.read().unwrap();
         let points: Vec<PixelSurface> = pass.samples.read().unwrap();
         let rays: Vec<GlossRay> = pass.rays.read().unwrap();
         let colours: Vec<u32> =
             if has_images { pass.colours.read().unwrap() } else { vec![u32::MAX; rays.len()] };
-        let shines = |side: u32| side != NO_SIDE && shining.material_of(side) < 2;
-        let listed: Vec<usize> = (0..count).filter(|&index| shines(pixels[index].side)).collect();
+        let is_glossy = |side: u32| side != NO_SIDE && glossy.material_of(side) < 2;
+        let listed: Vec<usize> = (0..count).filter(|&index| is_glossy(pixels[index].side)).collect();
         assert_eq!(pass.count().unwrap() as usize, listed.len());
         assert!(count < 1_000 || listed.len() > 200);
         let reflectances = world.reflectances();
         let (mut differ, mut bright, mut off_direct) = (0, 0, 0);
         for (place, &index) in listed.iter().enumerate() {
-            let material = &reflectances[shining.material_of(pixels[index].side)];
+            let material = &reflectances[glossy.material_of(pixels[index].side)];
             let [mut indirect, mut direct] = [DVec3::ZERO; 2];
             for number in 0..samples {
                 let at = place * samples as usize + number as usize;
@@ -174,7 +174,7 @@ fn shining_pixels_equal_the_reference_in(world: World) {
         assert!(differ * 100 <= listed.len() * most as usize, "{differ} differ of {}", listed.len());
         // Directions from a lobe by the border of a light.
         assert!(off_direct * 20 <= bright, "{off_direct} highlights of {bright} differ");
-        for index in (0..count).filter(|&index| !shines(pixels[index].side)) {
+        for index in (0..count).filter(|&index| !is_glossy(pixels[index].side)) {
             assert_eq!((found[index].direct, found[index].indirect), (Vec3::ZERO, Vec3::ZERO));
         }
     }

@@ -1,6 +1,6 @@
-//! Who reads what surfaces send by their lobes: gather rays, through slots, and rays of shining pixels.
+//! Who reads what surfaces send by their lobes: gather rays, through slots, and rays of glossy pixels.
 
-use crate::gloss::{DIRECTIONS, HEMISPHERE, SEED, Shining};
+use crate::gloss::{DIRECTIONS, HEMISPHERE, SEED, Glossy};
 use crate::world::{Random, SUM, assert_near};
 use glam::{DVec2, DVec3, Vec3};
 use lightpaths::cpu::gather;
@@ -10,7 +10,7 @@ use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::gloss::{Gloss, GlossLight};
 use lightpaths::passes::frame::gloss_pixels::{
-    GlossPixels, GlossRay, GlossShine, LOBE_RAYS, NO_SLOT, Surroundings,
+    GlossPixels, GlossRay, GlossRadiance, LOBE_RAYS, NO_SLOT, Surroundings,
 };
 use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::frame::primary::Primary;
@@ -22,30 +22,30 @@ use lightpaths::types::{NO_CLUSTER, NO_TARGET, PixelSurface, RayBundle, Record, 
 use std::f64::consts::PI;
 
 /// What records gather where rays read slots: albedo times irradiance of the slot's cluster, and what the slot has over its area.
-pub(crate) fn gathered_slots_equal_the_reference(shining: &Shining, gloss: &Gloss, fluxes: &[Vec3]) {
-    let (world, context) = (&shining.world, &shining.world.context);
+pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss, fluxes: &[Vec3]) {
+    let (world, context) = (&glossy.world, &glossy.world.context);
     let mut random = Random::new(64);
     let clusters = world.hvds.cluster_count();
     let irradiance: Vec<Vec3> = (0..clusters).map(|_| 1.0 + random.cube()).collect();
     let inverse_areas: Vec<f32> = (0..clusters).map(|_| 10.0 * random.unit()).collect();
-    let colours: Vec<u32> = shining.packed.iter().map(|_| random.word()).collect();
-    let point_count = shining.points.len() as u32;
+    let colours: Vec<u32> = glossy.packed.iter().map(|_| random.word()).collect();
+    let point_count = glossy.points.len() as u32;
     let table = |has_colours| RayTable {
         rows_per_buffer: point_count,
-        buffers: vec![Buffer::from_slice(context, "gather rays", &shining.packed).unwrap()],
+        buffers: vec![Buffer::from_slice(context, "gather rays", &glossy.packed).unwrap()],
         colours: vec![Buffer::from_slice(context, "ray colours", &colours).unwrap()],
         has_colours,
     };
     let irradiance_buffer = Buffer::from_slice(context, "irradiance", &irradiance).unwrap();
     let areas_buffer = Buffer::from_slice(context, "inverse areas", &inverse_areas).unwrap();
     let albedos: Vec<Vec3> = world.materials.iter().map(|material| material.diffuse).collect();
-    let slot_pairs = shining.tables.slots.iter().zip(fluxes);
+    let slot_pairs = glossy.tables.slots.iter().zip(fluxes);
     let slots: Vec<(u32, DVec3)> = slot_pairs
         .map(|(slot, flux)| (slot.cluster, flux.as_dvec3() * f64::from(inverse_areas[slot.cluster as usize])))
         .collect();
     for has_colours in [false, true] {
-        let points = Buffer::from_slice(context, "cache points", &shining.points).unwrap();
-        let (code, rays) = (shining.packed_code, table(has_colours));
+        let points = Buffer::from_slice(context, "cache points", &glossy.points).unwrap();
+        let (code, rays) = (glossy.packed_code, table(has_colours));
         let list = RecordList::all(context, point_count, rays.rows_per_buffer).unwrap();
         let pass = Gather::new(context, points, point_count, rays, HEMISPHERE, code, true).unwrap();
         let sources = GatherSources {
@@ -56,7 +56,7 @@ pub(crate) fn gathered_slots_equal_the_reference(shining: &Shining, gloss: &Glos
         };
         context.run(|rec| pass.record(rec, sources, &list)).unwrap();
         let records: Vec<Record> = pass.records.read().unwrap();
-        let targets = shining.packed.iter().map(|ray| ray.target).filter(|&target| target != NO_TARGET);
+        let targets = glossy.packed.iter().map(|ray| ray.target).filter(|&target| target != NO_TARGET);
         let packing = BundleCode::new(targets.collect(), HEMISPHERE);
         let sources = gather::Sources {
             albedos: &albedos,
@@ -69,10 +69,10 @@ pub(crate) fn gathered_slots_equal_the_reference(shining: &Shining, gloss: &Glos
             slots: &slots,
         };
         let strata = Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors };
-        let rows = shining.packed.chunks_exact(strata.rays() as usize);
+        let rows = glossy.packed.chunks_exact(strata.rays() as usize);
         let colour_rows = colours.chunks_exact(strata.rays() as usize);
         for ((record, point), (row, colours)) in
-            records.iter().zip(&shining.points).zip(rows.zip(colour_rows))
+            records.iter().zip(&glossy.points).zip(rows.zip(colour_rows))
         {
             let colours = if has_colours { colours } else { &[] };
             let (bundles, colours): (Vec<RayBundle>, Vec<u32>) =
@@ -84,15 +84,15 @@ pub(crate) fn gathered_slots_equal_the_reference(shining: &Shining, gloss: &Glos
     }
 }
 
-/// What shining pixels see where their rays meet what shines, and nothing else is lit: the vertices there, asked one by one.
-pub(crate) fn pixels_of_what_shines_equal_the_reference(
-    shining: &Shining,
+/// What glossy pixels see where their rays meet glossy surfaces, and nothing else is lit: the vertices there, asked one by one.
+pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
+    glossy: &Glossy,
     gloss: &Gloss,
     (deposit_runs, deposits, lights): (&Buffer, &Buffer, &[GlossLight<'_>]),
     hits: &[(Vec3, &Buffer)],
     sent: impl Fn(u32, DVec3) -> DVec3,
 ) {
-    let (world, context) = (&shining.world, &shining.world.context);
+    let (world, context) = (&glossy.world, &glossy.world.context);
     let mut random = Random::new(65);
     let camera = Camera {
         name: String::new(),
@@ -107,7 +107,7 @@ pub(crate) fn pixels_of_what_shines_equal_the_reference(
     let primary = Primary::new(context, count).unwrap();
     let clusters = world.hvds.cluster_count() as usize;
     let inverse_areas: Vec<f32> = (0..clusters).map(|_| 1.0 + random.unit()).collect();
-    let bits = shining.code.cluster_bits;
+    let bits = glossy.code.cluster_bits;
     let pass = GlossPixels::new(context, &world.buffers, count, LOBE_RAYS, (bits, true)).unwrap();
     let slots = SlotReads::none(context).unwrap();
     let around = Surroundings {
@@ -130,36 +130,36 @@ pub(crate) fn pixels_of_what_shines_equal_the_reference(
         .unwrap();
     let pixels: Vec<PixelSurface> = primary.pixels.read().unwrap();
     let rays: Vec<GlossRay> = pass.rays.read().unwrap();
-    let found: Vec<GlossShine> = pass.radiance.read().unwrap();
+    let found: Vec<GlossRadiance> = pass.radiance.read().unwrap();
     let materials = world.reflectances();
-    let shines = |material: u32| materials[material as usize].specular != Vec3::ZERO;
+    let is_glossy = |material: u32| materials[material as usize].specular != Vec3::ZERO;
     let listed = (0..count as usize)
-        .filter(|&pixel| shines(shining.material_of(pixels[pixel].side) as u32))
+        .filter(|&pixel| is_glossy(glossy.material_of(pixels[pixel].side) as u32))
         .zip(rays.chunks_exact(LOBE_RAYS as usize));
     let mut lit = 0;
     for (pixel, rays) in listed {
         let mut sum = DVec3::ZERO;
-        for ray in rays.iter().filter(|ray| ray.target != NO_TARGET && shines(ray.target >> bits)) {
+        for ray in rays.iter().filter(|ray| ray.target != NO_TARGET && is_glossy(ray.target >> bits)) {
             let cluster = ray.target & ((1 << bits) - 1);
             let area = f64::from(inverse_areas[cluster as usize]);
             sum += f64::from(ray.weight) * area * sent(cluster, unpack_direction(ray.direction));
         }
-        let specular = materials[shining.material_of(pixels[pixel].side)].specular.as_dvec3();
+        let specular = materials[glossy.material_of(pixels[pixel].side)].specular.as_dvec3();
         let reference = specular * sum / (f64::from(LOBE_RAYS) * PI);
         lit += usize::from(reference.max_element() > 0.0);
         assert_near(found[pixel].indirect, reference, SUM, 1e-3 * reference.max_element(), "pixel");
     }
-    assert!(lit > 20, "{lit} pixels see what shines");
+    assert!(lit > 20, "{lit} pixels see glossy surfaces");
 }
 
-/// Rays of shining pixels that meet broad lobes read the slots that gather rays read, of the cluster that they meet or of one that holds it,
+/// Rays of glossy pixels that meet broad lobes read the slots that gather rays read, of the cluster that they meet or of one that holds it,
 /// towards where they come from; and their pixels show what these hold.
 pub(crate) fn pixels_read_the_slots_of_broad_lobes(
-    shining: &Shining,
+    glossy: &Glossy,
     gloss: &Gloss,
     around: (&Buffer, &Buffer),
 ) {
-    let (world, context) = (&shining.world, &shining.world.context);
+    let (world, context) = (&glossy.world, &glossy.world.context);
     let camera = Camera {
         name: String::new(),
         position: Vec3::new(0.1, 0.05, 0.45),
@@ -171,12 +171,12 @@ pub(crate) fn pixels_read_the_slots_of_broad_lobes(
     let (view, count) = (View::from(&camera), camera.size[0] * camera.size[1]);
     let primary = Primary::new(context, count).unwrap();
     let clusters = world.hvds.cluster_count() as usize;
-    let bits = shining.code.cluster_bits;
+    let bits = glossy.code.cluster_bits;
     let materials = world.reflectances();
     let exponents: Vec<f32> = materials[..2].iter().map(|material| material.exponent).collect();
     let between = 0.5 * (exponents[0] + exponents[1]);
     assert!(exponents.iter().any(|&n| n < between) && exponents.iter().any(|&n| n > between));
-    let mut slots = SlotReads::new(context, &shining.tables, DIRECTIONS).unwrap();
+    let mut slots = SlotReads::new(context, &glossy.tables, DIRECTIONS).unwrap();
     slots.most_exponent = between;
     let fluxes: Vec<Vec3> = gloss.fluxes.read().unwrap();
     let irradiance = Buffer::from_slice(context, "irradiance", &vec![Vec3::ZERO; clusters]).unwrap();
@@ -202,17 +202,17 @@ pub(crate) fn pixels_read_the_slots_of_broad_lobes(
         .unwrap();
     let pixels: Vec<PixelSurface> = primary.pixels.read().unwrap();
     let rays: Vec<GlossRay> = pass.rays.read().unwrap();
-    let found: Vec<GlossShine> = pass.radiance.read().unwrap();
-    let shines = |material: u32| materials[material as usize].specular != Vec3::ZERO;
+    let found: Vec<GlossRadiance> = pass.radiance.read().unwrap();
+    let is_glossy = |material: u32| materials[material as usize].specular != Vec3::ZERO;
     let listed = (0..count as usize)
-        .filter(|&pixel| shines(shining.material_of(pixels[pixel].side) as u32))
+        .filter(|&pixel| is_glossy(glossy.material_of(pixels[pixel].side) as u32))
         .zip(rays.chunks_exact(LOBE_RAYS as usize));
     let (mut broad, mut read, mut off) = (0, 0, 0);
     for (pixel, rays) in listed {
         let mut sum = DVec3::ZERO;
         for ray in rays.iter().filter(|ray| ray.target != NO_TARGET) {
             let (cluster, material) = (ray.target & ((1 << bits) - 1), ray.target >> bits);
-            if !shines(material) || materials[material as usize].exponent > between {
+            if !is_glossy(material) || materials[material as usize].exponent > between {
                 assert_eq!(ray.slot, NO_SLOT);
                 continue;
             }
@@ -221,7 +221,7 @@ pub(crate) fn pixels_read_the_slots_of_broad_lobes(
                 continue;
             }
             read += 1;
-            let slot = &shining.tables.slots[ray.slot as usize];
+            let slot = &glossy.tables.slots[ray.slot as usize];
             // Of the cluster itself, one in it or one that holds it.
             let holds = |mut cluster: u32, within: u32| {
                 while cluster != NO_CLUSTER && cluster != within {
@@ -236,7 +236,7 @@ pub(crate) fn pixels_read_the_slots_of_broad_lobes(
             off += usize::from(bins[0] != bins[1]);
             sum += f64::from(ray.weight) * fluxes[ray.slot as usize].as_dvec3();
         }
-        let specular = materials[shining.material_of(pixels[pixel].side)].specular.as_dvec3();
+        let specular = materials[glossy.material_of(pixels[pixel].side)].specular.as_dvec3();
         let reference = specular * sum / (f64::from(LOBE_RAYS) * PI);
         assert_near(found[pixel].indirect, reference, SUM, 1e-3 * reference.max_element(), "pixel");
     }

@@ -24,8 +24,8 @@ fn the_box() -> Scene {
     scene
 }
 
-/// With a teapot that may be edited, so that paths stand in another order than they were traced in, and that shines.
-fn shining_box() -> Scene {
+/// With a teapot that may be edited, so that paths stand in another order than they were traced in, and that is glossy.
+fn glossy_box() -> Scene {
     let mut scene = the_box();
     let teapot = scene.materials.iter_mut().find(|material| material.name == "teapot").unwrap();
     (teapot.editable, teapot.specular, teapot.exponent) = (true, Vec3::splat(0.3), 20.0);
@@ -153,7 +153,7 @@ fn gather_rays_meet_the_clusters_that_bundles_name() {
 fn gather_rays_bring_what_records_gathered() {
     // So fine that surface hides other surface in a cell of some level, and is near some cache points.
     let quality = Quality { entry_points: 60_000, cells: 64, gap_rounds: 2, ..SMALL };
-    for (what, mut scene) in [("diffuse", the_box()), ("shining", shining_box())] {
+    for (what, mut scene) in [("diffuse", the_box()), ("glossy", glossy_box())] {
         scene.quality = quality.clone();
         let renderer = render(scene);
         let counts = renderer.statistics().unwrap().counts;
@@ -205,7 +205,7 @@ fn bits(value: Vec3) -> [u32; 3] {
 
 #[test]
 fn paths_traced_again_lie_where_they_deposited() {
-    for (what, scene) in [("diffuse", the_box()), ("shining", shining_box())] {
+    for (what, scene) in [("diffuse", the_box()), ("glossy", glossy_box())] {
         let mut renderer = render(scene);
         // Materials that are not editable were others when the paths were traced.
         renderer.set_diffuse(0, Vec3::new(0.2, 0.3, 0.1)).unwrap();

@@ -47,7 +47,7 @@ fn extend(world: &World, states: &mut Vec<PathState>) -> Vec<Vec<(PathVertex, u3
             ("STEPS", STEPS as u32),
             ("ROULETTE_THRESHOLD", light_paths::ROULETTE_THRESHOLD.to_bits()),
             ("EDITABLE_ALBEDO", light_paths::EDITABLE_ALBEDO.to_bits()),
-            ("SHINES", u32::from(world.materials.iter().any(Material::may_shine))),
+            ("IS_GLOSSY", u32::from(world.materials.iter().any(Material::may_be_glossy))),
             textures.constant(),
         ],
         |_| states.len() as u32,
@@ -107,7 +107,7 @@ fn parts(walk: &Walk<'_>, walker: &mut Walker, found: &[(PathVertex, u32)], goes
 }
 
 fn worlds() -> [World; 4] {
-    [World::room(), World::textured_room(), World::shining_room(), World::textured_shining_room()]
+    [World::room(), World::textured_room(), World::glossy_room(), World::textured_glossy_room()]
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn paths_are_stored_whole_in_both_orders() {
 }
 
 fn paths_are_stored_whole_in(world: &World) {
-    let shines = world.materials.iter().any(Material::may_shine);
+    let is_glossy = world.materials.iter().any(Material::may_be_glossy);
     for count in [0, 1, 64, 65, 9_001] {
         let mut entries = entry_points(world, count);
         let traced = entries.clone();
@@ -227,7 +227,7 @@ fn paths_are_stored_whole_in(world: &World) {
         let is_edited = |vertices: &Vec<(PathVertex, u32)>| {
             let reflectors = vertices.get(1..vertices.len() - 1).unwrap_or(&[]);
             let material = |vertex: &PathVertex| world.surfaces[vertex.side as usize / 2].material;
-            shines && reflectors.iter().any(|(vertex, _)| material(vertex) == 1)
+            is_glossy && reflectors.iter().any(|(vertex, _)| material(vertex) == 1)
         };
         expected.sort_by_key(is_edited);
         assert!(expected.iter().zip(&entries).all(|(path, entry)| path[0].0.position == entry.position));
@@ -237,9 +237,9 @@ fn paths_are_stored_whole_in(world: &World) {
             PathGroup { materials: 0, steps: 0..first_edited as u32 },
             PathGroup { materials: 1, steps: first_edited as u32..paths.steps.len() as u32 },
         ];
-        let groups: Vec<_> = groups.into_iter().filter(|group| shines && !group.steps.is_empty()).collect();
+        let groups: Vec<_> = groups.into_iter().filter(|group| is_glossy && !group.steps.is_empty()).collect();
         assert_eq!(paths.groups, groups);
-        assert!(count < 1_000 || !shines || groups.len() == 2);
+        assert!(count < 1_000 || !is_glossy || groups.len() == 2);
 
         let (mut steps, mut colours) = (paths.steps.iter(), paths.colours.iter());
         let has_images = !world.coordinates.is_empty();
@@ -251,7 +251,7 @@ fn paths_are_stored_whole_in(world: &World) {
                 if has_images {
                     assert_eq!(colours.next(), Some(colour));
                 }
-                if shines {
+                if is_glossy {
                     let arrivals = &paths.arrivals;
                     let slot = step.slot as usize;
                     assert_eq!(arrivals.lobes[paths.steps.len() - steps.len() - 1], vertex.lobe);
@@ -268,7 +268,7 @@ fn paths_are_stored_whole_in(world: &World) {
                 assert_eq!((step.material, step.weight), (material, vertex.weight));
                 let is_entry = material == HEAD;
                 material = world.surfaces[vertex.side as usize / 2].material;
-                if is_entry && world.materials[material as usize].may_shine() {
+                if is_entry && world.materials[material as usize].may_be_glossy() {
                     material = FROM_ENTRY;
                 }
                 assert_ne!(vertex.cluster, NO_CLUSTER, "no vertex is lost");
@@ -279,7 +279,7 @@ fn paths_are_stored_whole_in(world: &World) {
         }
         assert!(steps.next().is_none() && colours.next().is_none());
         assert_eq!(paths.lost, 0);
-        assert_eq!(paths.arrivals.lobes.is_empty(), !shines || count == 0);
+        assert_eq!(paths.arrivals.lobes.is_empty(), !is_glossy || count == 0);
     }
     assert_silent(&world.context);
 }

@@ -10,7 +10,7 @@ use lightpaths::passes::precompute::cache_points::Placed;
 use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
 use lightpaths::passes::precompute::near_clusters::{self, Extent};
 use lightpaths::passes::precompute::near_hits::{NearHits, Sources};
-use lightpaths::types::{GatherRay, MAY_SHINE, NO_TARGET};
+use lightpaths::types::{GatherRay, MAY_BE_GLOSSY, NO_TARGET};
 use std::collections::HashMap;
 
 const SEED: u32 = 5;
@@ -19,7 +19,7 @@ const LEAST_RADIUS: f32 = 0.1;
 
 #[test]
 fn rays_that_meet_near_clusters_read_entries_of_their_own() {
-    for world in [World::room(), World::shining_room()] {
+    for world in [World::room(), World::glossy_room()] {
         near_hits_of(&world);
     }
 }
@@ -73,7 +73,7 @@ fn near_hits_of(world: &World) {
     let packed = near.redirect(&table, code, clusters + views, materials).unwrap();
     let after: Vec<GatherRay> = table.read().unwrap();
 
-    let may_shine = |material: u32| world.reflectances()[material as usize].flags & MAY_SHINE != 0;
+    let may_be_glossy = |material: u32| world.reflectances()[material as usize].flags & MAY_BE_GLOSSY != 0;
     let unpack = |target: u32, code: GatherCode| {
         (target & ((1 << code.cluster_bits) - 1), target >> code.cluster_bits)
     };
@@ -96,7 +96,7 @@ fn near_hits_of(world: &World) {
             continue;
         }
         assert_eq!(out.target, NO_TARGET, "the others are out of it meanwhile");
-        assert!(point < near_count && !may_shine(material));
+        assert!(point < near_count && !may_be_glossy(material));
         let patch = &patches[cluster as usize];
         assert!(from.position.distance(patch.middle) < REACH);
         let entry = &near.entries[(read - clusters - views) as usize];

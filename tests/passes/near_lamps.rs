@@ -129,6 +129,6 @@ fn lamps_away_from_all_surface_change_nothing() {
         outer_angle: 0.3,
         ..LightSource::point(place(1e-3), Vec3::ONE)
     };
-    assert!(find(&world, &near, &upwards).is_empty(), "it does not shine on the floor");
+    assert!(find(&world, &near, &upwards).is_empty(), "it does not light the floor");
     assert_silent(&context());
 }

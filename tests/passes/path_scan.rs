@@ -107,7 +107,7 @@ fn short_paths_equal_the_reference() {
 }
 
 #[test]
-fn paths_among_shining_surfaces_equal_the_reference() {
+fn paths_among_glossy_surfaces_equal_the_reference() {
     let mut random = Random::new(3);
     let material = |exponent| Reflectance {
         diffuse: Vec3::new(0.4, 0.2, 0.0),

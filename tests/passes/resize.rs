@@ -1,7 +1,7 @@
 //! A picture of another size: the same bits, and as much memory, as a cold start at that size has.
 
 use crate::common::{assert_silent, context};
-use crate::world::{shining, textured};
+use crate::world::{glossy, textured};
 use glam::Vec3;
 use lightpaths::Error;
 use lightpaths::gpu::Context;
@@ -45,7 +45,7 @@ fn memory() -> u64 {
 #[test]
 fn a_picture_of_another_size_is_that_of_a_cold_start() {
     for (what, scene) in
-        [("diffuse", scene()), ("textured", textured(scene())), ("shining", textured(shining(scene())))]
+        [("diffuse", scene()), ("textured", textured(scene())), ("glossy", textured(glossy(scene())))]
     {
         let [small, odd] = [[40, 32], [67, 29]];
         let before = memory();
@@ -76,7 +76,7 @@ fn a_picture_of_another_size_is_that_of_a_cold_start() {
         // A light that comes later has room for this picture; one that is off is traced when it comes on.
         renderer.add_light(third.clone()).unwrap();
         renderer.frame().unwrap();
-        if what == "shining" {
+        if what == "glossy" {
             let lights = [scene.lights.clone(), vec![third]].concat();
             let mut other = cold(Scene { lights, ..scene }, odd);
             other.frame().unwrap();
@@ -96,7 +96,7 @@ fn a_picture_of_another_size_is_that_of_a_cold_start() {
     assert_silent(&context());
 }
 
-/// Where no light shines, nothing else makes the sum over lights anew.
+/// Where no light is active, nothing else makes the sum over lights anew.
 #[test]
 fn a_larger_picture_without_light_is_black() {
     let mut renderer = cold(scene(), [16, 16]);

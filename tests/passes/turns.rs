@@ -3,7 +3,7 @@
 use crate::common::assert_silent;
 use crate::common::needles::box_of_needles;
 use crate::gloss::lights;
-use crate::world::{Random, World, shining};
+use crate::world::{Random, World, glossy};
 use glam::Vec3;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::gpu::{Buffer, Recorder};
@@ -24,12 +24,12 @@ use lightpaths::types::{CUT_SHORT, PathVertex, PixelSurface, View};
 const SIZE: [u32; 2] = [24, 16];
 const PIXELS: u32 = SIZE[0] * SIZE[1];
 
-/// A shining room, through all of which go so many needles.
+/// A glossy room, through all of which go so many needles.
 fn needles(count: u32) -> World {
     let mut scene = box_of_needles(count);
     let material = scene.materials[0].clone();
     scene.materials = vec![material; 2];
-    World::new(&shining(scene), 4)
+    World::new(&glossy(scene), 4)
 }
 
 fn points(world: &World, count: usize) -> Vec<PathVertex> {

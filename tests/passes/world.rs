@@ -133,13 +133,13 @@ impl World {
         Self::new(&textured(room()), 16)
     }
 
-    pub(crate) fn shining_room() -> Self {
-        Self::new(&shining(room()), 16)
+    pub(crate) fn glossy_room() -> Self {
+        Self::new(&glossy(room()), 16)
     }
 
-    /// Images on what shines.
-    pub(crate) fn textured_shining_room() -> Self {
-        Self::new(&textured(shining(room())), 16)
+    /// Images on glossy surfaces.
+    pub(crate) fn textured_glossy_room() -> Self {
+        Self::new(&textured(glossy(room())), 16)
     }
 
     pub(crate) fn reflectances(&self) -> Vec<Reflectance> {
@@ -253,7 +253,7 @@ pub(crate) fn assert_near(device: Vec3, reference: DVec3, tolerance: f64, scale:
 }
 
 /// One of a scene's materials is glossy, one is editable and has a little broad gloss.
-pub(crate) fn shining(mut scene: Scene) -> Scene {
+pub(crate) fn glossy(mut scene: Scene) -> Scene {
     let lobes = [(20.0, Vec3::new(0.3, 0.2, 0.4)), (5.0, Vec3::new(0.15, 0.03, 0.015))];
     for (material, (exponent, specular)) in scene.materials.iter_mut().zip(lobes) {
         material.diffuse *= 0.5;

@@ -1,4 +1,4 @@
-//! Surfaces that shine, against the path tracer: seen by the camera, by other surfaces, and by each other.
+//! Glossy surfaces, against the path tracer: seen by the camera, by other surfaces, and by each other.
 
 use crate::common::{assert_silent, context};
 use crate::lights::room;
@@ -17,8 +17,8 @@ const QUALITY: Quality =
 /// Where light need not be right, only the same.
 const SKETCH: Quality = Quality { entry_points: 2_000, cache_points: 100, gather_rays: 36, ..QUALITY };
 
-/// The room with a block that shines on a floor that does, too, lit by a lamp and a panel.
-fn shining(exponent: f32, editable: bool) -> Scene {
+/// The room with a block and a floor that are glossy, lit by a lamp and a panel.
+fn glossy(exponent: f32, editable: bool) -> Scene {
     let lamp = LightKind::Point { position: Vec3::new(0.2, 0.3, 0.1), intensity: Vec3::splat(0.5) };
     let mut scene = room(lamp);
     scene.lights.push(Light {
@@ -51,7 +51,7 @@ fn shining(exponent: f32, editable: bool) -> Scene {
     scene
 }
 
-/// One scene of [`shining`] by both methods.
+/// One scene of [`glossy`] by both methods.
 struct Case {
     exponent: f32,
     beauty: Vec<[f32; 3]>,
@@ -92,7 +92,7 @@ impl Case {
         ]
     }
 
-    /// Noise-free relMSE of the pixels that do not shine, and the energy of their indirect light.
+    /// Noise-free relMSE of the pixels that are not glossy, and the energy of their indirect light.
     fn errors_sent_on(&self) -> [f64; 2] {
         let only = |layer: &[[f32; 3]]| -> Vec<[f32; 3]> {
             let pixels = layer.iter().zip(&self.albedo).filter(|(_, albedo)| albedo[0] > 0.5);
@@ -109,7 +109,7 @@ impl Case {
 
 /// Cases of several tests.
 static CASES: LazyLock<[Case; 3]> =
-    LazyLock::new(|| [1.0, 40.0, 200.0].map(|exponent| Case::new(shining(exponent, false), 256, QUALITY)));
+    LazyLock::new(|| [1.0, 40.0, 200.0].map(|exponent| Case::new(glossy(exponent, false), 256, QUALITY)));
 
 /// [Yue §5]: up to 40 without a visible difference. Sharper lobes show an error that grows: what they send to other surfaces is
 /// blurred, and the reference's own noise with it; their energy is right.
@@ -130,7 +130,7 @@ fn lobes_broad_and_sharp_hold_against_the_path_tracer() {
     assert_silent(&context());
 }
 
-/// What shines sends on to what does not, in as many directions as its lobe asks for.
+/// What glossy surfaces send to diffuse ones, in as many directions as its lobe asks for.
 #[track_caller]
 fn check_sent_on(case: &Case, directions: u64, bound: f64, tolerance: f64) {
     let exponent = case.exponent;
@@ -154,7 +154,7 @@ fn sharp_lobes_hold_against_the_path_tracer() {
     for (exponent, directions, bound) in
         [(10.0, 144, 5e-4), (40.0, 144, 5e-4), (200.0, 625, 8e-4), (1000.0, 2916, 2.5e-3)]
     {
-        let case = Case::new(shining(exponent, false), 1024, QUALITY);
+        let case = Case::new(glossy(exponent, false), 1024, QUALITY);
         check_lobe(&case, 0.01);
         check_sent_on(&case, directions, bound, 0.01);
     }
@@ -165,20 +165,20 @@ fn sharp_lobes_hold_against_the_path_tracer() {
 #[test]
 fn directions_follow_the_sharpest_lobe() {
     for (exponent, editable, directions) in [(1000.0, false, 2916), (200.0, true, 144)] {
-        let renderer = render(shining(exponent, editable), SKETCH);
+        let renderer = render(glossy(exponent, editable), SKETCH);
         assert_eq!(renderer.statistics().unwrap().counts["directions of the sphere"], directions);
         let is_blurred = renderer.scene().warnings.iter().any(|warning| warning.contains("blurred"));
         assert_eq!(is_blurred, editable);
     }
     // Without cache points no surface reads the outgoing light of another, so that nothing is blurred.
-    let renderer = render(shining(200.0, true), Quality { cache_points: 0, ..SKETCH });
+    let renderer = render(glossy(200.0, true), Quality { cache_points: 0, ..SKETCH });
     assert_eq!(renderer.scene().warnings, [""; 0]);
     assert_silent(&context());
 }
 
 /// Paths that are cosine sampled, so that materials may be edited, carry the same light.
 fn check_editable(entry_points: u32, tolerance: f64) {
-    let case = Case::new(shining(20.0, true), 192, Quality { entry_points, ..QUALITY });
+    let case = Case::new(glossy(20.0, true), 192, Quality { entry_points, ..QUALITY });
     let [relmse, direct, indirect] = case.errors();
     println!("editable: relMSE {relmse:.2e}, direct {direct:.4}, indirect {indirect:.4}");
     assert!(relmse < 2e-3);
@@ -188,27 +188,27 @@ fn check_editable(entry_points: u32, tolerance: f64) {
 
 /// Over six seeds of 50 000 entry points indirect light has a mean of 0.9999 and scatters by 0.65 %: the bound is three times that.
 #[test]
-fn editable_surfaces_shine_alike() {
+fn editable_surfaces_reflect_alike() {
     check_editable(50_000, 0.02);
 }
 
 #[test]
 #[ignore = "full size: make stress"]
-fn editable_surfaces_shine_alike_by_many_paths() {
+fn editable_surfaces_reflect_alike_by_many_paths() {
     check_editable(200_000, 0.01);
 }
 
 #[test]
 fn surfaces_edited_from_diffuse_to_glossy_are_as_good_as_loaded() {
-    let mut diffuse = shining(20.0, true);
+    let mut diffuse = glossy(20.0, true);
     diffuse.materials[1..].iter_mut().for_each(|material| material.specular = Vec3::ZERO);
-    let shining = render(shining(20.0, true), SKETCH);
+    let glossy = render(glossy(20.0, true), SKETCH);
     let mut edited = render(diffuse, SKETCH);
-    for (index, material) in shining.scene().materials.iter().enumerate().skip(1) {
+    for (index, material) in glossy.scene().materials.iter().enumerate().skip(1) {
         edited.set_material(index, material.diffuse, material.specular, material.exponent).unwrap();
     }
     edited.frame().unwrap();
-    assert!(edited.layer(Layer::Beauty).unwrap() == shining.layer(Layer::Beauty).unwrap());
+    assert!(edited.layer(Layer::Beauty).unwrap() == glossy.layer(Layer::Beauty).unwrap());
     // What was not declared editable cannot become glossy.
     let refused = edited.set_material(0, Vec3::splat(0.5), Vec3::splat(0.2), 10.0).unwrap_err();
     assert!(refused.to_string().contains("editable = true"), "{refused}");
@@ -221,7 +221,7 @@ fn surfaces_edited_from_diffuse_to_glossy_are_as_good_as_loaded() {
 fn direct_light_alone_is_that_of_the_whole_picture() {
     for case in &*CASES {
         let exponent = case.exponent;
-        let alone = render(shining(exponent, false), Quality { entry_points: 0, cache_points: 0, ..QUALITY });
+        let alone = render(glossy(exponent, false), Quality { entry_points: 0, cache_points: 0, ..QUALITY });
         let direct = alone.layer(Layer::Direct).unwrap();
         assert!(direct.as_flattened().iter().all(|value| value.is_finite()), "exponent {exponent}");
         assert!(direct == case.direct, "exponent {exponent}");

@@ -55,7 +55,7 @@ fn light_behind_a_screen_stays_there() {
         kinds
     });
     // Wrong by more than there is of it; then right in the mean, and in each point but for the noise of sixteen rays.
-    assert!(without[0][0] > 0.8, "without views the hidden light shines through: {without:?}");
+    assert!(without[0][0] > 0.8, "without views the hidden light is_glossy through: {without:?}");
     assert!(with[0][0].abs() < 0.12 && with[1][0].abs() < 0.12, "{with:?}");
     assert!(with[0][1] < 0.6 && with[1][1] < 0.6, "{with:?}");
     for kind in 0..2 {
@@ -107,7 +107,7 @@ fn a_gap_at_the_papers_settings_keeps_its_light() {
         kinds
     };
     let without = found(0, false);
-    assert!(without[0][0] > 0.8, "without views the hidden light shines through: {without:?}");
+    assert!(without[0][0] > 0.8, "without views the hidden light is_glossy through: {without:?}");
     for seed in 0..3 {
         for [mean, rms] in found(seed, true) {
             assert!(mean.abs() < 0.12 && rms < 0.4, "seed {seed}: {mean} in the mean, {rms} RMS");

@@ -124,7 +124,7 @@ fn polygon_irradiance(at: DVec3, corners: &[DVec3]) -> f64 {
 }
 
 #[test]
-fn area_light_follows_the_polygon_formula_and_shines_on_one_side() {
+fn area_light_follows_the_polygon_formula_and_emits_on_one_side() {
     let (corner, edge_u, edge_v) =
         (Vec3::new(-0.3, 0.5, -0.2), Vec3::new(0.5, 0.1, 0.0), Vec3::new(0.1, 0.0, 0.4));
     let [c, u, v] = [corner, edge_u, edge_v].map(Vec3::as_dvec3);
@@ -201,7 +201,7 @@ fn upright(a: f64, b: f64, height: f64) -> f64 {
 
 #[test]
 fn a_wall_lights_the_floor_beside_it() {
-    // The floor is seen; the wall at z = -1/2 has the light of a sun that shines along the floor and straight on it.
+    // The floor is seen; the wall at z = -1/2 has the light of a sun along the floor and straight on it.
     let irradiance = Vec3::ONE;
     let mut scene = square(LightKind::Directional { direction: Vec3::NEG_Z, irradiance });
     scene.materials.push(Material { diffuse: Vec3::splat(0.8), ..scene.materials[0].clone() });
@@ -227,7 +227,7 @@ fn a_wall_lights_the_floor_beside_it() {
     assert_silent(&context());
 }
 
-/// In a sphere whose wall shines evenly, a small glossy mirror shows the wall's radiance times its albedo.
+/// In a sphere whose wall emits evenly, a small glossy mirror shows the wall's radiance times its albedo.
 #[test]
 fn a_glossy_surface_in_even_light_shows_its_albedo() {
     let (radius, flux, wall) = (1.5, 10.0, 0.8);

@@ -85,7 +85,7 @@ fn check_ratio(what: &str, layers: [&[[f32; 3]]; 2], albedo: DVec3, tolerance: f
 }
 
 #[test]
-fn a_sphere_of_many_colours_shines_by_their_mean() {
+fn a_sphere_of_many_colours_reflects_by_their_mean() {
     let scene = patchwork();
     let albedo = mean_albedo(&scene);
     assert!(albedo.max_element() < 0.6 && albedo.max_element() > albedo.min_element() + 0.05, "{albedo}");
@@ -192,9 +192,9 @@ fn a_room_with_images_equals_the_path_tracer() {
     assert_silent(&context());
 }
 
-/// Images multiply what a wall scatters, and not what shines on it: every way that light takes in a shining room.
+/// Images multiply what a wall scatters, and not glossy surfaces on it: every way that light takes in a glossy room.
 #[test]
-fn a_shining_room_with_images_equals_the_path_tracer() {
+fn a_glossy_room_with_images_equals_the_path_tracer() {
     let mut scene = room();
     for (material, exponent) in scene.materials.iter_mut().zip([5.0, 60.0, 12.0]) {
         material.diffuse *= 0.7;

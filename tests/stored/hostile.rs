@@ -2,7 +2,7 @@
 //! points into.
 
 use crate::common::context;
-use crate::pictures::{shining, textured, with_gaps};
+use crate::pictures::{glossy, textured, with_gaps};
 use crate::tables::Tables;
 use lightpaths::renderer::{Renderer, Silent, Store};
 use lightpaths::scene::Scene;
@@ -114,8 +114,8 @@ impl Everything {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("scene.paths");
-        let mut scene = with_gaps(textured(shining()));
-        // So many that some clusters add up what others shine.
+        let mut scene = with_gaps(textured(glossy()));
+        // So many that some clusters add up what others gloss.
         scene.quality.entry_points = 40_000;
         Renderer::store(&context(), scene.clone(), &file, &mut Silent).unwrap();
         let tables = Tables::of(&fs::read(&file).unwrap());

@@ -30,8 +30,8 @@ pub(crate) fn diffuse() -> Scene {
     scene
 }
 
-/// With a teapot that may be edited, and shines.
-pub(crate) fn shining() -> Scene {
+/// With a teapot that may be edited, and is glossy.
+pub(crate) fn glossy() -> Scene {
     let mut scene = diffuse();
     let teapot = scene.materials.iter_mut().find(|material| material.name == "teapot").unwrap();
     (teapot.editable, teapot.specular, teapot.exponent) = (true, Vec3::splat(0.3), 20.0);
@@ -124,7 +124,7 @@ fn a_matt_scene() {
 
 #[test]
 fn a_scene_with_editable_gloss() {
-    let counts = compare(&shining());
+    let counts = compare(&glossy());
     assert!(counts["outgoing directions of clusters"] > 0);
 }
 

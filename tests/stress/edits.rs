@@ -14,7 +14,7 @@ const TINIER: Quality = Quality { entry_points: 1_000, cache_points: 150, gather
 /// A renderer of the scene as it should stand, ahead of its first frame. Lights that are off are not there. Albedos of materials
 /// that are not editable are set afterwards: paths are traced for those at load.
 fn cold(state: &State, quality: &Quality) -> Renderer {
-    let mut scene = scene(state.may_shine);
+    let mut scene = scene(state.may_be_glossy);
     let on = state.lights.iter().filter(|(_, is_on)| *is_on);
     scene.lights = on.map(|(light, _)| light.clone()).collect();
     (scene.cameras[0].position, scene.cameras[0].target) = (state.camera, Vec3::ZERO);
@@ -43,19 +43,19 @@ fn any_sequence_of_edits_of_diffuse_surfaces_ends_where_a_cold_start_does() {
 #[test]
 #[ignore = "full size: make stress"]
 fn any_long_sequence_of_edits_ends_where_a_cold_start_does() {
-    for may_shine in [true, false] {
-        any_sequence_ends_where_a_cold_start_does(may_shine, &TINY, [6, 105], 1_000);
+    for may_be_glossy in [true, false] {
+        any_sequence_ends_where_a_cold_start_does(may_be_glossy, &TINY, [6, 105], 1_000);
     }
 }
 
 /// Checks so often, and renders so many frames before each; `least`: edits that must have been made.
 fn any_sequence_ends_where_a_cold_start_does(
-    may_shine: bool,
+    may_be_glossy: bool,
     quality: &Quality,
     [checks, frames]: [usize; 2],
     least: usize,
 ) {
-    let mut edited = prepare(scene(may_shine), quality.clone());
+    let mut edited = prepare(scene(may_be_glossy), quality.clone());
     edited.move_camera(edited.scene().cameras[0].position, Vec3::ZERO);
     let mut state = State::of(&edited);
     let mut dice = Dice::new(4);

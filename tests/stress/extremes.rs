@@ -123,7 +123,7 @@ fn check_materials(rounds: usize, quality: &Quality, scene: impl Fn() -> Scene) 
     assert_silent(&context());
 }
 
-/// The Box, in which anything may shine.
+/// The Box, in which anything may be glossy.
 fn fickle_box() -> Scene {
     let mut scene = the_box(&["camera.size=[40,30]".to_owned()]);
     scene.materials.iter_mut().for_each(|material| material.editable = true);

@@ -60,7 +60,7 @@ fn pixels_of_consecutive_frames_go_on_as_they_went() {
     for (what, seconds, most) in [
         ("the camera walks", 4.2, [1e-3, 0.1, 0.5]),
         ("a wall changes its colour", 11.0, [1e-5, 1e-4, 1e-3]),
-        ("the teapot begins to shine", 13.7, [1e-5, 1e-4, 1e-3]),
+        ("the teapot becomes glossy", 13.7, [1e-5, 1e-4, 1e-3]),
         ("the camera walks around the gloss", 18.2, [1e-2, 0.25, 0.6]),
         ("the point light moves", 24.0, [1e-4, 2e-3, 0.02]),
         ("the panel comes", 29.6, [1e-5, 1e-4, 1e-3]),

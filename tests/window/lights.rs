@@ -123,7 +123,7 @@ impl<'a> Room<'a> {
         self.demo.drag(1, point(from), point(to), 4);
         let after = self.settled();
         let share = changed_pixels(&before, &after, PICTURE, 2) as f64 / PICTURE.pixels() as f64;
-        assert!(share > 0.1, "light {index} shines elsewhere: {share}");
+        assert!(share > 0.1, "light {index} is_glossy elsewhere: {share}");
         let saved = self.saved();
         for (other, (a, b)) in saved.lights.iter().zip(&self.scene.lights).enumerate() {
             assert!(a.kind == b.kind || other == index, "light {other} stays");

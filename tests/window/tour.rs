@@ -185,7 +185,7 @@ fn left_alone_it_takes_no_time(demo: &Demo, _: &RgbImage) {
     });
 }
 
-/// Its teapot gets to shine, which takes other light paths: the picture is hardly another one.
+/// Its teapot becomes glossy, which takes other light paths: the picture is hardly another one.
 fn a_film_plays(demo: &Demo, home: &RgbImage) {
     let mark = demo.mark();
     tap(demo, ' ');

@@ -26,7 +26,7 @@ pub(super) struct Player {
 
 impl Player {
     /// Begins to play: the file if there is one, else the built-in film of the scene's name. With a scene, that must be prepared first:
-    /// the film lets something shine that the open one knows as diffuse.
+    /// the film makes something glossy that the open one knows as diffuse.
     pub(super) fn begin(session: &Session, recorded: Option<&Path>) -> Result<(Self, Option<Scene>)> {
         let spec = match recorded {
             Some(path) => path.display().to_string(),
@@ -50,7 +50,7 @@ impl Player {
         let mut open = session.scene.clone();
         let mut must_prepare = false;
         for (film, open) in scene.materials.iter().zip(&mut open.materials) {
-            if film.may_shine() && !open.may_shine() {
+            if film.may_be_glossy() && !open.may_be_glossy() {
                 (open.editable, must_prepare) = (true, true);
             }
         }

@@ -288,7 +288,7 @@ impl Session {
         Ok(())
     }
 
-    /// The open scene, in which a film lets more materials shine.
+    /// The open scene, in which a film makes more materials glossy.
     pub(super) fn prepare_for_film(&mut self, scene: Scene) -> Result<()> {
         let (watch, text) = (self.watch.clone(), self.text.clone());
         self.prepare_again(scene, watch)?;

@@ -41,7 +41,7 @@ pub struct Irradiances<'a> {
     pub direct: &'a Buffer,
     /// Indirect irradiance of each pixel, W/m².
     pub indirect: &'a Buffer,
-    /// What each pixel shines, W/m²/sr; none where nothing may.
+    /// Glossy radiance of each pixel, W/m²/sr; none where nothing may.
     pub gloss: Option<&'a Buffer>,
     /// Samples of the pixels that show an edge.
     pub antialias: &'a Antialias,
@@ -64,14 +64,14 @@ impl Compose {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "compose";
 
-    /// Makes room for an image of that size; `shines` where some surfaces may.
+    /// Makes room for an image of that size; `is_glossy` where some surfaces may.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, scene: &SceneBuffers, size: [u32; 2], shines: bool) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, scene: &SceneBuffers, size: [u32; 2], is_glossy: bool) -> Result<Self> {
         let pipeline = |at_edges: u32| {
             let constants =
-                [("SHINES", u32::from(shines)), ("AT_EDGES", at_edges), scene.textures.constant()];
+                [("IS_GLOSSY", u32::from(is_glossy)), ("AT_EDGES", at_edges), scene.textures.constant()];
             Pipeline::new(context, Self::STEM, &constants)
         };
         Ok(Self {
@@ -108,7 +108,7 @@ impl Compose {
             ("IndirectIrradiance", indirect),
             ("EdgeNumbers", &antialias.numbers),
             ("EdgeSlots", &antialias.edge_slots),
-            // Where nothing shines nobody reads it.
+            // If nothing is glossy, no pass reads it.
             ("GlossRadiance", gloss.unwrap_or(indirect)),
             ("Radiance", &self.radiance),
             ("PixelColours", &colours.of_pixels),

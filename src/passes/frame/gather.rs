@@ -56,7 +56,7 @@ pub struct GatherSources<'a> {
     pub irradiance: &'a Buffer,
     /// 1/area of each cluster, 1/m².
     pub inverse_areas: &'a Buffer,
-    /// What clusters that shine send towards directions; none where rays read no slots.
+    /// What glossy clusters send towards directions; none where rays read no slots.
     pub gloss: Option<&'a Gloss>,
 }
 
@@ -75,8 +75,8 @@ pub struct Gather {
     pub bundles: RayBundles,
     /// Radiance of each reflector without its lobe, W/m²/sr; three floats.
     radiances: Buffer,
-    /// By its lobe; where nothing shines, nobody reads it.
-    shines: Buffer,
+    /// By its lobe; if nothing is glossy, no pass reads it.
+    lobe_radiances: Buffer,
     /// `Record` of each cache point.
     pub records: Buffer,
 }
@@ -85,7 +85,7 @@ impl Gather {
     /// Stem of shaders, reference and timing.
     pub const STEM: &str = "gather";
 
-    /// Takes over what the precomputation found; `shines` where some rays read slots.
+    /// Takes over what the precomputation found; `is_glossy` where some rays read slots.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -96,10 +96,10 @@ impl Gather {
         rays: RayTable,
         hemisphere: Hemisphere,
         code: GatherCode,
-        shines: bool,
+        is_glossy: bool,
     ) -> Result<Self> {
         let bundles = RayBundles::new(context, rays, hemisphere)?;
-        Self::of_bundles(context, cache_points, point_count, bundles, hemisphere, code, shines)
+        Self::of_bundles(context, cache_points, point_count, bundles, hemisphere, code, is_glossy)
     }
 
     /// The same, of rays that are bundled.
@@ -113,22 +113,22 @@ impl Gather {
         bundles: RayBundles,
         hemisphere: Hemisphere,
         code: GatherCode,
-        shines: bool,
+        is_glossy: bool,
     ) -> Result<Self> {
-        let does_shine = ("SHINES", u32::from(shines));
-        let constants = [does_shine, has_textures(bundles.has_colours)];
+        let glossy_constant = ("IS_GLOSSY", u32::from(is_glossy));
+        let constants = [glossy_constant, has_textures(bundles.has_colours)];
         let room = |count: u32, bytes: u64| {
             Buffer::storage(context, "reflected radiance", bytes * u64::from(count.max(1)))
         };
         Ok(Self {
-            radiance: Pipeline::new(context, "gather_radiance", &[does_shine])?,
+            radiance: Pipeline::new(context, "gather_radiance", &[glossy_constant])?,
             pipeline: Pipeline::new(context, Self::STEM, &constants)?,
             point_count,
             code,
             hemisphere,
             cache_points,
             radiances: room(bundles.reflector_count, 16)?,
-            shines: room(if shines { bundles.reflector_count } else { 1 }, 12)?,
+            lobe_radiances: room(if is_glossy { bundles.reflector_count } else { 1 }, 12)?,
             bundles,
             // Records that no view has needed yet are never written.
             records: Buffer::from_slice(context, "records", &vec![Record::zeroed(); point_count as usize])?,
@@ -141,9 +141,9 @@ impl Gather {
     }
 
     /// What each reflector sent back when something was last gathered, W/m²/sr: evenly, without the image's colour, three floats of a texel;
-    /// and by its lobe, three floats, of one at most where nothing shines.
+    /// and by its lobe, three floats, of one at most if nothing is glossy.
     pub fn radiances(&self) -> [&Buffer; 2] {
-        [&self.radiances, &self.shines]
+        [&self.radiances, &self.lobe_radiances]
     }
 
     /// Gathers at the cache points of a list.
@@ -169,7 +169,7 @@ impl Gather {
                 ("GlossSlots", slots),
                 ("GlossFluxes", fluxes),
                 ("Radiances", &self.radiances),
-                ("Shines", &self.shines),
+                ("LobeRadiances", &self.lobe_radiances),
             ],
         );
         for (part, bundles) in (0..).zip(&self.bundles.parts) {
@@ -192,7 +192,7 @@ impl Gather {
                     ("Bundles", &bundles.bundles),
                     ("BundleColours", &bundles.colours),
                     ("Radiances", &self.radiances),
-                    ("Shines", &self.shines),
+                    ("LobeRadiances", &self.lobe_radiances),
                     ("Records", &self.records),
                     ("RecordOffsets", &list.offsets),
                     ("ListedRecords", &list.records),

@@ -1,4 +1,4 @@
-//! Surfaces that shine: their first reflection at entry points, and what clusters send towards the directions in which they are
+//! Glossy surfaces: their first reflection at entry points, and what clusters send towards the directions in which they are
 //! read. [Yue §1, §2] Scenes without such surfaces have none of this.
 //! In: lights, deposits. Out: for each light what slots send of it, free of its colour; flux of slots (W).
 //!
@@ -17,7 +17,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// An entry point that may shine.
+    /// An entry point that may be glossy.
     pub struct GlossEntry {
         /// Where it is.
         pub position: Vec3,
@@ -47,13 +47,13 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A path vertex in a cluster that may shine.
+    /// A path vertex in a cluster that may be glossy.
     pub struct GlossVertex {
         /// Unit direction in which a mirror would send its light on; idle at entry points.
         pub mirror: Vec3,
         /// Its material.
         pub material: u32,
-        /// At an entry point that may shine: its index; else [`NO_ENTRY`].
+        /// At an entry point that may be glossy: its index; else [`NO_ENTRY`].
         pub entry: u32,
     }
 }
@@ -147,22 +147,22 @@ pub fn vertices_for(material: &Material) -> u32 {
     (4.0 * excess * excess * (material.exponent + 1.0).sqrt()).ceil() as u32
 }
 
-/// Marks a vertex that is no entry point that may shine, and a base cluster without vertices that may.
+/// Marks a vertex that is no entry point that may be glossy, and a base cluster without vertices that may.
 pub const NO_ENTRY: u32 = u32::MAX;
 
-/// A light, as far as surfaces that shine are concerned.
+/// A light, as far as glossy surfaces are concerned.
 #[derive(Clone, Copy)]
 pub struct GlossLight<'a> {
-    /// Point samples, and so beams at each entry point that may shine.
+    /// Point samples, and so beams at each entry point that may be glossy.
     pub samples: u32,
     /// `GlossBeam`s, entry point by entry point.
     pub beams: &'a Buffer,
     /// What each path carries on from its entry point, per unit of the light's emission and of the area that an entry point stands
-    /// for: three floats; where the entry point may not shine, its form factor.
+    /// for: three floats; if the entry point is not glossy, its form factor.
     pub carried: &'a Buffer,
     /// What each slot that is no sum sends of the light, per unit of its emission; three floats.
     pub slots: &'a Buffer,
-    /// The same of what rays of shining pixels meet, for each sample.
+    /// The same of what rays of glossy pixels meet, for each sample.
     pub hits: &'a Buffer,
 }
 
@@ -219,7 +219,7 @@ pub struct Gloss {
     pub(super) area_m2: f32,
     /// `GlossVertex`s.
     pub vertices: Buffer,
-    /// Added to the index of a deposit of each base cluster it gives that of its vertex; [`NO_ENTRY`] where nothing shines.
+    /// Added to the index of a deposit of each base cluster it gives that of its vertex; [`NO_ENTRY`] if nothing is glossy.
     pub shifts: Buffer,
     /// First base cluster below each cluster, and the end.
     pub base_ranges: Buffer,

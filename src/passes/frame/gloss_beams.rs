@@ -1,4 +1,4 @@
-//! Light straight from the lights at entry points that may shine: beams of each light, and the first reflection into the paths. [Yue §1]
+//! Light straight from the lights at entry points that may be glossy: beams of each light, and the first reflection into the paths. [Yue §1]
 //! In: lights. Out: beams and what paths carry on from their entry points, free of the light's colour.
 
 use crate::gpu::{Buffer, PassScope, Recorder};
@@ -10,7 +10,7 @@ use glam::Vec3;
 gpu_struct! {
     /// Push constants of `gloss_beams`.
     pub struct GlossBeamsPush {
-        /// Entry points that may shine.
+        /// Entry points that may be glossy.
         pub entry_count: u32,
         /// Which light.
         pub light: u32,
@@ -22,7 +22,7 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `gloss_entries`.
     pub struct GlossEntriesPush {
-        /// Entry points that may shine.
+        /// Entry points that may be glossy.
         pub entry_count: u32,
         /// Beams of an entry point.
         pub beam_count: u32,
@@ -38,7 +38,7 @@ impl Gloss {
     /// What the first reflection is called in timings.
     pub const ENTRIES_STEM: &str = "gloss_entries";
 
-    /// Traces a light's beams, and lets paths carry on the light's form `factors` at their entry points: right where these may not shine.
+    /// Traces a light's beams, and lets paths carry on the light's form `factors` at their entry points: exact where these are not glossy.
     /// Records into an open pass: a barrier to dispatches is due between two lights.
     pub fn record_beams(
         &self,
@@ -64,7 +64,7 @@ impl Gloss {
         );
     }
 
-    /// The first reflection at entry points that may shine.
+    /// The first reflection at entry points that may be glossy.
     pub fn record_entries(&self, rec: &mut Recorder, materials: &Buffer, due: &[GlossLight<'_>]) {
         let mut pass = rec.pass(Self::ENTRIES_STEM);
         for light in due {

@@ -1,4 +1,4 @@
-//! Pixels whose surface shines: rays into their Phong lobes, traced once a view, and the light that comes back along them.
+//! Pixels whose surface is glossy: rays into their Phong lobes, traced once a view, and the light that comes back along them.
 //! In: pixels, clusters. Out: radiance (W/m²/sr) beside what the albedo reflects.
 
 use crate::error::Result;
@@ -46,8 +46,8 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// What a pixel shines, W/m²/sr.
-    pub struct GlossShine {
+    /// What a pixel reflects glossily, W/m²/sr.
+    pub struct GlossRadiance {
         /// Of light straight from the lights.
         pub direct: Vec3,
         /// Of light from surfaces.
@@ -116,7 +116,7 @@ gpu_struct! {
 /// What these passes share with their shaders.
 pub const LAYOUTS: &[Layout] = &[
     GlossRay::LAYOUT,
-    GlossShine::LAYOUT,
+    GlossRadiance::LAYOUT,
     GlossMarkPush::LAYOUT,
     GlossListPush::LAYOUT,
     GlossRaysPush::LAYOUT,
@@ -128,16 +128,16 @@ pub const LAYOUTS: &[Layout] = &[
 pub const NO_SLOT: u32 = u32::MAX;
 /// Rays from each sample (`glsl/include/gloss_rays.glsl`).
 pub const LOBE_RAYS: u32 = 4;
-/// There is room for all the samples of so large a share of the pixels: where more shine, each gets fewer.
+/// There is room for all the samples of so large a share of the pixels: if more are glossy, each gets fewer.
 const SHARE: u64 = 8;
 /// But there is room for so many at the least, 5 MB.
 const LEAST_ROOM: u64 = 1 << 16;
-/// Invocations that trace: enough to fill a device, few enough not to be idle in number where little shines.
+/// Invocations that trace: enough to fill a device, few enough not to be idle in number where little is glossy.
 const STRIDE: u32 = 1 << 16;
 /// But so many that none traces the lobes of more samples, lest a device that ends long loops ends these.
 const SAMPLES_OF_INVOCATION: u32 = 8;
 
-/// What shining pixels are lit by, besides their own samples.
+/// What glossy pixels are lit by, besides their own samples.
 #[derive(Clone, Copy)]
 pub struct Surroundings<'a> {
     /// Geometry and materials.
@@ -148,7 +148,7 @@ pub struct Surroundings<'a> {
     pub irradiance: &'a Buffer,
     /// 1/area of each cluster, 1/m².
     pub inverse_areas: &'a Buffer,
-    /// The clusters that shine.
+    /// The glossy clusters.
     pub gloss: &'a Gloss,
     /// First deposit of each base cluster by an entry point, then its first by another vertex, and the end.
     pub deposit_runs: &'a Buffer,
@@ -164,7 +164,7 @@ pub struct GlossPixels {
     pub(super) highlight: Pipeline,
     sum: LightSum,
     meet: VertexKernels,
-    shine: Pipeline,
+    gloss: Pipeline,
     prefix_sum: PrefixSum,
     pub(super) pixel_count: u32,
     pub(super) most_samples: u32,
@@ -181,11 +181,11 @@ pub struct GlossPixels {
     pub rays: Buffer,
     /// Packed colour of the image where each ray met one; a word that nobody reads in scenes without images.
     pub colours: Buffer,
-    /// What the rays of each sample find on what shines, W/m²; three floats.
+    /// What the rays of each sample find on glossy surfaces, W/m²; three floats.
     hits: Buffer,
     /// What each sample sends to the camera straight from the lights, per unit of specular albedo, W/m²/sr; three floats.
     highlights: Buffer,
-    /// `GlossShine` of each pixel.
+    /// `GlossRadiance` of each pixel.
     pub radiance: Buffer,
 }
 
@@ -195,7 +195,7 @@ impl GlossPixels {
     /// What the light is called in timings.
     pub const STEM: &str = "gloss_pixels";
 
-    /// Makes room for an image of that size, with `most_rays` for each shining pixel, in fours; `cluster_bits` wide are clusters in
+    /// Makes room for an image of that size, with `most_rays` for each glossy pixel, in fours; `cluster_bits` wide are clusters in
     /// targets of rays. Without light paths the pixels show highlights alone, and no ray is traced.
     ///
     /// # Errors
@@ -221,7 +221,7 @@ impl GlossPixels {
             highlight: Pipeline::new(context, Self::HIGHLIGHTS_STEM, &[])?,
             sum: LightSum::new(context)?,
             meet: VertexKernels::new(context, "gloss_hits")?,
-            shine: Pipeline::new(context, Self::STEM, &[textures.constant()])?,
+            gloss: Pipeline::new(context, Self::STEM, &[textures.constant()])?,
             prefix_sum: PrefixSum::new(context, pixel_count)?,
             pixel_count,
             most_samples,
@@ -238,12 +238,12 @@ impl GlossPixels {
             radiance: Buffer::storage(
                 context,
                 "gloss radiance",
-                u64::from(pixel_count) * size_of::<GlossShine>() as u64,
+                u64::from(pixel_count) * size_of::<GlossRadiance>() as u64,
             )?,
         })
     }
 
-    /// Finds the pixels that shine, samples them, and traces their lobes.
+    /// Finds the glossy pixels, samples them, and traces their lobes.
     pub fn record_rays(
         &self,
         rec: &mut Recorder,
@@ -316,7 +316,7 @@ impl GlossPixels {
         );
     }
 
-    /// The light that the pixels shine: what comes back along the rays, and the sums of the lights' hits and highlights, each with its
+    /// The light that the glossy pixels reflect: what comes back along the rays, and the sums of the lights' hits and highlights, each with its
     /// emission. `due` are lights whose hits are out of date.
     pub fn record(
         &self,
@@ -363,7 +363,7 @@ impl GlossPixels {
         gloss.sum.record(&mut pass, hits, capacity, 1.0, &self.hits);
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
-            &self.shine,
+            &self.gloss,
             [pixel_count, 1, 1],
             &GlossPixelsPush { pixel_count, most_samples, capacity, cluster_bits },
             &[
@@ -385,7 +385,7 @@ impl GlossPixels {
         );
     }
 
-    /// Shining pixels of the last view.
+    /// Glossy pixels of the last view.
     ///
     /// # Errors
     /// The device failed.

@@ -1,5 +1,5 @@
-//! Highlights: what shining pixels send to the camera of one light, straight from it. They are a layer of the light, one value a sample.
-//! In: samples of shining pixels, a light. Out: its layer, per unit of its emission and of the specular albedo.
+//! Highlights: what glossy pixels send to the camera of one light, straight from it. They are a layer of the light, one value a sample.
+//! In: samples of glossy pixels, a light. Out: its layer, per unit of its emission and of the specular albedo.
 
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, PassScope};

@@ -82,7 +82,7 @@ pub const LAYOUTS: &[Layout] = &[
 pub struct ClusterLight<'a> {
     /// Its form factors at entry points, 1/m² or as its kind has them.
     pub factors: &'a Buffer,
-    /// What paths carry on from there, three floats; none where nothing may shine: then it is the factors.
+    /// What paths carry on from there, three floats; none if nothing may be glossy: then it is the factors.
     pub carried: Option<&'a Buffer>,
     /// `ClusterLayer` of each base cluster.
     pub layer: &'a Buffer,
@@ -184,7 +184,7 @@ impl Pyramid {
     /// Uploads the nesting. `first_deposits` has the first deposit of each base cluster by an entry
     /// point, then its first by another vertex, and the end. No root is divided by an area below `entry_area_m2`, that of one entry point: what
     /// is smaller cannot be resolved. Smaller clusters are read as parts of views only, whose weights are proportional to area.
-    /// `shines`: lights say what paths carry on.
+    /// `is_glossy`: lights say what paths carry on.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -193,7 +193,7 @@ impl Pyramid {
         hvds: &Hvds,
         first_deposits: &[u32],
         entry_area_m2: f32,
-        shines: bool,
+        is_glossy: bool,
     ) -> Result<Self> {
         let roots = hvds.levels.last().map_or(0, |roots| roots.start) as usize;
         let inverse_areas: Vec<f32> = (0..)
@@ -208,7 +208,7 @@ impl Pyramid {
         // What nobody reads is never written.
         let dark = vec![Vec3::ZERO; hvds.cluster_count() as usize];
         let layers = |lights| {
-            let constants = [("LIGHTS", lights as u32), ("SHINES", u32::from(shines))];
+            let constants = [("LIGHTS", lights as u32), ("IS_GLOSSY", u32::from(is_glossy))];
             Pipeline::new(context, Self::LAYERS_STEM, &constants)
         };
         Ok(Self {
@@ -294,7 +294,7 @@ impl Pyramid {
         let single = groups.remainder().chunks(1).map(|light| (one, light));
         for (pipeline, lights) in groups.map(|lights| (four, lights)).chain(single) {
             let light = |place: usize| lights.get(place).unwrap_or(&lights[0]);
-            // Where nothing shines nobody reads it.
+            // If nothing is glossy, no pass reads it.
             let carried = |place: usize| light(place).carried.unwrap_or(light(place).factors);
             for (part, items) in deposits.spans(self.most_deposits) {
                 let push = HvdsLayerPush {

@@ -14,7 +14,7 @@ gpu_struct! {
         pub count: u32,
         /// 1: adds to the sums so far; 0: starts from zero.
         pub adds: u32,
-        /// From one value of a row to the next; 0 where no light shines.
+        /// From one value of a row to the next; 0 where no light is active.
         pub step: u32,
         /// Of the whole.
         pub scale: f32,

@@ -80,7 +80,7 @@ impl NearLamps {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "near_lamps";
 
-    /// Sorts entry points, each of which stands for `area_m2` in the mean, by place. Those on what may shine are left out: beams find what they send.
+    /// Sorts entry points, each of which stands for `area_m2` in the mean, by place. Those on what may be glossy are left out: beams find what they send.
     ///
     /// # Errors
     /// A Vulkan call failed.
@@ -88,7 +88,7 @@ impl NearLamps {
         context: &Arc<Context>,
         entry_points: &[PathVertex],
         surfaces: &[Surface],
-        may_shine: impl Fn(u32) -> bool,
+        may_be_glossy: impl Fn(u32) -> bool,
         area_m2: f32,
     ) -> Result<Self> {
         let mut made = Self {
@@ -102,7 +102,7 @@ impl NearLamps {
         };
         let mut sorted: Vec<(u64, Point)> = (0..)
             .zip(entry_points)
-            .filter(|(_, point)| point.weight > 0.0 && !may_shine(surfaces[point.side as usize / 2].material))
+            .filter(|(_, point)| point.weight > 0.0 && !may_be_glossy(surfaces[point.side as usize / 2].material))
             .map(|(index, point)| {
                 let normal = surfaces[point.side as usize / 2].normal_of(point.side % 2 == 1);
                 let area_m2 = point.weight * area_m2;
@@ -277,7 +277,7 @@ impl NearLamps {
     }
 }
 
-/// Directions from a point or spot light, evenly over where it shines, and the flux of each per unit of its intensity, sr.
+/// Directions from a point or spot light, evenly over its cone, and the flux of each per unit of its intensity, sr.
 fn directions(light: &LightSource) -> Vec<(Vec3, f32)> {
     let unit = LightSource { emission: Vec3::ONE, ..*light };
     let (axis, least) = match light.kind {

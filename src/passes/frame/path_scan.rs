@@ -17,7 +17,7 @@ gpu_struct! {
     /// How the energy of one vertex follows from that of the vertex before.
     pub struct PathStep {
         /// Material that reflected the path towards this vertex; [`HEAD`] where the path starts, [`FROM_ENTRY`] where an entry
-        /// point that may shine did: what it reflects depends on the light.
+        /// point that may be glossy did: what it reflects depends on the light.
         pub material: u32,
         /// cosθ/(π·pdf) over the survival probability.
         pub weight: f32,
@@ -91,7 +91,7 @@ pub const LAYOUTS: &[Layout] = &[
 
 /// Material of the first vertex of a path.
 pub const HEAD: u32 = u32::MAX;
-/// Stands for the material of an entry point that may shine: its factor comes with the path's flux.
+/// Stands for the material of an entry point that may be glossy: its factor comes with the path's flux.
 pub const FROM_ENTRY: u32 = u32::MAX - 1;
 /// Vertices of one block, which a workgroup shares (`glsl/include/path_scan.glsl`).
 const BLOCK_STEPS: u32 = 1024;
@@ -104,7 +104,7 @@ pub struct PathScan {
     carry: Pipeline,
     apply: Pipeline,
     steps: Parts,
-    /// Of each step 1 − cosα off the mirror direction, in parts like the steps'; where nothing shines, there are none.
+    /// Of each step 1 − cosα off the mirror direction, in parts like the steps'; if nothing is glossy, there are none.
     lobes: Option<Parts>,
     step_count: u32,
     /// Invocations that share a block.
@@ -123,7 +123,7 @@ impl PathScan {
     pub const STEM: &str = "path_scan";
 
     /// Uploads the paths. `colours`: packed, of the image where the step before ended; none at all in scenes without images. `lobes` is
-    /// empty where no material may shine; else deposits are in one part, for whoever looks them up.
+    /// empty where no material may be glossy; else deposits are in one part, for whoever looks them up.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -154,7 +154,7 @@ impl PathScan {
         let most = most_blocks.max(1).saturating_mul(BLOCK_STEPS);
         let scan_group = context.tuning().scan_group;
         let group = ("local_size_x", scan_group);
-        let constants = [group, ("SHINES", u32::from(!lobes.is_empty())), has_textures(!colours.is_empty())];
+        let constants = [group, ("IS_GLOSSY", u32::from(!lobes.is_empty())), has_textures(!colours.is_empty())];
         let lobes =
             (!lobes.is_empty()).then(|| Parts::cut(context, "path lobes", lobes, most)).transpose()?;
         let colours =
@@ -297,7 +297,7 @@ impl PathScan {
 struct Bound<'a> {
     blocks: Range<u32>,
     steps: &'a Part,
-    /// Where nothing shines nobody reads them.
+    /// If nothing is glossy, no pass reads them.
     lobes: &'a Buffer,
     /// Where there are no images nobody reads them.
     colours: &'a Buffer,

@@ -1,4 +1,4 @@
-//! Where rays of shining pixels find the slots that gather rays read: what a cluster sends towards a direction is known there already.
+//! Where rays of glossy pixels find the slots that gather rays read: what a cluster sends towards a direction is known there already.
 //! In: slots. Out: a list of directions for each cluster.
 
 use crate::error::Result;
@@ -46,7 +46,7 @@ impl SlotReads {
         })
     }
 
-    /// Nothing to read: rays of pixels ask the vertices of all surfaces that shine.
+    /// Nothing to read: rays of pixels ask the vertices of all glossy surfaces.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.

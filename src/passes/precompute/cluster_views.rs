@@ -102,7 +102,7 @@ impl Sources<'_> {
     }
 }
 
-/// Measures the pairs of all rays that do not meet what may shine, makes the views, and packs the rays anew: a target beyond the
+/// Measures the pairs of all rays that do not meet what may be glossy, makes the views, and packs the rays anew: a target beyond the
 /// clusters is a view. The tables are empty where nothing is hidden; then the rays stay as they are.
 ///
 /// # Errors
@@ -197,7 +197,7 @@ fn readers(
             return None;
         }
         let material = &sources.materials[(row.target >> code.cluster_bits) as usize];
-        (!material.may_shine()).then_some(cluster)
+        (!material.may_be_glossy()).then_some(cluster)
     };
     let mut is_read = vec![false; sources.hvds.cluster_count() as usize];
     table.scan(1, |_, rays| {

@@ -1,4 +1,4 @@
-//! What a frame needs where surfaces shine: entry points whose first reflection depends on the light, the mirror directions of
+//! What a frame needs where surfaces are glossy: entry points whose first reflection depends on the light, the mirror directions of
 //! path vertices, and which outgoing directions of which clusters gather rays read. [Yue §2]
 //! In: paths, gather rays. Out: tables; gather rays that read a direction point to its slot.
 
@@ -17,13 +17,13 @@ use std::ops::Range;
 /// The tables. A *slot* is one outgoing direction of one cluster.
 #[derive(Debug, Default)]
 pub struct GlossTables {
-    /// Entry points that may shine.
+    /// Entry points that may be glossy.
     pub entries: Vec<GlossEntry>,
-    /// Vertices of the base clusters that hold a surface that may shine, in the order of their deposits.
+    /// Vertices of the base clusters that hold a surface that may be glossy, in the order of their deposits.
     pub vertices: Vec<GlossVertex>,
     /// Vertices at most below a cluster that asks them itself.
     pub most_vertices: u32,
-    /// Added to the index of a deposit of each base cluster, wrapping, it gives that of its vertex; [`NO_ENTRY`] where nothing shines.
+    /// Added to the index of a deposit of each base cluster, wrapping, it gives that of its vertex; [`NO_ENTRY`] if nothing is glossy.
     pub shifts: Vec<u32>,
     /// First base cluster below each cluster, and the end.
     pub base_ranges: Vec<UVec2>,
@@ -66,7 +66,7 @@ pub struct Sources<'a> {
     pub directions: Directions,
 }
 
-/// Makes the tables, and packs the gather rays anew: a target beyond clusters and views is a slot. Without materials that may shine
+/// Makes the tables, and packs the gather rays anew: a target beyond clusters and views is a slot. Without materials that may be glossy
 /// nothing is done, and none are made.
 ///
 /// # Errors
@@ -76,7 +76,7 @@ pub fn build(
     rays: &RayTable,
     code: GatherCode,
 ) -> Result<Option<(GlossTables, GatherCode)>> {
-    if !sources.materials.iter().any(Material::may_shine) {
+    if !sources.materials.iter().any(Material::may_be_glossy) {
         return Ok(None);
     }
     let mut tables = GlossTables::default();
@@ -123,12 +123,12 @@ const LEAF_VERTICES: u32 = 512;
 /// A ray that reads no direction.
 const NO_BIN: u32 = u32::MAX;
 
-/// For each gather ray the bin towards which the surface that it meets must shine.
+/// For each gather ray the bin towards which the surface that it meets must reflect.
 fn wanted_directions(sources: &Sources<'_>, rows: &[GatherRay], code: GatherCode) -> Vec<u32> {
     let directions = sources.ray_directions();
-    let may_shine: Vec<bool> = sources.materials.iter().map(Material::may_shine).collect();
+    let may_be_glossy: Vec<bool> = sources.materials.iter().map(Material::may_be_glossy).collect();
     let wanted = |(index, found): (usize, &GatherRay)| {
-        if found.target == NO_TARGET || !may_shine[(found.target >> code.cluster_bits) as usize] {
+        if found.target == NO_TARGET || !may_be_glossy[(found.target >> code.cluster_bits) as usize] {
             return NO_BIN;
         }
         sources.directions.bin(directions.back(index))
@@ -163,7 +163,7 @@ impl GlossTables {
         let leaving = arrivals.departures.iter().zip(&arrivals.entry_colours);
         for ((path, entry), (&departure, &colour)) in (0..).zip(sources.entry_points).zip(leaving) {
             let surface = &sources.surfaces[entry.side as usize / 2];
-            if sources.materials[surface.material as usize].may_shine() {
+            if sources.materials[surface.material as usize].may_be_glossy() {
                 let normal = if entry.side % 2 == 1 { -surface.normal } else { surface.normal };
                 self.entries.push(GlossEntry {
                     position: entry.position,
@@ -178,20 +178,20 @@ impl GlossTables {
         }
     }
 
-    /// Lists the vertices of base clusters that may shine.
+    /// Lists the vertices of base clusters that may be glossy.
     fn find_vertices(&mut self, sources: &Sources<'_>) {
         let arrivals = &sources.paths.arrivals;
         let mut entry_of_path = vec![NO_ENTRY; sources.entry_points.len()];
         for (index, entry) in (0..).zip(&self.entries) {
             entry_of_path[entry.path as usize] = index;
         }
-        let mut shines = vec![false; sources.hvds.wholes.len()];
+        let mut is_glossy = vec![false; sources.hvds.wholes.len()];
         for piece in &sources.hvds.pieces {
             let material = sources.surfaces[piece.side as usize / 2].material;
-            shines[piece.cluster as usize] |= sources.materials[material as usize].may_shine();
+            lobe_radiances[piece.cluster as usize] |= sources.materials[material as usize].may_be_glossy();
         }
-        for (cluster, shines) in shines.into_iter().enumerate() {
-            if !shines {
+        for (cluster, is_glossy) in is_glossy.into_iter().enumerate() {
+            if !is_glossy {
                 self.shifts.push(NO_ENTRY);
                 continue;
             }

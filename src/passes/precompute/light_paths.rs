@@ -9,7 +9,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::path_scan::PathStep;
 use crate::passes::{ClusterBuffers, SceneBuffers, turns};
 use crate::scene::Material;
-use crate::types::{CUT_SHORT, Deposit, Grid, MAY_SHINE, PathVertex, Reflectance, Surface};
+use crate::types::{CUT_SHORT, Deposit, Grid, MAY_BE_GLOSSY, PathVertex, Reflectance, Surface};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -105,9 +105,9 @@ pub fn trace(
         live.push(PathState::at(path, entry.position, entry.side, entry.weight));
     }
 
-    let may_shine: Vec<bool> = materials.iter().map(Material::may_shine).collect();
-    let shines = may_shine.contains(&true);
-    let walk = Walk::new(context, scene, clusters, entry_points.len() as u32, shines, seed)?;
+    let may_be_glossy: Vec<bool> = materials.iter().map(Material::may_be_glossy).collect();
+    let is_glossy = may_be_glossy.contains(&true);
+    let walk = Walk::new(context, scene, clusters, entry_points.len() as u32, is_glossy, seed)?;
     let mut chunks = Chunks::new(1 << 12, LIMIT);
     progress.stage("light paths", live.len() as u64);
     let total = live.len() as u64;
@@ -136,10 +136,10 @@ pub fn trace(
             group(&mut vertices, entry_points, |side| bits[surfaces[side as usize / 2].material as usize]);
     }
     let mut paths =
-        LightPaths::from_vertices(vertices, surfaces, &may_shine, entry_points.len(), clusters.base_count);
+        LightPaths::from_vertices(vertices, surfaces, &may_be_glossy, entry_points.len(), clusters.base_count);
     paths.group_steps(&masks);
     paths.names = names;
-    if !shines {
+    if !is_glossy {
         paths.arrivals = Arrivals::default();
     }
     if !scene.textures.are_used {
@@ -162,8 +162,8 @@ pub fn retrace(
 ) -> Result<Vec<(Vec3, u32)>> {
     // Nobody asks for clusters.
     let nowhere = ClusterBuffers::none(context)?;
-    let shines = materials.iter().any(|material| material.flags & MAY_SHINE != 0);
-    let mut walk = Walk::new(context, scene, &nowhere, 1, shines, seed)?;
+    let is_glossy = materials.iter().any(|material| material.flags & MAY_BE_GLOSSY != 0);
+    let mut walk = Walk::new(context, scene, &nowhere, 1, is_glossy, seed)?;
     walk.materials = Buffer::from_slice(context, "materials of paths", materials)?;
     let (mut found, mut live) = (Vec::new(), vec![state]);
     while !live.is_empty() {
@@ -194,7 +194,7 @@ impl Walk {
         scene: &SceneBuffers,
         clusters: &ClusterBuffers,
         paths: u32,
-        shines: bool,
+        is_glossy: bool,
         seed: u32,
     ) -> Result<Self> {
         let limit = u64::from(paths.clamp(1, LIMIT));
@@ -202,7 +202,7 @@ impl Walk {
             ("STEPS", STEPS),
             ("ROULETTE_THRESHOLD", ROULETTE_THRESHOLD.to_bits()),
             ("EDITABLE_ALBEDO", EDITABLE_ALBEDO.to_bits()),
-            ("SHINES", u32::from(shines)),
+            ("IS_GLOSSY", u32::from(is_glossy)),
             scene.textures.constant(),
         ];
         let vertex_bytes = limit * u64::from(STEPS) * size_of::<PathVertex>() as u64;

@@ -117,7 +117,7 @@ impl NearHits {
             let cluster = found.target & mask;
             let Some(patch) = sources.patches.get(cluster as usize) else { continue };
             let is_near = point.position.distance(patch.middle) < sources.reach;
-            if !is_near || sources.materials[(found.target >> code.cluster_bits) as usize].may_shine() {
+            if !is_near || sources.materials[(found.target >> code.cluster_bits) as usize].may_be_glossy() {
                 continue;
             }
             // Where the ray meets the cluster's plane, not outside its cell.

@@ -38,7 +38,7 @@ impl Vertex {
     }
 }
 
-/// What is known of the vertices where a material may shine.
+/// What is known of the vertices where a material may be glossy.
 #[derive(Default)]
 pub struct Arrivals {
     /// Of each step: 1 − cosα off the mirror direction at the vertex before.
@@ -90,7 +90,7 @@ pub struct LightPaths {
     pub groups: Vec<PathGroup>,
     /// Of each path the number that names its random numbers; none at all where that is its own.
     pub names: Vec<u32>,
-    /// Empty where nothing shines.
+    /// Empty if nothing is glossy.
     pub arrivals: Arrivals,
     /// Vertices that no cluster holds: those inside solids, where parts reach into each other.
     pub lost: u64,
@@ -145,7 +145,7 @@ impl LightPaths {
     pub(super) fn from_vertices(
         mut vertices: Vec<Vertex>,
         surfaces: &[Surface],
-        may_shine: &[bool],
+        may_be_glossy: &[bool],
         paths: usize,
         base_clusters: u32,
     ) -> Self {
@@ -196,7 +196,7 @@ impl LightPaths {
                 if is_entry {
                     arrivals.departures[vertex.path as usize] = vertex.incoming;
                     arrivals.entry_colours[vertex.path as usize] = vertex.colour;
-                    material = if may_shine[material as usize] { FROM_ENTRY } else { material };
+                    material = if may_be_glossy[material as usize] { FROM_ENTRY } else { material };
                 }
             }
             steps.push(PathStep { material, weight: vertex.weight, slot });

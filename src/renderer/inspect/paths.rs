@@ -17,7 +17,7 @@ pub struct PathPoint {
     /// Base cluster that takes what arrives; none inside solids, where parts reach into each other.
     pub cluster: Option<u32>,
     /// Share of the path's flux that arrives here, per channel, as materials were in the last frame; of a path whose entry point may
-    /// shine, of the flux that it carries on from there. Zero where no cluster takes it.
+    /// gloss, of the flux that it carries on from there. Zero where no cluster takes it.
     pub throughput: Vec3,
 }
 

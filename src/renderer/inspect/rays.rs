@@ -2,7 +2,7 @@
 //! is: the point's bundles name its reflectors.
 //!
 //! A ray that meets a cluster reads the cluster itself; or a *view* of it, what shows of it towards the ray's bin of directions; or a
-//! *part* of it, which the point sees from nearby; or a *slot* of it, where it shines, towards a direction. A bundle names what is
+//! *part* of it, which the point sees from nearby; or a *slot* of it, if it is glossy, towards a direction. A bundle names what is
 //! read, not which rays do: where several reflectors of a point stand for the cluster that a ray met, the direction decides. Two rays of one
 //! bin may so be taken to read one view although one of them, along which nothing can hide a part of the cluster, reads the cluster.
 
@@ -103,10 +103,10 @@ impl Renderer {
             segment.reflector = self.reading_of(&readings, [cluster, material], -ray.direction);
             if let Some(reflector) = segment.reflector {
                 let colour = tracing.geometry.colour(hit.triangle, hit.barycentric).as_vec3();
-                let [diffuse, shine] = radiances
+                let [diffuse, gloss] = radiances
                     .each_ref()
                     .map(|list| list.get(reflector as usize).copied().unwrap_or(Vec3::ZERO));
-                segment.radiance = self.lights.tint * (colour * diffuse + shine);
+                segment.radiance = self.lights.tint * (colour * diffuse + gloss);
             }
             segment
         };
@@ -115,11 +115,11 @@ impl Renderer {
 
     /// What reflectors send back: evenly, and by their lobes, if there are any.
     fn reflected(&self) -> Result<[Vec<Vec3>; 2]> {
-        let [diffuse, shine] = self.gather.radiances();
+        let [diffuse, gloss] = self.gather.radiances();
         let count = if self.has_picture() { self.gather.bundles.reflector_count as usize } else { 0 };
-        let shines = if self.shine.is_some() { count } else { 0 };
+        let is_glossy = if self.gloss.is_some() { count } else { 0 };
         let diffuse = diffuse.read_range::<Vec4>(0, count)?;
-        Ok([diffuse.into_iter().map(Vec4::truncate).collect(), shine.read_range(0, shines)?])
+        Ok([diffuse.into_iter().map(Vec4::truncate).collect(), gloss.read_range(0, is_glossy)?])
     }
 
     /// The reflectors of a cache point.
@@ -130,8 +130,8 @@ impl Renderer {
         reflectors.sort_unstable();
         reflectors.dedup();
         let targets: Vec<u32> = bundles.reflectors.read()?;
-        let slots: Vec<GlossSlot> = match &self.shine {
-            Some(shine) => shine.clusters.slots.read()?,
+        let slots: Vec<GlossSlot> = match &self.gloss {
+            Some(gloss) => gloss.clusters.slots.read()?,
             None => Vec::new(),
         };
         let (views, parts) = (self.views.tables(), self.scopes.near_parts());

@@ -96,14 +96,14 @@ fn paths(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
         demand((point.side as usize) < sides && is_held && is_finite, "entry points")?;
     }
     let (steps, deposits) = (&paths.steps, &paths.deposits);
-    let shines = !paths.arrivals.lobes.is_empty();
-    demand(shines == (contents.numbers.has_gloss != 0) || steps.is_empty(), "lobes")?;
-    demand(!shines || paths.arrivals.lobes.len() == steps.len(), "lobes")?;
+    let is_glossy = !paths.arrivals.lobes.is_empty();
+    demand(is_glossy == (contents.numbers.has_gloss != 0) || steps.is_empty(), "lobes")?;
+    demand(!is_glossy || paths.arrivals.lobes.len() == steps.len(), "lobes")?;
     demand(paths.colours.len() == if has_images(scene) { steps.len() } else { 0 }, "colours of steps")?;
     for step in steps {
         let is_known = (step.material as usize) < scene.materials.len()
             || step.material == HEAD
-            || (shines && step.material == FROM_ENTRY);
+            || (is_glossy && step.material == FROM_ENTRY);
         demand(is_known && (step.slot as usize) < deposits.len(), "steps")?;
     }
     let heads = steps.iter().filter(|step| step.material == HEAD).count();

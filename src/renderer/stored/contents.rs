@@ -14,7 +14,7 @@ use crate::types::{CachePoint, Deposit, Grid, PathVertex};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Everything that is stored. `first_children` of the hierarchy are still to be linked, and `base_ranges` of what shines to be found.
+/// Everything that is stored. `first_children` of the hierarchy are still to be linked, and `base_ranges` of glossy surfaces to be found.
 pub(super) struct Contents {
     pub(super) numbers: Numbers,
     pub(super) counts: BTreeMap<String, u64>,

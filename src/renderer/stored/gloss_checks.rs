@@ -1,4 +1,4 @@
-//! Whether the tables of what shines fit together.
+//! Whether the tables of glossy surfaces fit together.
 
 use super::checks::{cuts, demand};
 use super::contents::Contents;
@@ -7,20 +7,20 @@ use crate::scene::{Material, Scene};
 use crate::stored::Refusal;
 
 pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
-    let shines = scene.materials.iter().any(Material::may_shine);
-    demand(shines == contents.gloss.is_some(), "what shines")?;
+    let is_glossy = scene.materials.iter().any(Material::may_be_glossy);
+    demand(is_glossy == contents.gloss.is_some(), "glossy surfaces")?;
     let Some(gloss) = &contents.gloss else { return Ok(()) };
     let is_material = |material: u32| (material as usize) < scene.materials.len();
     let (entries, vertices) = (gloss.entries.len(), gloss.vertices.len());
     let is_entry = |entry: u32| entry == NO_ENTRY || (entry as usize) < entries;
     for entry in &gloss.entries {
         let is_path = (entry.path as usize) < contents.entry_points.len();
-        demand(is_path && is_material(entry.material), "shining entry points")?;
+        demand(is_path && is_material(entry.material), "glossy entry points")?;
     }
     let mut all = gloss.vertices.iter();
-    demand(all.all(|vertex| is_material(vertex.material) && is_entry(vertex.entry)), "shining vertices")?;
+    demand(all.all(|vertex| is_material(vertex.material) && is_entry(vertex.entry)), "glossy vertices")?;
     // It bounds how many dispatches there are.
-    demand(gloss.most_vertices as usize <= contents.paths.deposits.len(), "most shining vertices")?;
+    demand(gloss.most_vertices as usize <= contents.paths.deposits.len(), "most glossy vertices")?;
 
     let hvds = &contents.hvds;
     let first = &contents.paths.first_deposits;

@@ -97,7 +97,7 @@ impl Look {
         }
     }
 
-    /// Whether that will do in its place. The exponent of what does not shine means nothing.
+    /// Whether that will do in its place. The exponent of a diffuse material means nothing.
     fn is_met_by(self, found: Self) -> bool {
         let albedos = (self.diffuse - found.diffuse).abs().max((self.specular - found.specular).abs());
         let sharpness = (self.exponent / found.exponent).ln().abs();

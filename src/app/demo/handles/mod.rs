@@ -144,7 +144,7 @@ fn scale(lens: &Lens, origin: Vec3) -> Option<(Vec2, f32)> {
     Some((centre, lens.metres_per_point(depth).min(0.5 * depth / AIM)))
 }
 
-/// Unit direction in which it shines; none for a light that shines everywhere.
+/// Unit direction of emission; none for a light that emits everywhere.
 fn aim(kind: &LightKind) -> Option<Vec3> {
     match *kind {
         LightKind::Point { .. } => None,

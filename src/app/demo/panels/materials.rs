@@ -26,7 +26,7 @@ pub(super) fn materials(ui: &mut Ui, session: &mut Session, ui_state: &mut UiSta
     if material.texture.is_some() {
         ui.small("Multiplied with the material's image.");
     }
-    if material.may_shine() {
+    if material.may_be_glossy() {
         albedo(ui, "Specular", &mut finish.specular);
         row(ui, "Exponent", |ui| {
             ui.add(egui::Slider::new(&mut finish.exponent, 1.0..=1000.0).logarithmic(true))

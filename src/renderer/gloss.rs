@@ -1,4 +1,4 @@
-//! What a frame does where surfaces may shine. Scenes in which none may have none of this.
+//! What a frame does where surfaces may be glossy. Scenes in which none may have none of this.
 
 use super::Stages;
 use super::lights::{GlossRoom, Lights};
@@ -18,8 +18,8 @@ use crate::types::View;
 use glam::Vec3;
 use std::sync::Arc;
 
-/// The passes of surfaces that shine.
-pub(super) struct Shine {
+/// The passes of glossy surfaces.
+pub(super) struct GlossPasses {
     /// On clusters.
     pub(super) clusters: Gloss,
     /// In the picture.
@@ -27,13 +27,13 @@ pub(super) struct Shine {
     /// What its rays read of the clusters.
     reads: SlotReads,
     /// Materials that had a lobe, or might get one, when the paths were traced.
-    may_shine: Vec<bool>,
+    may_be_glossy: Vec<bool>,
     /// Some material has a lobe now.
-    pub(super) shines: bool,
+    pub(super) is_glossy: bool,
     seed: u32,
 }
 
-impl Shine {
+impl GlossPasses {
     pub(super) fn new(
         context: &Arc<Context>,
         scene: &Scene,
@@ -57,8 +57,8 @@ impl Shine {
                 quality.gloss_rays,
                 (cluster_bits, quality.entry_points > 0),
             )?,
-            may_shine: scene.materials.iter().map(Material::may_shine).collect(),
-            shines: has_lobes(&scene.materials),
+            may_be_glossy: scene.materials.iter().map(Material::may_be_glossy).collect(),
+            is_glossy: has_lobes(&scene.materials),
             seed: quality.seed,
         })
     }
@@ -72,18 +72,18 @@ impl Shine {
         }
     }
 
-    /// Whether a material was known to shine, or to be editable, when the paths were traced.
-    pub(super) fn may_shine(&self, material: usize) -> bool {
-        self.may_shine[material]
+    /// Whether a material was known to be glossy, or to be editable, when the paths were traced.
+    pub(super) fn may_be_glossy(&self, material: usize) -> bool {
+        self.may_be_glossy[material]
     }
 
     /// Takes note of edited materials.
     pub(super) fn edited(&mut self, materials: &[Material]) {
-        self.shines = has_lobes(materials);
+        self.is_glossy = has_lobes(materials);
         self.clusters.most_asked = most_asked(materials);
     }
 
-    /// Which pixels shine, and their rays.
+    /// Which pixels are glossy, and their rays.
     pub(super) fn record_rays(
         &self,
         rec: &mut Recorder,
@@ -139,7 +139,7 @@ impl Shine {
         }
     }
 
-    /// What clusters shine. Where no material has a lobe, once more after the last one lost it: then all is zero.
+    /// Glossy radiance of clusters. Where no material has a lobe, once more after the last one lost it: then all is zero.
     pub(super) fn record_clusters(
         &self,
         rec: &mut Recorder,
@@ -149,14 +149,14 @@ impl Shine {
         deposits: &Buffer,
         lights: &Lights,
     ) {
-        if self.shines || stages.lobes {
+        if self.is_glossy || stages.lobes {
             let paths = (&pyramid.deposit_runs, deposits);
             self.clusters.record(rec, materials, paths, &lights.without_slots(), &lights.slots());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
     }
 
-    /// What pixels shine.
+    /// Glossy radiance of pixels.
     pub(super) fn record_pixels(
         &self,
         rec: &mut Recorder,
@@ -166,7 +166,7 @@ impl Shine {
         deposits: &Buffer,
         lights: &Lights,
     ) {
-        if !self.shines {
+        if !self.is_glossy {
             return;
         }
         let around = Surroundings {

@@ -119,15 +119,15 @@ gpu_struct! {
     }
 }
 
-/// Openness of a path vertex all of which counts.
+/// Accessibility of a path vertex all of which counts.
 pub const OPEN: u32 = 255;
 /// Bits of a deposit that name its path.
 const PATH_BITS: u32 = 24;
 
 impl Deposit {
     /// Of a path whose throughput is still to be found.
-    pub fn new(path: u32, openness: u32) -> Self {
-        Self { throughput: Vec3::ZERO, what: path | openness << PATH_BITS }
+    pub fn new(path: u32, accessibility: u32) -> Self {
+        Self { throughput: Vec3::ZERO, what: path | accessibility << PATH_BITS }
     }
 
     /// Index of the path.
@@ -136,7 +136,7 @@ impl Deposit {
     }
 
     /// What counts of the vertex for readers from afar, 0..=[`OPEN`].
-    pub fn openness(&self) -> u32 {
+    pub fn accessibility(&self) -> u32 {
         self.what >> PATH_BITS
     }
 }

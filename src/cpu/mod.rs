@@ -27,7 +27,7 @@ pub mod math;
 pub mod near_field;
 pub mod near_lamps;
 pub mod needed_records;
-pub mod openness;
+pub mod accessibility;
 pub mod path_scan;
 pub mod path_trace;
 pub mod photon_gather;

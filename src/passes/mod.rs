@@ -24,7 +24,7 @@ pub fn layouts() -> Vec<Layout> {
         precompute::rays::LAYOUTS,
         precompute::entry_points::LAYOUTS,
         precompute::light_paths::LAYOUTS,
-        precompute::openness::LAYOUTS,
+        precompute::accessibility::LAYOUTS,
         precompute::clearance::LAYOUTS,
         precompute::gather_rays::LAYOUTS,
         precompute::neighbours::LAYOUTS,

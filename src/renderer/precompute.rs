@@ -19,7 +19,7 @@ use crate::passes::precompute::{
     Progress, light_paths, narrow_gaps,
     near_clusters::{self, Extent},
     near_hits::{self, NearHits},
-    open_shares, openness,
+    open_shares, accessibility,
     ray_bundles::RayBundles,
     rays::Rays,
     separated, sides,
@@ -189,7 +189,7 @@ pub(super) fn precompute(
         &mut entry_points,
         seed,
         progress,
-        |vertices| openness::measure(context, &buffers, &mut hvds, vertices, seed),
+        |vertices| accessibility::measure(context, &buffers, &mut hvds, vertices, seed),
     )?;
     watch.lap("light paths");
 

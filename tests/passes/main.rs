@@ -32,7 +32,7 @@ mod near_field;
 mod near_hits;
 mod near_lamps;
 mod needed_records;
-mod openness;
+mod accessibility;
 mod path_scan;
 mod path_trace;
 mod photon_gather;

@@ -67,7 +67,7 @@ fn energies(renderer: &Renderer) -> [f64; 3] {
     let deposited = deposits.iter().map(flux).sum();
     let runs: Vec<DepositRun> = stages.deposit_runs.read().unwrap();
     let counts = |run: &DepositRun, d: &Deposit| match run.is_whole {
-        0 => f64::from(d.openness()) / f64::from(OPEN),
+        0 => f64::from(d.accessibility()) / f64::from(OPEN),
         _ => 1.0,
     };
     let of_run = |run: &DepositRun| -> f64 {

@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 use lightpaths::Result;
 use lightpaths::passes::frame::hvds::ClusterFlux;
 use lightpaths::passes::precompute::gather_rays::Hemisphere;
-use lightpaths::passes::precompute::openness::{OpennessPoint, open_rays};
+use lightpaths::passes::precompute::accessibility::{AccessibilityPoint, open_rays};
 use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::reference::{PathTracer, PhotonMapper, Progressive, TracedScene};
 use lightpaths::renderer::{Layer, Renderer, Silent};
@@ -29,7 +29,7 @@ fn box_and_speck() -> Scene {
 /// Direct and indirect flux of the deposits of a run, W, as it shows.
 fn shown(renderer: &Renderer, run: &DepositRun, deposits: &[Deposit], entering: &[Vec3]) -> [DVec3; 2] {
     let flux = |deposit: &Deposit| {
-        let share = if run.is_whole == 1 { 1.0 } else { f64::from(deposit.openness()) / f64::from(OPEN) };
+        let share = if run.is_whole == 1 { 1.0 } else { f64::from(deposit.accessibility()) / f64::from(OPEN) };
         share * deposit.throughput.as_dvec3() * entering[deposit.path() as usize].as_dvec3()
     };
     let sum = |items: Range<u32>| -> DVec3 {
@@ -145,7 +145,7 @@ fn rays_through_more_boxes_than_they_go_through_find_nothing_without_a_word() {
     }
     // Sixteen a point, and few boxes for each.
     let some_needles = TracedScene::new(&context(), box_of_needles(10_000)).unwrap();
-    let points = [OpennessPoint { position: few.scene.triangles[0].positions[0] * 0.9, side: 0 }; 64];
+    let points = [AccessibilityPoint { position: few.scene.triangles[0].positions[0] * 0.9, side: 0 }; 64];
     let open =
         |scene: &TracedScene| open_rays(&context(), &scene.buffers, &points, Hemisphere::new(16), 0.4, 3);
     let expected = open(&few).unwrap();

@@ -80,7 +80,7 @@ fn most_vertices(device_memory_bytes: u64) -> u64 {
 
 /// Traces all paths. Where some materials are editable, entry points and their paths are put in an order in which those that the same
 /// of them reflect stand together. `surfaces` in BVH order, `materials` as on the device. Before the vertices are listed, `measure`
-/// may find their openness.
+/// may find their accessibility.
 ///
 /// # Errors
 /// [`Error::OutOfMemory`] if there is no room for so many vertices, as where nothing is absorbed and no path ends; the device

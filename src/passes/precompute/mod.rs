@@ -16,7 +16,7 @@ pub mod near_hits;
 pub mod neighbours;
 pub mod occlusion;
 pub mod open_shares;
-pub mod openness;
+pub mod accessibility;
 pub mod path_orders;
 mod piece_points;
 pub mod ray_bundles;

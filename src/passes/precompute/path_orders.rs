@@ -21,7 +21,7 @@ pub struct Vertex {
     incoming: Vec3,
     lobe: f32,
     /// What counts of it for readers from afar, 0..=[`OPEN`].
-    pub(super) openness: u32,
+    pub(super) accessibility: u32,
     /// Packed colour of the image at the vertex before.
     colour: u32,
 }
@@ -29,7 +29,7 @@ pub struct Vertex {
 impl Vertex {
     pub(super) fn new(path: u32, vertex: &PathVertex, colour: u32) -> Self {
         let PathVertex { position, side, weight, cluster, incoming, lobe } = *vertex;
-        Self { path, position, side, weight, cluster, incoming, lobe, openness: OPEN, colour }
+        Self { path, position, side, weight, cluster, incoming, lobe, accessibility: OPEN, colour }
     }
 
     /// Whether its path starts there.
@@ -186,7 +186,7 @@ impl LightPaths {
                 *place += 1;
                 *place - 1
             };
-            deposits[slot as usize] = Deposit::new(vertex.path, vertex.openness);
+            deposits[slot as usize] = Deposit::new(vertex.path, vertex.accessibility);
             arrivals.lobes.push(vertex.lobe);
             arrivals.incoming[slot as usize] = vertex.incoming;
             arrivals.sides[slot as usize] = vertex.side;

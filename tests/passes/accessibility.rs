@@ -1,4 +1,4 @@
-//! Openness of path vertices: ray by ray, and beside a wall.
+//! Accessibility of path vertices: ray by ray, and beside a wall.
 
 use crate::common::assert_silent;
 use crate::world::{Random, World};
@@ -6,7 +6,7 @@ use glam::Vec3;
 use lightpaths::cpu;
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::passes::precompute::gather_rays::Hemisphere;
-use lightpaths::passes::precompute::openness::{OpennessPoint, open_rays};
+use lightpaths::passes::precompute::accessibility::{AccessibilityPoint, open_rays};
 use lightpaths::scene::shapes;
 use std::f64::consts::PI;
 
@@ -19,19 +19,19 @@ fn open_rays_equal_the_reference() {
     for (count, rays, reach) in
         [(0, 4, 0.2), (1, 16, 0.2), (63, 4, 0.05), (64, 16, 0.4), (65, 1, 0.2), (2_503, 4, 0.6)]
     {
-        let points: Vec<OpennessPoint> = (0..count)
+        let points: Vec<AccessibilityPoint> = (0..count)
             .map(|_| {
                 let (position, _, side) = world.surface_point(&mut random);
-                OpennessPoint { position, side }
+                AccessibilityPoint { position, side }
             })
             .collect();
         let hemisphere = Hemisphere::new(rays);
         let found = open_rays(&world.context, &world.buffers, &points, hemisphere, reach, SEED).unwrap();
         assert_eq!(found.len(), count);
         let [(_, rings), (_, sectors)] = hemisphere.constants();
-        let reference = |point: &OpennessPoint| {
+        let reference = |point: &AccessibilityPoint| {
             let strata = Strata { rings, sectors };
-            cpu::openness::open_rays(world.geometry(), strata, (point.position, point.side), reach, SEED)
+            cpu::accessibility::open_rays(world.geometry(), strata, (point.position, point.side), reach, SEED)
         };
         // A ray that ends within an ulp of the reach, or passes an edge, may be told apart otherwise.
         let differ = points.iter().zip(&found).filter(|(point, found)| reference(point) != **found).count();
@@ -56,7 +56,7 @@ fn a_wall_hides_a_segment_of_the_disc() {
     for distance in [0.02_f32, 0.2, 0.5, 0.9, 1.1] {
         let position = Vec3::new(2.0 - distance, height, 0.1);
         let hemisphere = Hemisphere::new(4_096);
-        let point = OpennessPoint { position, side };
+        let point = AccessibilityPoint { position, side };
         let open = open_rays(&world.context, &world.buffers, &[point], hemisphere, reach, SEED).unwrap()[0];
         let [(_, rings), (_, sectors)] = hemisphere.constants();
         let k = f64::from(distance / reach).min(1.0);

@@ -1,4 +1,4 @@
-//! Reference of the openness of path vertices.
+//! Reference of the accessibility of path vertices.
 
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::cpu::rays::Geometry;

@@ -1,4 +1,4 @@
-// Openness of path vertices: how many of a vertex's rays, spread as a matt surface reflects, meet nothing within a reach: the share of
+// Accessibility of path vertices: how many of a vertex's rays, spread as a matt surface reflects, meet nothing within a reach: the share of
 // what it reflects that leaves its surroundings. Deterministic. One invocation = one vertex. In: vertices. Out: rays, for each, or CUT_SHORT.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -15,11 +15,11 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint RINGS = 0;
 layout(constant_id = 1) const uint SECTORS = 0;
 
-struct OpennessPoint {
+struct AccessibilityPoint {
     vec3 position;
     uint side;  // 2·triangle + (1 if the back side)
 };
-struct OpennessPush {
+struct AccessibilityPush {
     uint point_count;
     uint seed;
     float reach;  // metres
@@ -28,9 +28,9 @@ struct OpennessPush {
 layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
-layout(scalar, binding = 3) readonly buffer OpennessPoints { OpennessPoint openness_points[]; };
+layout(scalar, binding = 3) readonly buffer AccessibilityPoints { AccessibilityPoint accessibility_points[]; };
 layout(scalar, binding = 4) writeonly buffer OpenRays { uint open_rays[]; };
-layout(scalar, push_constant) uniform Push { OpennessPush push; };
+layout(scalar, push_constant) uniform Push { AccessibilityPush push; };
 
 #include "include/triangles.glsl"
 #include "include/surfaces.glsl"
@@ -40,7 +40,7 @@ layout(scalar, push_constant) uniform Push { OpennessPush push; };
 void main() {
     uint index = flat_invocation();
     if (index >= push.point_count) return;
-    OpennessPoint point = openness_points[index];
+    AccessibilityPoint point = accessibility_points[index];
     vec3 normal = surface_at(point.side >> 1).normal;
     if ((point.side & 1u) != 0u) normal = -normal;
     vec3 origin = offset_origin(point.position, normal);

@@ -1,4 +1,4 @@
-//! Openness of path vertices: the share of what a vertex reflects that leaves its surroundings. [after Zhukov]
+//! Accessibility of path vertices: the share of what a vertex reflects that leaves its surroundings. [after Zhukov]
 //! In: vertices of the light paths. Out: how much of each counts for readers from afar, and for how much area clusters show.
 //!
 //! Rays from afar meet what is open more often, and more light comes to it. A mean in which all area counts alike would be too dark for
@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 gpu_struct! {
     /// A point that is asked for.
-    pub struct OpennessPoint {
+    pub struct AccessibilityPoint {
         /// On the surface.
         pub position: Vec3,
         /// 2·triangle + (1 if the back side).
@@ -28,7 +28,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// Push constants.
-    pub struct OpennessPush {
+    pub struct AccessibilityPush {
         /// Points in the dispatch.
         pub point_count: u32,
         /// Seed of all decisions.
@@ -39,10 +39,10 @@ gpu_struct! {
 }
 
 /// What this pass shares with its shader.
-pub const LAYOUTS: &[Layout] = &[OpennessPoint::LAYOUT, OpennessPush::LAYOUT];
+pub const LAYOUTS: &[Layout] = &[AccessibilityPoint::LAYOUT, AccessibilityPush::LAYOUT];
 
 /// Stem of shader and reference.
-pub const STEM: &str = "openness";
+pub const STEM: &str = "accessibility";
 
 /// Rays of an entry point, which tells how much area shows, and of other vertices.
 const RAYS: [u32; 2] = [16, 4];
@@ -50,7 +50,7 @@ const RAYS: [u32; 2] = [16, 4];
 /// What a vertex counts for whose rays all end nearby, of what an open one does: where all are like that, they count alike.
 const LEAST: f32 = 1.0 / 16.0;
 
-/// Finds the openness, within [`NEARBY`], of vertices in clusters that have wholes, and with it the area for which these clusters show.
+/// Finds the accessibility, within [`NEARBY`], of vertices in clusters that have wholes, and with it the area for which these clusters show.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -67,19 +67,19 @@ pub fn measure(
     for (is_entry, rays) in [true, false].into_iter().zip(RAYS) {
         let mut asked: Vec<&mut Vertex> =
             vertices.iter_mut().filter(|vertex| vertex.is_entry() == is_entry && is_asked(vertex)).collect();
-        let point = |vertex: &&mut Vertex| OpennessPoint { position: vertex.position, side: vertex.side };
+        let point = |vertex: &&mut Vertex| AccessibilityPoint { position: vertex.position, side: vertex.side };
         let points: Vec<_> = asked.iter().map(point).collect();
         let open = open_rays(context, scene, &points, Hemisphere::new(rays), reach, seed)?;
         for (vertex, open) in asked.iter_mut().zip(open) {
             let counts = LEAST + (1.0 - LEAST) * open as f32 / rays as f32;
-            vertex.openness = (counts * OPEN as f32).round() as u32;
+            vertex.accessibility = (counts * OPEN as f32).round() as u32;
         }
     }
     let mut samples = vec![[0.0; 2]; hvds.wholes.len()];
     for vertex in vertices.iter().filter(|vertex| vertex.is_entry() && is_asked(vertex)) {
         let weight = f64::from(vertex.weight);
         let [shown, all] = &mut samples[vertex.cluster as usize];
-        *shown += weight * f64::from(vertex.openness) / f64::from(OPEN);
+        *shown += weight * f64::from(vertex.accessibility) / f64::from(OPEN);
         *all += weight;
     }
     hvds.show(&samples);
@@ -93,17 +93,17 @@ pub fn measure(
 pub fn open_rays(
     context: &Arc<Context>,
     scene: &SceneBuffers,
-    points: &[OpennessPoint],
+    points: &[AccessibilityPoint],
     hemisphere: Hemisphere,
     reach: f32,
     seed: u32,
 ) -> Result<Vec<u32>> {
     /// Points of one dispatch at most, where the device binds as many.
     const LIMIT: u64 = 1 << 17;
-    let bindable = context.limits().storage_range_bytes / size_of::<OpennessPoint>() as u64;
+    let bindable = context.limits().storage_range_bytes / size_of::<AccessibilityPoint>() as u64;
     let limit = (points.len() as u64).min(LIMIT).min(bindable).max(1);
     let pipeline = Pipeline::new(context, STEM, &hemisphere.constants())?;
-    let asked = Buffer::storage(context, "openness points", limit * size_of::<OpennessPoint>() as u64)?;
+    let asked = Buffer::storage(context, "accessibility points", limit * size_of::<AccessibilityPoint>() as u64)?;
     let answered = Buffer::storage(context, "open rays", 4 * limit)?;
     let mut open = Vec::with_capacity(points.len());
     Chunks::new(1 << 13, limit as u32).run(points.len() as u32, |first, count| {
@@ -112,12 +112,12 @@ pub fn open_rays(
             rec.pass(STEM).dispatch(
                 &pipeline,
                 [count, 1, 1],
-                &OpennessPush { point_count: count, seed, reach },
+                &AccessibilityPush { point_count: count, seed, reach },
                 &[
                     ("Nodes", &scene.nodes),
                     ("Triangles", &scene.triangles),
                     ("Surfaces", &scene.surfaces),
-                    ("OpennessPoints", &asked),
+                    ("AccessibilityPoints", &asked),
                     ("OpenRays", &answered),
                 ],
             );

@@ -31,27 +31,27 @@ void main() {
     uint room = slots_per_edge(edge_count, push.room);
     uint edge = flat_invocation();
     if (edge >= edge_count) return;
-    EdgeSlot slots[MOST_SLOTS];
-    uint materials[MOST_SLOTS];
+    EdgeSlot slots[MAX_SLOTS];
+    uint materials[MAX_SLOTS];
     uint used = 0u;
-    for (uint i = 0u; i < MOST_SLOTS; ++i) slots[i] = EdgeSlot(NO_SIDE, 0u);
+    for (uint i = 0u; i < MAX_SLOTS; ++i) slots[i] = EdgeSlot(NO_SIDE, 0u);
     for (uint i = 0u; i < count; ++i) {
         EdgeSample found = edge_samples[edge * count + i];
         if (found.side == NO_SIDE) continue;
         uint material = surface_at(found.side >> 1).material;
-        uint own = MOST_SLOTS;
-        uint alike = MOST_SLOTS;
+        uint own = MAX_SLOTS;
+        uint alike = MAX_SLOTS;
         for (uint k = used; k-- > 0u;) {
             if (materials[k] != material) continue;
             alike = k;
             if (place_of(slots[k]) == place_of(found)) own = k;
         }
-        if (own == MOST_SLOTS && used < room) {
+        if (own == MAX_SLOTS && used < room) {
             own = used++;
             slots[own] = EdgeSlot(found.side, place_of(found));
             materials[own] = material;
         }
-        if (own == MOST_SLOTS) own = alike < MOST_SLOTS ? alike : used - 1u;
+        if (own == MAX_SLOTS) own = alike < MAX_SLOTS ? alike : used - 1u;
         slots[own].what += eighths_of(found) << 4;
         edge_samples[edge * count + i].what = found.what | own << 11;
     }

@@ -18,7 +18,7 @@ struct GatherPush {
     uint first_point;      // of the bound part of the bundles
     uint end_point;        // its end
     uint reflector_bits;   // width of the reflector field in a bundle
-    float least_distance;  // unit of gradients under movement, metres
+    float min_distance;  // unit of gradients under movement, metres
     float turn_unit;       // of a bundle's share in the gradient under rotation
     float stratum;         // π over the rays of a hemisphere: what each counts for
 };
@@ -97,7 +97,7 @@ void main() {
 
     CachePoint point = cache_point_at(CachePoints, index);
     mat3 frame = frame_around(point.normal);
-    float unit = 1.0 / push.least_distance;
+    float unit = 1.0 / push.min_distance;
     vec3 along_x = unit * sum[1];
     vec3 along_y = unit * sum[2];
     float turn_unit = push.turn_unit * push.stratum;

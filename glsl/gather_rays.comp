@@ -24,8 +24,8 @@ struct GatherRaysPush {
     uint point_count;
     uint seed;
     uint cluster_bits;    // width of the cluster field in GatherRay.target
-    float least_entry_points;  // clusters with fewer of them are not trusted
-    float least_distance; // distances in gradients are bounded from below by this, metres
+    float min_entry_points;  // clusters with fewer of them are not trusted
+    float min_distance; // distances in gradients are bounded from below by this, metres
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -57,11 +57,11 @@ const float FAR = 1e30;
 const float SHARE = 0.25;
 shared float distances[RINGS * SECTORS];
 
-// 1 / distance to the nearer end of an edge between two strata, in units of 1/least_distance so that a half can hold it
+// 1 / distance to the nearer end of an edge between two strata, in units of 1/min_distance so that a half can hold it
 // at any scale; zero where neither ray hit anything. Bounded because a record's radius is, too. [Krivanek]
 float inverse_nearer(float a, float b) {
     float nearer = min(a, b);
-    return nearer < FAR ? push.least_distance / max(nearer, push.least_distance) : 0.0;
+    return nearer < FAR ? push.min_distance / max(nearer, push.min_distance) : 0.0;
 }
 
 float ring_sin2(uint ring) { return float(ring) / float(RINGS); }

@@ -42,7 +42,7 @@ layout(scalar, binding = 17) buffer LightHits3 { vec3 light_hits_3[]; };
 struct GlossHitsPush {
     GlossPart part;
     uint pixel_count;   // of the image
-    uint most_samples;  // of a pixel
+    uint max_samples;  // of a pixel
     uint capacity;      // samples that there is room for
     uint cluster_bits;  // width of the cluster field in GlossRay.target
 };
@@ -51,7 +51,7 @@ layout(scalar, push_constant) uniform Push { GlossHitsPush push; };
 void main() {
     uint index = flat_invocation();
     uint count = gloss_offsets[push.pixel_count];
-    if (index >= count * gloss_samples_per_pixel(count, push.most_samples, push.capacity)) return;
+    if (index >= count * gloss_samples_per_pixel(count, push.max_samples, push.capacity)) return;
     GlossFlux sum = GlossFlux(vec3[4](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0)));
     if (push.part.adds != 0u) {
         sum.of_light[0] = light_hits_0[index];

@@ -19,7 +19,7 @@ layout(local_size_x = 64) in;
 
 struct GlossPixelsPush {
     uint pixel_count;   // of the image
-    uint most_samples;  // of a pixel
+    uint max_samples;  // of a pixel
     uint capacity;      // samples that there is room for
     uint cluster_bits;  // width of the cluster field in GlossRay.target
 };
@@ -46,7 +46,7 @@ void main() {
     uint index = flat_invocation();
     uint count = gloss_offsets[push.pixel_count];
     if (index >= count) return;
-    uint samples = gloss_samples_per_pixel(count, push.most_samples, push.capacity);
+    uint samples = gloss_samples_per_pixel(count, push.max_samples, push.capacity);
     uint rays = LOBE_RAYS * samples;
     uint pixel = gloss_pixels[index];
     vec3 sum = vec3(0.0);

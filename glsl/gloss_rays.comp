@@ -22,15 +22,15 @@ layout(local_size_x = 64) in;
 struct GlossRaysPush {
     View view;
     Grid grid;
-    uint most_samples;         // of a pixel
+    uint max_samples;         // of a pixel
     uint capacity;             // samples that there is room for
     uint stride;               // invocations
     uint seed;
     uint cluster_bits;         // width of the cluster field in GlossRay.target
-    float least_entry_points;  // clusters with fewer of them are not trusted
+    float min_entry_points;  // clusters with fewer of them are not trusted
     uint traces;               // 0: the picture is direct light alone, and no ray is traced
     uint side;                 // outgoing directions of clusters along an edge of their square
-    float most_exponent;       // of a lobe that these resolve
+    float max_exponent;       // of a lobe that these resolve
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -104,7 +104,7 @@ GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
         uint cluster = cluster_for(hit, direction, footprint);
         uint material = surface_at(hit.triangle).material;
         if (cluster != NO_CLUSTER) ray.target = cluster | (material << push.cluster_bits);
-        bool reads_slots = has_lobe(materials[material]) && materials[material].exponent <= push.most_exponent
+        bool reads_slots = has_lobe(materials[material]) && materials[material].exponent <= push.max_exponent
                         && gloss_fraction(materials[material]) <= LITTLE;
         if (reads_slots && cluster != NO_CLUSTER) ray.slot = slot_towards(cluster_for(hit, direction, FINER * footprint), -direction);
         if (HAS_TEXTURES != 0u) gloss_colours[index] = pack_colour(image_at(material, hit.triangle, hit.barycentric));
@@ -115,7 +115,7 @@ GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
 
 void main() {
     uint count = gloss_offsets[push.view.width * push.view.height];
-    uint samples = gloss_samples_per_pixel(count, push.most_samples, push.capacity);
+    uint samples = gloss_samples_per_pixel(count, push.max_samples, push.capacity);
     for (uint index = flat_invocation(); index < count * samples; index += push.stride) {
         uvec2 numbers = in_rows(index, samples);  // of the sample in its pixel, of the pixel
         uint pixel = gloss_pixels[numbers.y];

@@ -20,7 +20,7 @@ layout(local_size_x = 64) in;
 struct HighlightsPush {
     vec3 eye;            // the camera, metres
     uint pixel_count;    // of the image
-    uint most_samples;   // of a pixel
+    uint max_samples;   // of a pixel
     uint capacity;       // samples that there is room for
     uint light;
     uint first_sample;   // of the light, in this dispatch; later ones add to what the first wrote
@@ -70,7 +70,7 @@ float distance_to(LightSource light, vec3 position, vec3 direction) {
 void main() {
     uint index = flat_invocation();
     uint count = gloss_offsets[push.pixel_count];
-    uint samples = gloss_samples_per_pixel(count, push.most_samples, push.capacity);
+    uint samples = gloss_samples_per_pixel(count, push.max_samples, push.capacity);
     if (index >= count * samples) return;
     LightSource light = light_at(Lights, push.light);
     PixelSurface point = gloss_samples[index];

@@ -11,7 +11,7 @@
 #include "include/photons.glsl"
 
 layout(local_size_x = 64) in;
-layout(constant_id = 0) const uint MOST_PHOTONS = 0;  // of one bucket that are looked at
+layout(constant_id = 0) const uint MAX_PHOTONS = 0;  // of one bucket that are looked at
 
 struct PhotonIrradiancePush {
     PhotonGrid grid;
@@ -41,7 +41,7 @@ void main() {
         uint first = first_entries[bucket];
         uint end = first_entries[bucket + 1u];
         // Where a beam is narrow, one photon in `stride` stands for all: a sum over all of them would take forever.
-        uint stride = (end - first + MOST_PHOTONS - 1u) / MOST_PHOTONS;
+        uint stride = (end - first + MAX_PHOTONS - 1u) / MAX_PHOTONS;
         float weight = float(stride);
         for (uint j = first + (stride > 1u ? hash(index, bucket) % stride : 0u); j < end; j += stride) {
             MapEntry entry = map_entries[j];

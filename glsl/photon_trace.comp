@@ -17,7 +17,7 @@
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint STEPS = 0;         // surfaces a path and dispatch
-layout(constant_id = 1) const uint MOST_SURVIVAL = 0; // float bits: bound of the survival probability, below 1
+layout(constant_id = 1) const uint MAX_SURVIVAL = 0; // float bits: bound of the survival probability, below 1
 
 struct PhotonPath {
     vec3 origin;
@@ -95,7 +95,7 @@ void main() {
         vec3 u = sample_3d(path.ray, hash(stream, 1u + path.depth));
         BrdfSample next = sample_brdf(material, normal, -path.direction, u.xy);
         vec3 reflected = path.flux * next.weight;
-        float survival = min(uintBitsToFloat(MOST_SURVIVAL), largest(reflected) / largest(path.flux));
+        float survival = min(uintBitsToFloat(MAX_SURVIVAL), largest(reflected) / largest(path.flux));
         if (!(u.z < survival)) { alive = false; break; }
         path.flux = reflected / survival;
         path.direction = next.incident;

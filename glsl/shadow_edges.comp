@@ -76,7 +76,7 @@ PixelSurface seen_in(uint place, View view, vec2 point) {
     for (uint i = 0u; i < (counts & 0xffffu); ++i) intersect_triangle(word_at(ShaftRoots, first + 1u + i), ray.origin, shear, hit);
     // Nodes stand at the end.
     uint nodes = counts >> 16;
-    uint last = first + MOST_ROOTS;
+    uint last = first + MAX_ROOTS;
     for (bool is_due = nodes != 0u; is_due; is_due = false) {
         uint root = has_roots ? word_at(ShaftRoots, last) : 0u;
         Hit below;

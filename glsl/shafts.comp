@@ -147,7 +147,7 @@ void main() {
     uint counts = 0u;
     shaft = shaft_between(points, light, clear);
     if (push.traces_all != 0u) {
-        shaft_roots[first + MOST_ROOTS] = 0u;
+        shaft_roots[first + MAX_ROOTS] = 0u;
         counts = 1u << 16;
     } else if (!is_empty(batch) && may_face(batch, light, clear)) {
         counts = open_tree(first);

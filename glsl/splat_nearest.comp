@@ -46,7 +46,7 @@ float misfit(PixelSurface pixel, uint record) {
 }
 
 // A hair less than the distance, which no rounding turns into more.
-float least_distance(vec3 position, TileBox box) {
+float min_distance(vec3 position, TileBox box) {
     return 0.9999 * length(max(max(box.low - position, position - box.high), vec3(0.0)));
 }
 
@@ -62,7 +62,7 @@ void main() {
     float best = 1e30;
     uint chosen = NONE;
     for (uint block = thread; block < block_count; block += gl_WorkGroupSize.x) {
-        float away = least_distance(pixel.position, block_boxes[block]);
+        float away = min_distance(pixel.position, block_boxes[block]);
         chosen = away < best ? block : chosen;
         best = min(away, best);
     }
@@ -74,7 +74,7 @@ void main() {
     float bound = uintBitsToFloat(least);
     best = 1e30;
     for (uint block = thread; block < block_count; block += gl_WorkGroupSize.x) {
-        if (least_distance(pixel.position, block_boxes[block]) > bound) continue;
+        if (min_distance(pixel.position, block_boxes[block]) > bound) continue;
         for (uint i = block * RECORD_BLOCK; i < end_of_block(block); ++i) {
             float found = misfit(pixel, i);
             chosen = found < best ? i : chosen;

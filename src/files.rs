@@ -37,8 +37,8 @@ impl From<io::Error> for Unread {
 }
 
 /// Why a file is not read that has so many bytes.
-pub(crate) fn too_long(bytes: impl fmt::Display, most_bytes: u64) -> String {
-    format!("has {bytes} bytes, {most_bytes} at most can be read: is it the right file?")
+pub(crate) fn too_long(bytes: impl fmt::Display, max_bytes: u64) -> String {
+    format!("has {bytes} bytes, {max_bytes} at most can be read: is it the right file?")
 }
 
 /// Bytes that are read without a look at how much memory is free.
@@ -67,11 +67,11 @@ fn free_bytes() -> Option<u64> {
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
-/// The bytes of a regular file that has `most_bytes` at most.
+/// The bytes of a regular file that has `max_bytes` at most.
 ///
 /// # Errors
 /// Anything else is refused: a pipe or a device might never end, and opening a pipe would wait for whoever writes to it.
-pub(crate) fn read(path: &Path, most_bytes: u64) -> Result<Vec<u8>, Unread> {
+pub(crate) fn read(path: &Path, max_bytes: u64) -> Result<Vec<u8>, Unread> {
     let about = fs::metadata(path)?;
     if about.is_dir() {
         return Err(Unread::Because("is a directory, a file was expected".to_owned()));
@@ -79,14 +79,14 @@ pub(crate) fn read(path: &Path, most_bytes: u64) -> Result<Vec<u8>, Unread> {
     if !about.is_file() {
         return Err(Unread::Because("is not a regular file".to_owned()));
     }
-    if about.len() > most_bytes {
-        return Err(Unread::Because(too_long(about.len(), most_bytes)));
+    if about.len() > max_bytes {
+        return Err(Unread::Because(too_long(about.len(), max_bytes)));
     }
     let mut bytes = room_for(about.len()).map_err(Unread::Because)?;
     // It may have grown since, and some that the system makes up say that they have no length.
-    File::open(path)?.take(most_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > most_bytes {
-        Err(Unread::Because(too_long("more", most_bytes)))
+    File::open(path)?.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > max_bytes {
+        Err(Unread::Because(too_long("more", max_bytes)))
     } else {
         Ok(bytes)
     }

@@ -230,7 +230,7 @@ fn constants_have_one_value() {
     use lightpaths::passes::frame::shafts::{BATCH, SHAFT_WORDS};
     use lightpaths::types::{Node, Surface, Triangle};
     let shafts = read(&root().join("glsl/include/shafts.glsl"));
-    for (name, value) in [("BATCH", BATCH), ("SHAFT_WORDS", SHAFT_WORDS), ("MOST_ROOTS", SHAFT_WORDS - 1)] {
+    for (name, value) in [("BATCH", BATCH), ("SHAFT_WORDS", SHAFT_WORDS), ("MAX_ROOTS", SHAFT_WORDS - 1)] {
         let line = format!("const uint {name} = {value}u;");
         assert!(shafts.contains(&line), "no `{line}` in shafts.glsl");
     }

@@ -18,23 +18,23 @@ struct EdgeSlot {
 
 // How much room there is.
 struct EdgeRoom {
-    uint most_samples;  // of a pixel
+    uint max_samples;  // of a pixel
     uint samples;       // in all
     uint slots;         // in all
 };
 
-const uint MOST_SLOTS = 4u;  // of a pixel
+const uint MAX_SLOTS = 4u;  // of a pixel
 
 // Pixels whose frusta have room where the shafts of 64 samples each had theirs.
 uint frusta_in(EdgeRoom room) { return (room.samples + 63u) / 64u; }
 
 // Slots of each edge pixel.
-uint slots_per_edge(uint edge_count, EdgeRoom room) { return min(MOST_SLOTS, room.slots / max(edge_count, 1u)); }
+uint slots_per_edge(uint edge_count, EdgeRoom room) { return min(MAX_SLOTS, room.slots / max(edge_count, 1u)); }
 
-// Samples of each edge pixel: as many as there is room for, if that is enough to be better than the centre alone: LEAST_SAMPLES in
+// Samples of each edge pixel: as many as there is room for, if that is enough to be better than the centre alone: MIN_SAMPLES in
 // src/passes/frame/antialias.rs. One slot would take all for one surface.
 uint samples_per_edge(uint edge_count, EdgeRoom room) {
-    uint count = min(room.most_samples, room.samples / max(edge_count, 1u));
+    uint count = min(room.max_samples, room.samples / max(edge_count, 1u));
     return count < 4u || slots_per_edge(edge_count, room) < 2u ? 0u : count;
 }
 

@@ -3,7 +3,7 @@
 // a triangle that may reach into it.
 
 // Nodes that are opened at most.
-const uint MOST_OPENED = 48u;
+const uint MAX_OPENED = 48u;
 
 // Children of a node that reach into the region: bits 24-31 inner ones, 0-23 leaf triangles.
 uint children_inside(Node node) {
@@ -33,19 +33,19 @@ uint open_tree(uint first) {
     uint triangle_roots = 0u;  // that are written
     uint node_roots = 0u;
     // Nodes to open, the oldest first: all are opened about equally far.
-    uint queue[MOST_ROOTS];
+    uint queue[MAX_ROOTS];
     uint head = 0u;
     uint waiting = 1u;
     queue[0] = 0u;
     for (uint opened = 0u; waiting != 0u; ++opened) {
         uint opening = queue[head];
-        head = (head + 1u) % MOST_ROOTS;
+        head = (head + 1u) % MAX_ROOTS;
         --waiting;
         Node node = node_at(opening);
-        uint found = opened < MOST_OPENED ? children_inside(node) : 0u;
-        if (opened >= MOST_OPENED || triangle_roots + node_roots + waiting + uint(bitCount(found)) > MOST_ROOTS) {
+        uint found = opened < MAX_OPENED ? children_inside(node) : 0u;
+        if (opened >= MAX_OPENED || triangle_roots + node_roots + waiting + uint(bitCount(found)) > MAX_ROOTS) {
             // Rays open it themselves.
-            shaft_roots[first + MOST_ROOTS - node_roots++] = opening;
+            shaft_roots[first + MAX_ROOTS - node_roots++] = opening;
             continue;
         }
         for (uint left = found & 0xffffffu; left != 0u; left &= left - 1u) {
@@ -53,7 +53,7 @@ uint open_tree(uint first) {
         }
         for (uint left = found >> 24; left != 0u; left &= left - 1u) {
             uint before = node.frame.w >> 24 & ((left & -left) - 1u);
-            queue[(head + waiting++) % MOST_ROOTS] = node.children.x + uint(bitCount(before));
+            queue[(head + waiting++) % MAX_ROOTS] = node.children.x + uint(bitCount(before));
         }
     }
     return triangle_roots | node_roots << 16;

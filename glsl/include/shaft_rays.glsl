@@ -26,7 +26,7 @@ bool is_lit_in(uint shaft, vec3 position, vec3 normal, LightSample light) {
     uint nodes = counts >> 16;
     if (OPENS_NODES == 0u || is_hidden || nodes == 0u) return !is_hidden;
     // Nodes stand at the end.
-    uint last = first + MOST_ROOTS - 1u;
+    uint last = first + MAX_ROOTS - 1u;
     return !trace_from(word_at(ShaftRoots, last), ShaftRoots, last + 1u - nodes, nodes - 1u, ray, true, hit);
 }
 

@@ -3,7 +3,7 @@
 
 const uint BATCH = 64u;        // points that share a shaft; src/passes/frame/shafts.rs
 const uint SHAFT_WORDS = 16u;  // of a shaft: the numbers of its triangles (bits 0-15) and nodes (16-31); triangles; at the end, nodes
-const uint MOST_ROOTS = 15u;
+const uint MAX_ROOTS = 15u;
 
 // Where the shadow rays of a batch leave.
 struct PointBatch {

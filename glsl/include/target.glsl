@@ -1,5 +1,5 @@
 // The cluster that a ray reads where it hits. Include after bvh.glsl and grid.glsl. The including shader binds
-// `ClusterLink links[]` and `uint wholes[]`, of base clusters; its push block `push` has `grid` and `least_entry_points`.
+// `ClusterLink links[]` and `uint wholes[]`, of base clusters; its push block `push` has `grid` and `min_entry_points`.
 
 // What is so near, in base cells, shows its whole.
 const float NEARBY = 2.0;
@@ -28,7 +28,7 @@ uint cluster_for(Hit hit, vec3 direction, float footprint) {
     for (; size >= 1.41421356 && links[cluster].parent != NO_CLUSTER; size *= 0.5) {
         cluster = links[cluster].parent;
     }
-    while (links[cluster].entry_points < push.least_entry_points && links[cluster].parent != NO_CLUSTER) {
+    while (links[cluster].entry_points < push.min_entry_points && links[cluster].parent != NO_CLUSTER) {
         cluster = links[cluster].parent;
     }
     return cluster;

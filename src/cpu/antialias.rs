@@ -86,11 +86,11 @@ fn beside(index: usize, [width, height]: [u32; 2]) -> impl Iterator<Item = usize
 }
 
 /// Slots of an edge pixel at most.
-const MOST_SLOTS: u32 = 4;
+const MAX_SLOTS: u32 = 4;
 
 /// Slots of each of so many edge pixels where there is room for `slots` in all.
 pub fn slots_per_edge(edge_count: u32, slots: u32) -> u32 {
-    MOST_SLOTS.min(slots / edge_count.max(1))
+    MAX_SLOTS.min(slots / edge_count.max(1))
 }
 
 /// Samples that each of so many edge pixels gets: `most`, or what there is room for; none where that is fewer than four, or where all

@@ -31,7 +31,7 @@ pub struct Sources<'a> {
     /// Bits of the cluster in a target.
     pub cluster_bits: u32,
     /// Unit of the rays' gradients, metres.
-    pub least_distance: f32,
+    pub min_distance: f32,
     /// Unit of their shares in the rotational gradient.
     pub turn_unit: f32,
     /// Of each slot, which targets beyond the clusters name: its cluster, and its glossy flux there, W/m².
@@ -68,7 +68,7 @@ pub fn gather(
         // [Krivanek]
         let [movement, turn_share] = unpack_change(bundle.change);
         let across = frame * (f64::from(sources.turn_unit) * turn_share).extend(0.0);
-        let movement = movement / f64::from(sources.least_distance);
+        let movement = movement / f64::from(sources.min_distance);
         for channel in 0..3 {
             translation[channel] += radiance[channel] * (frame * movement.extend(0.0));
             turn[channel] += stratum * radiance[channel] * across;

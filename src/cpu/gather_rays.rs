@@ -27,7 +27,7 @@ pub struct Tracing<'a> {
     /// Entry points of every cluster, in expectation.
     pub entry_points: &'a [f32],
     /// Clusters with fewer of them are not read.
-    pub least_entry_points: f32,
+    pub min_entry_points: f32,
 }
 
 /// A ray before it is traced.
@@ -105,7 +105,7 @@ impl Tracing<'_> {
         let mut cluster = base;
         let mut cell = self.hvds.grid.cell_size();
         while self.hvds.coarser(cluster) != NO_CLUSTER
-            && (footprint >= SQRT_2 * cell || self.entry_points[cluster as usize] < self.least_entry_points)
+            && (footprint >= SQRT_2 * cell || self.entry_points[cluster as usize] < self.min_entry_points)
         {
             cluster = self.hvds.coarser(cluster);
             cell *= 2.0;
@@ -141,11 +141,11 @@ pub fn translational_gradient(
     strata: Strata,
     distances: &[f64],
     radiance: impl Fn(u32) -> f64,
-    least_distance: f64,
+    min_distance: f64,
 ) -> DVec2 {
     let mut gradient = DVec2::ZERO;
     let inverse_nearer =
-        |a: u32, b: u32| 1.0 / distances[a as usize].min(distances[b as usize]).max(least_distance);
+        |a: u32, b: u32| 1.0 / distances[a as usize].min(distances[b as usize]).max(min_distance);
     for sector in 0..strata.sectors {
         let before = (sector + strata.sectors - 1) % strata.sectors;
         let (middle, edge) = (strata.azimuth_middle(sector), strata.azimuth_edge(sector));

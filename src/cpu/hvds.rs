@@ -83,16 +83,16 @@ pub fn indirect_sources(hvds: &Hvds, runs: &[DepositRun], least: u32, [around, s
     (0..hvds.cluster_count()).map(source).collect()
 }
 
-/// What fluxes of a cluster are multiplied with, 1/m²: its inverse area, of a root that of `least_area_m2` at most. Nothing lies on what has none.
-pub fn inverse_area(hvds: &Hvds, cluster: usize, least_area_m2: f32) -> f64 {
+/// What fluxes of a cluster are multiplied with, 1/m²: its inverse area, of a root that of `min_area_m2` at most. Nothing lies on what has none.
+pub fn inverse_area(hvds: &Hvds, cluster: usize, min_area_m2: f32) -> f64 {
     let is_root = hvds.parents[cluster] == NO_CLUSTER;
-    let area_m2 = f64::from(hvds.shown_m2[cluster].max(if is_root { least_area_m2 } else { 0.0 }));
+    let area_m2 = f64::from(hvds.shown_m2[cluster].max(if is_root { min_area_m2 } else { 0.0 }));
     if area_m2 > 0.0 { 1.0 / area_m2 } else { 0.0 }
 }
 
 /// Irradiance of every cluster, W/m²: its own direct flux and its source's indirect flux, each over its area.
-pub fn irradiance(hvds: &Hvds, flux: &[[DVec3; 2]], sources: &[u32], least_area_m2: f32) -> Vec<DVec3> {
-    let inverse = |cluster: usize| inverse_area(hvds, cluster, least_area_m2);
+pub fn irradiance(hvds: &Hvds, flux: &[[DVec3; 2]], sources: &[u32], min_area_m2: f32) -> Vec<DVec3> {
+    let inverse = |cluster: usize| inverse_area(hvds, cluster, min_area_m2);
     let of_cluster = |(cluster, &source): (usize, &u32)| {
         let source = source as usize;
         inverse(cluster) * flux[cluster][0] + inverse(source) * flux[source][1]

@@ -19,7 +19,7 @@ pub struct Photons<'a> {
     /// Seed of all decisions.
     pub seed: u32,
     /// Bound of the survival probability.
-    pub most_survival: f64,
+    pub max_survival: f64,
 }
 
 /// Where a path stands.
@@ -88,7 +88,7 @@ impl Photons<'_> {
         let u = sample_3d(path.ray, hash_pair(stream, 1 + path.depth)).as_dvec3();
         let next = sample_brdf(&material, normal.as_dvec3(), -path.direction, u.truncate());
         let reflected = path.flux * next.weight;
-        let survival = (reflected.max_element() / path.flux.max_element()).min(self.most_survival);
+        let survival = (reflected.max_element() / path.flux.max_element()).min(self.max_survival);
         if u.z >= survival {
             return (Some(arrival), false);
         }

@@ -16,10 +16,10 @@ use crate::error::{Error, Result};
 const STAGING_BYTES: u64 = 16 << 20;
 
 /// The smallest buffer: a binding may not be empty. In bytes.
-const LEAST_BYTES: u64 = 16;
+const MIN_BYTES: u64 = 16;
 
 /// The most that [`unused_bytes`] adds to a buffer.
-pub(super) const MOST_UNUSED_BYTES: u64 = 256;
+pub(super) const MAX_UNUSED_BYTES: u64 = 256;
 
 /// What storage is used for.
 const STORAGE: vk::BufferUsageFlags = vk::BufferUsageFlags::from_raw(
@@ -229,7 +229,7 @@ impl Buffer {
 /// The added bytes keep every size free of both.
 const fn unused_bytes(bytes: u64) -> u64 {
     match bytes {
-        _ if bytes & 0xff00 == 0 => MOST_UNUSED_BYTES,
+        _ if bytes & 0xff00 == 0 => MAX_UNUSED_BYTES,
         _ if bytes.is_power_of_two() => 16,
         _ => 0,
     }
@@ -244,7 +244,7 @@ impl Allocated {
         location: MemoryLocation,
     ) -> Result<Self> {
         // Fills work in words, texels are four.
-        let bound_bytes = bytes.max(LEAST_BYTES).next_multiple_of(16);
+        let bound_bytes = bytes.max(MIN_BYTES).next_multiple_of(16);
         let info = vk::BufferCreateInfo::default().size(bound_bytes + unused_bytes(bound_bytes)).usage(usage);
         // SAFETY: the device, and all that the description names, is alive.
         let handle = unsafe { context.device.create_buffer(&info, None) }.vk("vkCreateBuffer")?;
@@ -382,10 +382,10 @@ mod tests {
         let powers = (4..40).map(|power| 1_u64 << power);
         let near_powers =
             powers.flat_map(|power| (0..=64).map(move |step| (power + 16 * step).saturating_sub(512)));
-        for bytes in (16..1 << 18).step_by(16).chain(near_powers.filter(|&bytes| bytes >= LEAST_BYTES)) {
+        for bytes in (16..1 << 18).step_by(16).chain(near_powers.filter(|&bytes| bytes >= MIN_BYTES)) {
             let unused = unused_bytes(bytes);
             let size = bytes + unused;
-            assert!(unused <= MOST_UNUSED_BYTES && unused.is_multiple_of(16), "{bytes}");
+            assert!(unused <= MAX_UNUSED_BYTES && unused.is_multiple_of(16), "{bytes}");
             assert!(size & 0xff00 != 0 && !size.is_power_of_two(), "{bytes}");
         }
     }

@@ -278,12 +278,12 @@ pub(super) fn descriptor_type(binding: &Binding) -> vk::DescriptorType {
 
 fn check_limits(stem: &str, module: &Module, limits: &Limits) -> Result<()> {
     let [x, y, z] = module.local_size;
-    let [most_x, most_y, most_z] = limits.workgroup_size;
+    let [max_x, max_y, max_z] = limits.workgroup_size;
     let needs = [
         ("invocations in a workgroup", x * y * z, limits.workgroup_invocations),
-        ("invocations along x", x, most_x),
-        ("invocations along y", y, most_y),
-        ("invocations along z", z, most_z),
+        ("invocations along x", x, max_x),
+        ("invocations along y", y, max_y),
+        ("invocations along z", z, max_z),
         ("storage buffers", module.bindings.len() as u32, limits.storage_buffers),
         ("bytes of push constants", module.push.as_ref().map_or(0, |push| push.size), limits.push_bytes),
     ];

@@ -21,13 +21,13 @@ pub struct Picture {
 }
 
 /// Bytes of a file at most: a float for each of sixteen channels of the largest image.
-const MOST_BYTES: u64 = 16 << 30;
+const MAX_BYTES: u64 = 16 << 30;
 /// Width and height at most, pixels: what we write ourselves.
-const MOST_SIDE: usize = 16_384;
+const MAX_SIDE: usize = 16_384;
 /// Bytes that zlib makes of a byte, at most.
 const ZLIB_GROWTH: usize = 1032;
 /// Bytes that an image has when decoded for each byte of its file, at most: grey PNGs of one bit a pixel grow eightfold beside.
-const MOST_GROWTH: usize = 8 * ZLIB_GROWTH;
+const MAX_GROWTH: usize = 8 * ZLIB_GROWTH;
 
 /// Reads a PNG, or of an EXR the layer of that name (none: the image itself). The content decides which it is, not the name.
 ///
@@ -35,7 +35,7 @@ const MOST_GROWTH: usize = 8 * ZLIB_GROWTH;
 /// [`Error::Input`]: the file cannot be read, is neither, or has no such layer; the message then names those that there are.
 pub fn read(path: &Path, layer: Option<&str>) -> Result<Picture> {
     let fault = |message: String| Error::input(path, message);
-    let bytes = files::read(path, MOST_BYTES).map_err(|unread| match unread {
+    let bytes = files::read(path, MAX_BYTES).map_err(|unread| match unread {
         Unread::Missing => fault("cannot be read: there is no such file".to_owned()),
         Unread::Because(why) => fault(why),
     })?;
@@ -68,10 +68,10 @@ pub(super) fn check_size(
     decoded_bytes: usize,
     file_bytes: usize,
 ) -> std::result::Result<(), String> {
-    if width.min(height) == 0 || width.max(height) > MOST_SIDE {
-        return Err(format!("it is {width}×{height} pixels large, 1 to {MOST_SIDE} either way expected"));
+    if width.min(height) == 0 || width.max(height) > MAX_SIDE {
+        return Err(format!("it is {width}×{height} pixels large, 1 to {MAX_SIDE} either way expected"));
     }
-    if decoded_bytes > file_bytes.saturating_mul(MOST_GROWTH) {
+    if decoded_bytes > file_bytes.saturating_mul(MAX_GROWTH) {
         return Err(format!("it is damaged: {file_bytes} bytes cannot hold {width}×{height} pixels"));
     }
     Ok(())

@@ -21,7 +21,7 @@ use std::sync::Arc;
 /// Points of equal area, whose kernel sum is the mass of the kernel, for each irradiance point.
 const AREA_POINTS: u32 = 4;
 /// Irradiance points of a scene at most: bounds the area points' map to 75 MiB.
-const MOST_POINTS: u32 = 1 << 19;
+const MAX_POINTS: u32 = 1 << 19;
 
 /// The surfaces that light can reach.
 pub(super) struct Reachable {
@@ -71,7 +71,7 @@ impl IrradiancePoints {
     ) -> Result<Self> {
         let grid = PhotonGrid { low: reachable.low - radius, inverse_cell: radius.recip() };
         let count = (4.0 * reachable.area_m2 / f64::from(radius).powi(2)).ceil() as u32;
-        let count = count.min(MOST_POINTS);
+        let count = count.min(MAX_POINTS);
         let area_points = spread(&scene.scene.triangles, &reachable.surfaces, count * AREA_POINTS);
         let points: Vec<Photon> = area_points.iter().step_by(AREA_POINTS as usize).copied().collect();
 

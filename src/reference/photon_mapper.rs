@@ -30,11 +30,11 @@ const SLOTS: u32 = 1 << 20;
 const PATHS_IN_KERNEL: f64 = 32.0;
 /// A map serves so many gather rays or, on the smallest images, so many samples of a pixel.
 const RAYS_A_MAP: u32 = 1 << 19;
-const MOST_SAMPLES_A_MAP: u32 = 32;
+const MAX_SAMPLES_A_MAP: u32 = 32;
 /// Samples of a pixel in one dispatch: lavapipe ends all loops of an invocation once they have turned 65 535 times.
 const SAMPLES_A_DISPATCH: u32 = 2;
 /// The radius shrinks each time that the number of maps has doubled, so many times at most: to 35 % of the first.
-const MOST_SHRINKS: u32 = 9;
+const MAX_SHRINKS: u32 = 9;
 
 /// Renders by photon mapping; box-filtered over the pixel. Samples and photons follow from the scene's seed alone.
 ///
@@ -118,7 +118,7 @@ impl PhotonMapper {
 
     /// Samples of each pixel that one photon map serves.
     pub fn samples_a_map(&self) -> u32 {
-        (RAYS_A_MAP / self.scene.pixel_count().max(1)).clamp(1, MOST_SAMPLES_A_MAP)
+        (RAYS_A_MAP / self.scene.pixel_count().max(1)).clamp(1, MAX_SAMPLES_A_MAP)
     }
 
     /// Traces photons and estimates their irradiance.
@@ -146,7 +146,7 @@ impl PhotonMapper {
             *first = first.wrapping_add(rays);
         }
 
-        let shrinks = (self.maps + 1).ilog2().min(MOST_SHRINKS);
+        let shrinks = (self.maps + 1).ilog2().min(MAX_SHRINKS);
         if self.maps == 0 {
             let area = self.reachable.area_m2.max(f64::MIN_POSITIVE);
             self.first_radius = (PATHS_IN_KERNEL * area / (PI * f64::from(self.paths))).sqrt().max(1e-30);

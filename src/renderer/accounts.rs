@@ -43,10 +43,10 @@ impl Renderer {
         };
         let (due_layers, layer_rays) = due(self.lights.without_layer());
         let (due_factors, factor_rays) = due(self.lights.without_factors());
-        let EdgeRoom { most_samples, samples, slots } = self.antialias.room;
+        let EdgeRoom { max_samples, samples, slots } = self.antialias.room;
         let room = [samples, slots];
         let per_edge =
-            [samples_per_edge(self.edge_count, most_samples, room), slots_per_edge(self.edge_count, slots)];
+            [samples_per_edge(self.edge_count, max_samples, room), slots_per_edge(self.edge_count, slots)];
         let [sample_count, slot_count] = per_edge.map(|count| u64::from(count) * u64::from(self.edge_count));
         let edge_samples = sample_count * size_of::<EdgeSample>() as u64;
         let slots = slot_count * size_of::<EdgeSlot>() as u64;
@@ -55,7 +55,7 @@ impl Renderer {
         let mut edge_rays = 0;
         for (light, _) in self.lights.without_layer() {
             let crossed = Antialias::counted(self.lights.shadow_groups(light))?;
-            let of_crossed = samples_per_edge(crossed, most_samples, room);
+            let of_crossed = samples_per_edge(crossed, max_samples, room);
             edge_rays +=
                 u64::from(light.samples) * (sample_count + u64::from(of_crossed) * u64::from(crossed));
         }

@@ -46,7 +46,7 @@ impl GlossPasses {
         let [width, height] = scene.cameras[0].size;
         let directions = outgoing_directions(&scene.materials, Directions::new(quality.directions));
         let mut clusters = Gloss::new(context, buffers, tables, path_count, area_m2)?;
-        clusters.most_asked = most_asked(&scene.materials);
+        clusters.max_asked = max_asked(&scene.materials);
         Ok(Self {
             reads: SlotReads::new(context, tables, directions)?,
             clusters,
@@ -80,7 +80,7 @@ impl GlossPasses {
     /// Takes note of edited materials.
     pub(super) fn edited(&mut self, materials: &[Material]) {
         self.is_glossy = has_lobes(materials);
-        self.clusters.most_asked = most_asked(materials);
+        self.clusters.max_asked = max_asked(materials);
     }
 
     /// Which pixels are glossy, and their rays.
@@ -186,7 +186,7 @@ impl GlossPasses {
 
 /// Vertices that slots ask at most: twice what the lobe needs that needs most, because many rays read one. Where one
 /// needs all, no bound on any; pixels' rays go by the material that they meet.
-fn most_asked(materials: &[Material]) -> u32 {
+fn max_asked(materials: &[Material]) -> u32 {
     let lobes = materials.iter().filter(|material| material.specular != Vec3::ZERO);
     let needed: Vec<u32> = lobes.map(vertices_for).collect();
     if needed.contains(&0) { u32::MAX } else { 2 * needed.into_iter().max().unwrap_or(0) }

@@ -11,7 +11,7 @@ use crate::passes::frame::near_field::NearCluster;
 use crate::passes::precompute::cache_points::{self, Geometry, Placed, SizeField};
 use crate::passes::precompute::cluster_views::{self, ViewTables};
 use crate::passes::precompute::entry_points::{self, Strata};
-use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, LEAST_ENTRY_POINTS};
+use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, MIN_ENTRY_POINTS};
 use crate::passes::precompute::gloss::{self, GlossTables};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
@@ -48,7 +48,7 @@ const NEAR_HITS: f32 = 1.5;
 
 /// Entry points that a part of a split cluster must hold before a gather ray reads it: the cluster around it holds the other side of
 /// the wall as well.
-const LEAST_APART: f32 = 3.0;
+const MIN_APART: f32 = 3.0;
 
 /// All that the frames are made of.
 pub(super) struct Precomputed {
@@ -151,8 +151,8 @@ pub(super) fn precompute(
     let mut trusted = strata.in_clusters.clone();
     for cluster in hvds.split_clusters() {
         let entry_points = &mut trusted[cluster as usize];
-        if *entry_points >= LEAST_APART {
-            *entry_points = entry_points.max(LEAST_ENTRY_POINTS);
+        if *entry_points >= MIN_APART {
+            *entry_points = entry_points.max(MIN_ENTRY_POINTS);
         }
     }
     let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
@@ -212,7 +212,7 @@ pub(super) fn precompute(
 
     let near_clusters =
         near_clusters::find(&patches[..extent.end(&hvds)], extent, cell_size, &placement.points);
-    let code = GatherCode::new(hvds.cluster_count(), scene.materials.len(), placement.least_radius)?;
+    let code = GatherCode::new(hvds.cluster_count(), scene.materials.len(), placement.min_radius)?;
     let point_count = placement.points.len() as u32;
     let rays = gather_rays::trace(
         context,
@@ -230,7 +230,7 @@ pub(super) fn precompute(
         materials: &scene.materials,
         points: &placement.points,
         near_count,
-        least_radius: placement.least_radius,
+        min_radius: placement.min_radius,
         reach: NEAR_HITS * cell_size,
         hemisphere,
         seed,

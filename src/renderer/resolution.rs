@@ -11,10 +11,10 @@ use glam::Vec3;
 
 /// Directions in which glossy clusters are read at most, unless more are asked for: enough for exponents up to 1 420. Each that a gather
 /// ray reads takes 28 bytes and 12 more a light, so that there are not many more of them than rays that read them.
-const MOST_DIRECTIONS: u32 = 1 << 12;
+const MAX_DIRECTIONS: u32 = 1 << 12;
 
 /// Directions in which glossy clusters are read at least, unless fewer are asked for.
-const LEAST_DIRECTIONS: u32 = 64;
+const MIN_DIRECTIONS: u32 = 64;
 
 /// Directions in which glossy clusters are read: more than asked for where that resolves the sharpest lobe, and fewer where all lobes
 /// are a little broad gloss: that is smooth, and each direction costs as much as another. Where a material is editable, as many as asked for
@@ -25,8 +25,8 @@ pub(super) fn outgoing_directions(materials: &[Material], directions: Directions
     let count = directions.count();
     let may_be_few =
         |material: &Material| !material.editable && (material.specular == Vec3::ZERO || is_little(material));
-    let least = if materials.iter().all(may_be_few) { LEAST_DIRECTIONS.min(count) } else { count };
-    Directions::new(directions_for(sharpest).clamp(least, MOST_DIRECTIONS.max(count)))
+    let least = if materials.iter().all(may_be_few) { MIN_DIRECTIONS.min(count) } else { count };
+    Directions::new(directions_for(sharpest).clamp(least, MAX_DIRECTIONS.max(count)))
 }
 
 /// What to say of lobes that are sharper than the directions that clusters are read in.

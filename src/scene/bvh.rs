@@ -10,7 +10,7 @@ use std::time::Duration;
 /// Entries of the traversal stack in `glsl/include/bvh.glsl`; a node is pushed at most once a level.
 const STACK_SIZE: usize = 32;
 /// Nodes that an entry of it tells apart: some hundred million triangles have as many.
-const MOST_NODES: usize = 1 << 24;
+const MAX_NODES: usize = 1 << 24;
 
 /// An eight-wide compressed BVH. Its triangles are the scene's in leaf order, each exactly once.
 pub struct Bvh {
@@ -47,9 +47,9 @@ impl Bvh {
 
 /// Refuses trees that rays cannot walk.
 fn check_size(nodes: usize, depth: usize) -> Result<()> {
-    let too_much = if nodes > MOST_NODES {
+    let too_much = if nodes > MAX_NODES {
         format!(
-            "the scene's triangles make a tree of {nodes} nodes, rays walk {MOST_NODES}; use fewer triangles"
+            "the scene's triangles make a tree of {nodes} nodes, rays walk {MAX_NODES}; use fewer triangles"
         )
     } else if depth > STACK_SIZE {
         "the scene's triangles nest too deeply for the ray traversal; remove coincident geometry".into()
@@ -77,9 +77,9 @@ mod tests {
 
     #[test]
     fn trees_that_rays_cannot_walk_are_refused() {
-        assert!(check_size(MOST_NODES, STACK_SIZE).is_ok());
+        assert!(check_size(MAX_NODES, STACK_SIZE).is_ok());
         let message = |nodes, depth| check_size(nodes, depth).unwrap_err().to_string();
-        assert!(message(MOST_NODES + 1, 1).contains("16777217 nodes, rays walk 16777216"));
+        assert!(message(MAX_NODES + 1, 1).contains("16777217 nodes, rays walk 16777216"));
         assert!(message(1, STACK_SIZE + 1).contains("nest too deeply"));
     }
 }

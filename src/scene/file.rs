@@ -7,7 +7,7 @@ use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2};
 
 use super::builtin::{self, Files, Memory, utf8};
 use super::geometry::{Assembled, Mesh, assemble, too_many};
-use super::material::{MOST_ALBEDO, Override};
+use super::material::{MAX_ALBEDO, Override};
 use super::reading::Reading;
 use super::settings::{SECTIONS, Setting};
 use super::value::{COORDINATE, Kind, Node, Origin, Section, unknown};
@@ -361,7 +361,7 @@ fn override_materials(
         .filter_map(|material| material.conserve_energy().then(|| material.name.clone()))
         .collect();
     let first = mended.first().map(|name| {
-        format!("material {name:?} reflected more than it receives: its highlights are dimmed, to an albedo of {MOST_ALBEDO}")
+        format!("material {name:?} reflected more than it receives: its highlights are dimmed, to an albedo of {MAX_ALBEDO}")
     });
     warnings.extend(counted(first.as_ref(), mended.len()));
     let bounded: Vec<String> = materials
@@ -369,7 +369,7 @@ fn override_materials(
         .filter_map(|material| material.bound_albedo().then(|| material.name.clone()))
         .collect();
     let first = bounded.first().map(|name| {
-        format!("material {name:?} reflected all light or nearly all: scaled to an albedo of {MOST_ALBEDO}, because light between such surfaces hardly ends; state an albedo below that")
+        format!("material {name:?} reflected all light or nearly all: scaled to an albedo of {MAX_ALBEDO}, because light between such surfaces hardly ends; state an albedo below that")
     });
     warnings.extend(counted(first.as_ref(), bounded.len()));
     Ok(())

@@ -11,7 +11,7 @@ pub(super) const NEUTRAL: Vec3 = Vec3::splat(0.7);
 
 /// Largest albedo of a material, texel by texel and channel by channel. A path between surfaces of albedo ρ has 1/(1 − ρ) vertices in the
 /// mean, and does not end at 1. `docs/decisions.md` has what each bound costs.
-pub const MOST_ALBEDO: f32 = 0.99;
+pub const MAX_ALBEDO: f32 = 0.99;
 
 /// BRDF `diffuse/π + specular·(exponent+2)/(2π)·cosⁿα`, linear Rec.709.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,12 +56,12 @@ impl Material {
     /// Dims the highlights of a material that would reflect more than it receives. Returns whether that was needed.
     ///
     /// The diffuse albedo is kept up to 1. All channels of the specular albedo are scaled alike, which keeps its hue, until no
-    /// channel reflects more than [`MOST_ALBEDO`]: exporters write such materials by default.
+    /// channel reflects more than [`MAX_ALBEDO`]: exporters write such materials by default.
     pub fn conserve_energy(&mut self) -> bool {
         if (self.diffuse + self.specular).max_element() <= 1.0 {
             return false;
         }
-        let most = MOST_ALBEDO * (1.0 - 2.0 * f32::EPSILON);
+        let most = MAX_ALBEDO * (1.0 - 2.0 * f32::EPSILON);
         let brightest = self.diffuse.max_element();
         if brightest > 1.0 {
             self.diffuse *= most / brightest;
@@ -73,18 +73,18 @@ impl Material {
         true
     }
 
-    /// Scales a material that reflects more than [`MOST_ALBEDO`] where its image is brightest. True where that was needed.
+    /// Scales a material that reflects more than [`MAX_ALBEDO`] where its image is brightest. True where that was needed.
     pub fn bound_albedo(&mut self) -> bool {
         // Without its image first: few materials need a look at all texels.
-        if (self.diffuse + self.specular).max_element() <= MOST_ALBEDO {
+        if (self.diffuse + self.specular).max_element() <= MAX_ALBEDO {
             return false;
         }
         let texel = self.texture.as_ref().map_or(Vec3::ONE, |texture| texture.image.brightest());
         let albedo = (self.diffuse * texel + self.specular).max_element();
-        if albedo <= MOST_ALBEDO {
+        if albedo <= MAX_ALBEDO {
             return false;
         }
-        let scale = MOST_ALBEDO * (1.0 - 2.0 * f32::EPSILON) / albedo;
+        let scale = MAX_ALBEDO * (1.0 - 2.0 * f32::EPSILON) / albedo;
         self.diffuse *= scale;
         self.specular *= scale;
         true

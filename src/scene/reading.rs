@@ -41,8 +41,8 @@ impl<'a> Reading<'a> {
     }
 
     /// Reads a file, and lists it as an input. Fails in words that follow the file's name.
-    pub(super) fn read(&mut self, file: &Path, most_bytes: u64) -> Result<Vec<u8>, String> {
-        let bytes = self.files.read(file, most_bytes)?;
+    pub(super) fn read(&mut self, file: &Path, max_bytes: u64) -> Result<Vec<u8>, String> {
+        let bytes = self.files.read(file, max_bytes)?;
         self.inputs.extend(self.files.on_disk(file));
         Ok(bytes)
     }

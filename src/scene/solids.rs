@@ -6,7 +6,7 @@ use glam::{DVec3, UVec2, Vec2, Vec3};
 use std::collections::HashMap;
 
 /// Columns of the table along x and along z, at most.
-const MOST_COLUMNS: f32 = 2048.0;
+const MAX_COLUMNS: f32 = 2048.0;
 
 /// The solids of a scene.
 pub struct Solids {
@@ -45,7 +45,7 @@ impl Solids {
             || of_solids.iter().flat_map(|(_, triangle)| triangle.positions).map(|p| Vec2::new(p.x, p.z));
         let (low, high) =
             points().fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-        let count = (of_solids.len() as f32).sqrt().clamp(1.0, MOST_COLUMNS).floor();
+        let count = (of_solids.len() as f32).sqrt().clamp(1.0, MAX_COLUMNS).floor();
         let scale = count / (high - low).max(Vec2::splat(f32::MIN_POSITIVE));
         let columns = UVec2::splat(count as u32);
         let mut solids = Self {

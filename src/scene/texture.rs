@@ -110,9 +110,9 @@ impl Image {
         }
         let mut reader = ImageReader::with_format(Cursor::new(&*essential), format);
         // Sizes are looked at here, where messages can say what to do.
-        let most_bytes = (bytes.len() as u64).saturating_mul(IMAGE_GROWTH);
+        let max_bytes = (bytes.len() as u64).saturating_mul(IMAGE_GROWTH);
         let mut limits = Limits::no_limits();
-        limits.max_alloc = Some(most_bytes);
+        limits.max_alloc = Some(max_bytes);
         reader.limits(limits);
         let decoder = reader.into_decoder().map_err(fault)?;
         let (width, height) = decoder.dimensions();

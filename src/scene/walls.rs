@@ -12,7 +12,7 @@ const STANDS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const TOUCH: f64 = 0.02;
 const HEIGHT: f64 = 0.1;
 /// What a wall cuts off is a part of its own from this share of the cluster's area on.
-const LEAST_SHARE: f64 = 0.02;
+const MIN_SHARE: f64 = 0.02;
 
 /// The plane that splits a cluster: `normal·x = w`; what lies in front of it is the second part.
 pub type Plane = [f32; 4];
@@ -128,7 +128,7 @@ fn wall_on(
     // In a corner the wall along the cluster's edge may touch more of it than one that stands on it.
     let cuts = |plane: &Plane| {
         let share = cluster.iter().map(|(_, piece)| in_front(*plane, piece)).sum::<f64>() / area;
-        (LEAST_SHARE..=1.0 - LEAST_SHARE).contains(&share)
+        (MIN_SHARE..=1.0 - MIN_SHARE).contains(&share)
     };
     walls.into_iter().map(|wall| wall.1).find(cuts)
 }

@@ -1,31 +1,31 @@
 //! Words of messages: what was found, cut to what can be read, and what was meant.
 
 /// Characters of a text in a message.
-const MOST_SHOWN: usize = 200;
+const MAX_SHOWN: usize = 200;
 /// Longest word that is searched for typing errors, bytes.
-const MOST_HINT_BYTES: usize = 64;
+const MAX_HINT_BYTES: usize = 64;
 /// Words that are compared with one that is unknown, and those that are listed.
-const MOST_WORDS_COMPARED: usize = 10_000;
-const MOST_WORDS_SHOWN: usize = 40;
+const MAX_WORDS_COMPARED: usize = 10_000;
+const MAX_WORDS_SHOWN: usize = 40;
 
 /// "unknown key `fov`: did you mean `fov_y`? Possible: …".
 pub(super) fn unknown(what: &str, possible: &[&str], found: &str) -> String {
     // Typing errors are made in words, and comparing takes as long as both are, times each other.
-    let is_word = |word: &str| word.len() <= MOST_HINT_BYTES;
-    let words = possible.iter().filter(|word| is_word(word) && is_word(found)).take(MOST_WORDS_COMPARED);
+    let is_word = |word: &str| word.len() <= MAX_HINT_BYTES;
+    let words = possible.iter().filter(|word| is_word(word) && is_word(found)).take(MAX_WORDS_COMPARED);
     let nearest = words.map(|word| (distance(word, found), *word)).min();
     let hint = match nearest {
         Some((distance, word)) if distance <= 1 + found.len() / 4 => format!("did you mean `{word}`? "),
         _ => String::new(),
     };
-    let mut list = possible[..possible.len().min(MOST_WORDS_SHOWN)]
+    let mut list = possible[..possible.len().min(MAX_WORDS_SHOWN)]
         .iter()
         .map(|word| printable(word))
         .collect::<Vec<_>>()
         .join(", ");
     match possible.len() {
         0 => list.push_str("none"),
-        count if count > MOST_WORDS_SHOWN => list += &format!(" and {} more", count - MOST_WORDS_SHOWN),
+        count if count > MAX_WORDS_SHOWN => list += &format!(" and {} more", count - MAX_WORDS_SHOWN),
         _ => (),
     }
     format!("unknown {what} `{}`: {hint}possible: {list}", printable(found))
@@ -47,13 +47,13 @@ fn distance(a: &str, b: &str) -> usize {
 
 /// The text without characters that would break a line of output, and no longer than a line.
 pub(super) fn printable(text: &str) -> String {
-    let shown = text.chars().take(MOST_SHOWN).map(|c| if c.is_control() { ' ' } else { c }).collect();
-    if text.chars().nth(MOST_SHOWN).is_some() { shown + "…" } else { shown }
+    let shown = text.chars().take(MAX_SHOWN).map(|c| if c.is_control() { ' ' } else { c }).collect();
+    if text.chars().nth(MAX_SHOWN).is_some() { shown + "…" } else { shown }
 }
 
 /// The text in quotation marks, or how it begins.
 pub(super) fn excerpt(text: &str) -> String {
-    match text.char_indices().nth(MOST_SHOWN) {
+    match text.char_indices().nth(MAX_SHOWN) {
         Some((end, _)) => format!("{:?}…", &text[..end]),
         None => format!("{text:?}"),
     }

@@ -19,7 +19,7 @@ mod temporary;
 
 pub use folder::Folder;
 pub use format::{Key, Writer, hash};
-pub use read::{File, MOST_BYTES, misnamed};
+pub use read::{File, MAX_BYTES, misnamed};
 pub use temporary::{Temporary, remove_temporaries};
 
 use std::fmt;

@@ -9,9 +9,9 @@ use std::io::Read;
 use std::path::Path;
 
 /// Bytes of a file at most: what it holds has to fit into a device.
-pub const MOST_BYTES: u64 = 64 << 30;
+pub const MAX_BYTES: u64 = 64 << 30;
 /// Dependencies and sections of a file at most.
-const MOST_ENTRIES: u32 = 256;
+const MAX_ENTRIES: u32 = 256;
 
 /// The sections of a file whose every byte is what was written.
 #[derive(Debug)]
@@ -40,8 +40,8 @@ pub fn misnamed(file: &Path) -> Option<String> {
     if !MAGIC.starts_with(&start[..start.len().min(MAGIC.len())]) {
         return Some("holds no light paths: name a folder, or a file that `precompute` wrote".to_owned());
     }
-    if length > MOST_BYTES {
-        return Some(files::too_long(length, MOST_BYTES));
+    if length > MAX_BYTES {
+        return Some(files::too_long(length, MAX_BYTES));
     }
     let odd = |header: &Header| ![BYTE_ORDER, BYTE_ORDER.swap_bytes()].contains(&header.byte_order);
     if split::<Header>(&start).is_some_and(|(header, _)| odd(&header)) {
@@ -87,7 +87,7 @@ impl<'a> File<'a> {
         {
             return Err(Refusal::Damaged(wrong_length(length, &header)));
         }
-        files::read(file, MOST_BYTES).map_err(|unread| match unread {
+        files::read(file, MAX_BYTES).map_err(|unread| match unread {
             Unread::Missing => Refusal::Missing,
             Unread::Because(why) => Refusal::Unreadable(why),
         })
@@ -125,7 +125,7 @@ impl<'a> File<'a> {
         if header.file_bytes != bytes.len() as u64 {
             return Err(Refusal::Damaged(wrong_length(bytes.len() as u64, &header)));
         }
-        if header.dependency_count.max(header.section_count) > MOST_ENTRIES {
+        if header.dependency_count.max(header.section_count) > MAX_ENTRIES {
             return Err(Refusal::damaged("its tables are too long"));
         }
         let dependency_bytes = header.dependency_count as usize * size_of::<Dependency>();

@@ -53,7 +53,7 @@ fn allocations_fail_in_other_ways() {
 }
 
 /// Less than one block of memory: each buffer has an allocation of its own then.
-const LITTLE: &str = "vkAllocateMemory:1+:MOST=12000000";
+const LITTLE: &str = "vkAllocateMemory:1+:MAX=12000000";
 
 /// With little memory, any allocation may be the first to fail.
 fn fails_from(stage: &Stage, call: usize, whole: &[u8]) {
@@ -97,7 +97,7 @@ fn a_device_of_little_memory_gives_the_same_picture_or_says_what_to_lower() {
         [(1_000_000, "--set quality.entry_points=20000"), (100_000, "--size 1000x1000"), (10, "")]
     {
         let case = format!("{most} bytes");
-        let outcome = stage.run(&format!("{render} {settings}"), &format!("vkAllocateMemory:1+:MOST={most}"));
+        let outcome = stage.run(&format!("{render} {settings}"), &format!("vkAllocateMemory:1+:MAX={most}"));
         outcome.assert_failed(4, &["buffer `", "needs", "vkAllocateMemory", "; "], &case);
         let advice = outcome.said[0].rsplit("; ").next().unwrap();
         let names = ["lower quality.", "--size", "fewer triangles", "smaller preset"];

@@ -36,8 +36,8 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    pub(crate) fn new(world: &World, lights: &[LightSource], camera: &Camera, most_samples: u32) -> Self {
-        Self::with_room(world, lights, camera, most_samples, [u32::MAX; 2])
+    pub(crate) fn new(world: &World, lights: &[LightSource], camera: &Camera, max_samples: u32) -> Self {
+        Self::with_room(world, lights, camera, max_samples, [u32::MAX; 2])
     }
 
     /// With room for so many samples and slots at most.
@@ -45,12 +45,12 @@ impl Frame {
         world: &World,
         lights: &[LightSource],
         camera: &Camera,
-        most_samples: u32,
+        max_samples: u32,
         [samples, slots]: [u32; 2],
     ) -> Self {
         let (view, size, context) = (View::from(camera), camera.size, &world.context);
         let primary = Primary::new(context, size[0] * size[1]).unwrap();
-        let mut antialias = Antialias::new(context, size, most_samples).unwrap();
+        let mut antialias = Antialias::new(context, size, max_samples).unwrap();
         let room = antialias.room;
         antialias.room =
             EdgeRoom { samples: room.samples.min(samples), slots: room.slots.min(slots), ..room };
@@ -124,8 +124,8 @@ impl Frame {
 
     /// Samples of each of so many edge pixels.
     pub(crate) fn samples_per_edge(&self, edge_count: u32) -> u32 {
-        let EdgeRoom { most_samples, samples, slots } = self.antialias.room;
-        cpu::antialias::samples_per_edge(edge_count, most_samples, [samples, slots])
+        let EdgeRoom { max_samples, samples, slots } = self.antialias.room;
+        cpu::antialias::samples_per_edge(edge_count, max_samples, [samples, slots])
     }
 
     /// Samples of the edges of geometry.

@@ -198,7 +198,7 @@ fn views_are_the_same_each_time() {
         let (cluster, material) = unpack(*row, a.bits[0]);
         row.target = material << a.bits[1] | cluster;
     }
-    let code = GatherCode { cluster_bits: a.bits[1], least_distance: 0.01 };
+    let code = GatherCode { cluster_bits: a.bits[1], min_distance: 0.01 };
     let hemisphere = Hemisphere::new(HEMISPHERE);
     let clusters = a.world.hvds.cluster_count();
     a.tables.redirect(&mut rows, &a.points, hemisphere, (SEED, Directions::new(256)), code, clusters);

@@ -7,7 +7,7 @@ use lightpaths::cpu;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::gpu::{Buffer, Context, Parts};
 use lightpaths::passes::frame::hvds::{
-    ClusterFlux, ClusterLayer, ClusterLight, ClusterLists, LEAST_SHARE, LEAST_VERTICES, Pyramid,
+    ClusterFlux, ClusterLayer, ClusterLight, ClusterLists, MIN_SHARE, MIN_VERTICES, Pyramid,
     VERTICES_AROUND, deposit_runs, indirect_sources,
 };
 use lightpaths::scene::{grid, hvds::Hvds};
@@ -90,13 +90,13 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
         }
         let deposits = deposits(&mut random, &first_deposits);
         let runs = deposit_runs(&hvds, &first_deposits);
-        let least_area_m2 = 0.01;
+        let min_area_m2 = 0.01;
 
         // Behind the entry point paths may carry another light on.
         let factors: Vec<f32> = (0..PATHS).map(|_| 50.0 * random.unit()).collect();
         let carried: Vec<Vec3> = factors.iter().map(|factor| factor * (1.0 + random.cube())).collect();
         let emission = 1.5 + random.cube();
-        let pyramid = Pyramid::new(&context, &hvds, &first_deposits, least_area_m2, true).unwrap();
+        let pyramid = Pyramid::new(&context, &hvds, &first_deposits, min_area_m2, true).unwrap();
         let all = ClusterLists::all(&context, &hvds.levels).unwrap();
         let light = light(&context, &factors, Some(&carried), base as u32);
         let deposit_buffer = Parts::cut(&context, "deposits", &deposits, 97).unwrap();
@@ -110,16 +110,16 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
             .unwrap();
         assert_eq!(context.take_redundant_barriers(), [""; 0]);
 
-        let scale = least_area_m2 * emission;
+        let scale = min_area_m2 * emission;
         let path_flux: Vec<Vec3> = factors.iter().map(|factor| factor * scale).collect();
         let reflected_flux: Vec<Vec3> = carried.iter().map(|carried| carried * scale).collect();
         let reference = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &deposits);
         let sources =
-            cpu::hvds::indirect_sources(&hvds, &runs, LEAST_VERTICES, [VERTICES_AROUND, LEAST_SHARE]);
-        assert_eq!(indirect_sources(&hvds, &runs, LEAST_VERTICES), sources);
+            cpu::hvds::indirect_sources(&hvds, &runs, MIN_VERTICES, [VERTICES_AROUND, MIN_SHARE]);
+        assert_eq!(indirect_sources(&hvds, &runs, MIN_VERTICES), sources);
         let borrowing = (0..base as u32).zip(&sources).filter(|(cluster, source)| cluster != *source).count();
         assert!(base < 60 || (borrowing > base / 4 && borrowing < base), "{borrowing} of {base} borrow");
-        let resolved = cpu::hvds::irradiance(&hvds, &reference, &sources, least_area_m2);
+        let resolved = cpu::hvds::irradiance(&hvds, &reference, &sources, min_area_m2);
         let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();
         let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();
         for cluster in 0..hvds.cluster_count() as usize {
@@ -214,7 +214,7 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
         let reflected_flux = sum(&|light, path| carried[light][path]);
         let reference = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &deposits);
         let sources =
-            cpu::hvds::indirect_sources(&hvds, &runs, LEAST_VERTICES, [VERTICES_AROUND, LEAST_SHARE]);
+            cpu::hvds::indirect_sources(&hvds, &runs, MIN_VERTICES, [VERTICES_AROUND, MIN_SHARE]);
         let resolved = cpu::hvds::irradiance(&hvds, &reference, &sources, entry_area_m2);
         let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();
         let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();

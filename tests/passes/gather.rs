@@ -96,7 +96,7 @@ fn irradiance_and_gradients_equal_the_reference() {
             reflectors: &packing.reflectors,
             reflector_bits: packing.reflector_bits,
             cluster_bits: code.cluster_bits,
-            least_distance: code.least_distance,
+            min_distance: code.min_distance,
             turn_unit: packing.turn_unit,
             slots: &[],
         };
@@ -141,7 +141,7 @@ fn irradiance_and_gradients_equal_the_reference() {
             // the outermost ring, a turn of which counts √(2·rings) times.
             let brightest = reference.irradiance.max_element();
             let steepness = row.iter().map(|ray| unpack(ray.gradient).abs().max_element()).sum::<f64>();
-            let scale = brightest * steepness / f64::from(code.least_distance);
+            let scale = brightest * steepness / f64::from(code.min_distance);
             assert_columns(&record.translation, reference.translation, scale, "translation");
             let scale = brightest * f64::from(2 * rings).sqrt();
             assert_columns(&record.rotation, reference.rotation, scale, "rotation");
@@ -194,7 +194,7 @@ fn the_rotational_gradient_is_a_derivative() {
         reflectors: &packing.reflectors,
         reflector_bits: packing.reflector_bits,
         cluster_bits: 8,
-        least_distance: 1.0,
+        min_distance: 1.0,
         turn_unit: packing.turn_unit,
         slots: &[],
     };

@@ -23,7 +23,7 @@ fn tracing(world: &World, rings: u32) -> Tracing<'_> {
         strata,
         seed: SEED,
         entry_points: &world.in_clusters,
-        least_entry_points: gather_rays::LEAST_ENTRY_POINTS,
+        min_entry_points: gather_rays::MIN_ENTRY_POINTS,
     }
 }
 
@@ -94,9 +94,9 @@ fn targets_and_gradient_weights_equal_the_reference_in(world: &World) {
             for ray in 0..per_point {
                 // The gradient is linear in the radiances: a ray's weight is its gradient when it alone is bright.
                 let alone = |other: u32| f64::from(u8::from(other == ray));
-                let least_distance = f64::from(code.least_distance);
-                let weight = translational_gradient(tracing.strata, &distances, alone, least_distance)
-                    * least_distance;
+                let min_distance = f64::from(code.min_distance);
+                let weight = translational_gradient(tracing.strata, &distances, alone, min_distance)
+                    * min_distance;
                 let stored = unpack(row[ray as usize].gradient);
                 // Half of the last bit of a half, and what f32 distances of grazing rays lack.
                 let bound = weight.abs().max_element() / 1024.0 + 1e-6;

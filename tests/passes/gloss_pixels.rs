@@ -63,7 +63,7 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
         strata: Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors },
         seed: SEED,
         entry_points: &world.in_clusters,
-        least_entry_points: gather_rays::LEAST_ENTRY_POINTS,
+        min_entry_points: gather_rays::MIN_ENTRY_POINTS,
     };
     for (size, most) in [([1, 1], 4), ([9, 7], 3), ([31, 33], 16)] {
         let camera = Camera {

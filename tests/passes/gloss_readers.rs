@@ -64,7 +64,7 @@ pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss,
             reflectors: &packing.reflectors,
             reflector_bits: packing.reflector_bits,
             cluster_bits: code.cluster_bits,
-            least_distance: code.least_distance,
+            min_distance: code.min_distance,
             turn_unit: packing.turn_unit,
             slots: &slots,
         };
@@ -177,7 +177,7 @@ pub(crate) fn pixels_read_the_slots_of_broad_lobes(
     let between = 0.5 * (exponents[0] + exponents[1]);
     assert!(exponents.iter().any(|&n| n < between) && exponents.iter().any(|&n| n > between));
     let mut slots = SlotReads::new(context, &glossy.tables, DIRECTIONS).unwrap();
-    slots.most_exponent = between;
+    slots.max_exponent = between;
     let fluxes: Vec<Vec3> = gloss.fluxes.read().unwrap();
     let irradiance = Buffer::from_slice(context, "irradiance", &vec![Vec3::ZERO; clusters]).unwrap();
     let inverse_areas = Buffer::from_slice(context, "inverse areas", &vec![1.0_f32; clusters]).unwrap();

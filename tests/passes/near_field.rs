@@ -25,7 +25,7 @@ fn irradiance_of_near_clusters_equals_the_reference() {
         .collect();
     let factors: Vec<f32> = (0..base).map(|_| 1.0 + random.unit()).collect();
     let emission = Vec3::new(0.5, 1.0, 1.5);
-    let least_area_m2 = 1e-3;
+    let min_area_m2 = 1e-3;
     let factors = Buffer::from_slice(&world.context, "factors", &factors).unwrap();
     let layer = Pyramid::layer(&world.context, base as u32).unwrap();
     let light = ClusterLight { factors: &factors, carried: None, layer: &layer };
@@ -57,7 +57,7 @@ fn irradiance_of_near_clusters_equals_the_reference() {
         // Before records exist, a near-field patch reads its entry and its cluster's irradiance, and writes its own.
         let moved = u64::from(count) * (size_of::<NearCluster>() + 2 * size_of::<Vec3>()) as u64;
         assert_eq!(pass.bytes(std::iter::empty()), moved);
-        let mut pyramid = Pyramid::new(&world.context, &world.hvds, &lists, least_area_m2, false).unwrap();
+        let mut pyramid = Pyramid::new(&world.context, &world.hvds, &lists, min_area_m2, false).unwrap();
         let all = ClusterLists::all(&world.context, &world.hvds.levels).unwrap();
         pyramid.make_room_for_parts(&world.context, pass.part_count()).unwrap();
         let buffer = Buffer::from_slice(&world.context, "records", &records).unwrap();
@@ -86,7 +86,7 @@ fn irradiance_of_near_clusters_equals_the_reference() {
         let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();
         let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();
         let direct = |cluster: usize| {
-            flux[cluster].direct.as_dvec3() * cpu::hvds::inverse_area(&world.hvds, cluster, least_area_m2)
+            flux[cluster].direct.as_dvec3() * cpu::hvds::inverse_area(&world.hvds, cluster, min_area_m2)
         };
         let mut dark = 0;
         for (cluster, device) in irradiance.iter().enumerate().take(world.hvds.cluster_count() as usize) {

@@ -15,7 +15,7 @@ use std::collections::HashMap;
 
 const SEED: u32 = 5;
 const REACH: f32 = 0.3;
-const LEAST_RADIUS: f32 = 0.1;
+const MIN_RADIUS: f32 = 0.1;
 
 #[test]
 fn rays_that_meet_near_clusters_read_entries_of_their_own() {
@@ -61,7 +61,7 @@ fn near_hits_of(world: &World) {
         materials: &world.materials,
         points: &points,
         near_count,
-        least_radius: LEAST_RADIUS,
+        min_radius: MIN_RADIUS,
         reach: REACH,
         hemisphere,
         seed: SEED,
@@ -129,7 +129,7 @@ fn near_hits_of(world: &World) {
         let distances = points.iter().filter(speaks).map(|placed| placed.point.position.distance(place));
         let nearest = distances.fold(f32::INFINITY, f32::min);
         assert!((entry.offset.length() - nearest).abs() < 1e-5, "{} {nearest}", entry.offset.length());
-        assert!(entry.offset.length() < 2.0 * LEAST_RADIUS);
+        assert!(entry.offset.length() < 2.0 * MIN_RADIUS);
     }
     let share = (errors / widths).sqrt();
     println!("{} entries of {readers} rays, {untouched} others, off by {share:.3} of a cell", places.len());
@@ -154,7 +154,7 @@ fn without_near_points_all_stays() {
         materials,
         points,
         near_count: 0,
-        least_radius: LEAST_RADIUS,
+        min_radius: MIN_RADIUS,
         reach: REACH,
         hemisphere,
         seed: SEED,

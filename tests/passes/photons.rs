@@ -9,10 +9,10 @@ use lightpaths::cpu::lit_scene::LitScene;
 use lightpaths::cpu::photon_trace::Photons;
 use lightpaths::cpu::photons::{Cells, SurfacePoint, kernel, sector, sector_direction};
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::reference::photon_irradiance::{MOST_PHOTONS, PhotonIrradiance, Points};
+use lightpaths::passes::reference::photon_irradiance::{MAX_PHOTONS, PhotonIrradiance, Points};
 use lightpaths::passes::reference::photon_map::{Photon, PhotonGrid, PhotonMap};
 use lightpaths::passes::reference::photon_reach;
-use lightpaths::passes::reference::photon_trace::{self, BoundingSphere, MOST_SURVIVAL, PhotonTrace, STEPS};
+use lightpaths::passes::reference::photon_trace::{self, BoundingSphere, MAX_SURVIVAL, PhotonTrace, STEPS};
 use lightpaths::passes::{self, light_sources, reflectances};
 use lightpaths::types::NO_SIDE;
 
@@ -70,7 +70,7 @@ fn photons_equal_the_reference_in(world: &World) {
         scene_centre: SPHERE.centre,
         scene_radius: SPHERE.radius,
         seed: SEED,
-        most_survival: f64::from(MOST_SURVIVAL),
+        max_survival: f64::from(MAX_SURVIVAL),
     };
     let buffer = Buffer::from_slice(&world.context, "lights", &sources).unwrap();
     let scene = passes::LitScene { buffers: &world.buffers, lights: &buffer, light_count: 4 };
@@ -287,7 +287,7 @@ fn crowded_buckets_are_thinned(world: &World) {
         let sums: Vec<Vec3> = irradiances.read().unwrap();
         let exact: f32 = (0..count).map(|index| (index % 7) as f32).sum();
         let mean = sums.iter().map(|sum| sum.x).sum::<f32>() / 100.0;
-        let tolerance = if count <= MOST_PHOTONS { 1e-5 } else { 0.05 };
+        let tolerance = if count <= MAX_PHOTONS { 1e-5 } else { 0.05 };
         assert!((mean / exact - 1.0).abs() <= tolerance, "{count} photons: {mean} of {exact}");
     }
 }

@@ -6,7 +6,7 @@ use glam::Vec3;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::gpu::{Buffer, Parts};
 use lightpaths::passes::frame::hvds::{
-    ClusterLight, ClusterLists, LEAST_VERTICES, Pyramid, deposit_runs, indirect_sources,
+    ClusterLight, ClusterLists, MIN_VERTICES, Pyramid, deposit_runs, indirect_sources,
 };
 use lightpaths::passes::frame::near_field::NearCluster;
 use lightpaths::passes::precompute::cluster_views::ViewTables;
@@ -50,7 +50,7 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
     let factors: Vec<f32> = (0..99).map(|_| 1.0 + random.unit()).collect();
     let deposits = Parts::cut(&context, "deposits", &deposits, u32::MAX).unwrap();
     let factors = Buffer::from_slice(&context, "factors", &factors).unwrap();
-    let sources = indirect_sources(&hvds, &deposit_runs(&hvds, &first_deposits), LEAST_VERTICES);
+    let sources = indirect_sources(&hvds, &deposit_runs(&hvds, &first_deposits), MIN_VERTICES);
     for (ray_count, view_count, part_count) in [(0, 0, 0), (1, 0, 0), (40, 0, 5), (40, 9, 0), (400, 70, 20)] {
         let taken = clusters + view_count;
         let near_parts: Vec<NearCluster> = (0..part_count)

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 use lightpaths::Result;
-use lightpaths::scene::material::MOST_ALBEDO;
+use lightpaths::scene::material::MAX_ALBEDO;
 use lightpaths::scene::{LightKind, LoadOptions, Quality, Scene, shapes};
 use refused::message;
 
@@ -255,7 +255,7 @@ fn materials_come_from_mtl_with_repairs() {
     assert_eq!((mirror.exponent, lost.diffuse, lost.name.as_str()), (96.0, Vec3::splat(0.7), "lost one"));
     // Highlights give way, all colours of them alike.
     assert_eq!(mirror.diffuse, Vec3::new(0.5, 0.8, 0.1));
-    let left = (MOST_ALBEDO - 0.8) / 0.25 * Vec3::new(0.5, 0.25, 0.5);
+    let left = (MAX_ALBEDO - 0.8) / 0.25 * Vec3::new(0.5, 0.25, 0.5);
     assert!(close(mirror.specular, left), "{}", mirror.specular);
     assert_eq!(scene.triangles.iter().map(|t| t.material).collect::<Vec<_>>(), [0, 0, 1]);
     let [textures, missing, scaled] = &scene.warnings[..] else { panic!("{:?}", scene.warnings) };

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 use image::{DynamicImage, ImageFormat, Rgb, RgbImage, RgbaImage};
 use lightpaths::Result;
 use lightpaths::cpu::textures::{linear, pack_colour, sample, unpack_colour};
-use lightpaths::scene::material::MOST_ALBEDO;
+use lightpaths::scene::material::MAX_ALBEDO;
 use lightpaths::scene::{Image, LoadOptions, Scene, Texture};
 use std::sync::Arc;
 
@@ -300,7 +300,7 @@ fn packed_colours_are_near_and_exact_at_the_ends() {
 /// What reflects all that it receives is bounded where the scene is loaded, whatever states it; an image counts by its brightest texel.
 #[test]
 fn albedos_are_bounded_and_one_warning_names_the_first() {
-    let most = MOST_ALBEDO;
+    let most = MAX_ALBEDO;
     let load = |mtl: &str, more: &str, texel: u8| {
         let image = RgbImage::from_pixel(2, 2, Rgb([texel, texel / 2, 0]));
         let image: &[(&str, &[u8])] = &[("a.png", &encoded(image, ImageFormat::Png))];

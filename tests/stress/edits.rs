@@ -60,14 +60,14 @@ fn any_sequence_ends_where_a_cold_start_does(
     let mut state = State::of(&edited);
     let mut dice = Dice::new(4);
     let mut edits = 0;
-    let mut most_lights = 0;
+    let mut max_lights = 0;
     for check in 0..checks {
         for _ in 0..frames {
             let some = [0, 1, 1, 1, 2, 5][dice.below(6)];
             (0..some).for_each(|_| state.edit(&mut dice, &mut edited));
             edits += some;
             edited.frame().unwrap();
-            most_lights = most_lights.max(state.lights.len());
+            max_lights = max_lights.max(state.lights.len());
         }
         let mut fresh = cold(&state, quality);
         fresh.frame().unwrap();
@@ -85,7 +85,7 @@ fn any_sequence_ends_where_a_cold_start_does(
             edited.set_skipping(true);
         }
     }
-    println!("{edits} edits, up to {most_lights} lights");
-    assert!(edits >= least && most_lights >= 4, "{edits} edits, up to {most_lights} lights");
+    println!("{edits} edits, up to {max_lights} lights");
+    assert!(edits >= least && max_lights >= 4, "{edits} edits, up to {max_lights} lights");
     assert_silent(&context());
 }

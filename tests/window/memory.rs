@@ -61,7 +61,7 @@ fn a_size_that_does_not_fit(demo: &Demo, faults: &Faults) {
     let before = settled(demo);
     let memory = device_memory(demo);
     // More than there is now, less than a picture of that size takes.
-    faults.strike(demo, "vkAllocateMemory:1+:MOST=150000000", || demo.client().resize(LARGE));
+    faults.strike(demo, "vkAllocateMemory:1+:MAX=150000000", || demo.client().resize(LARGE));
     demo.assert_presents(SOON);
     settled(demo);
     assert_eq!(device_memory(demo), memory, "the picture has kept its size");
@@ -113,7 +113,7 @@ fn an_edit_that_does_not_fit(demo: &Demo, folder: &Path, faults: &Faults) {
 fn direct_light_remains_where_light_paths_do_not_fit() {
     let (display, folder, faults) = (Display::start(), tempfile::tempdir().unwrap(), Faults::new());
     // Direct light takes 40 MB, so many light paths more than 65 MB.
-    faults.set("vkAllocateMemory:1+:MOST=60000000");
+    faults.set("vkAllocateMemory:1+:MAX=60000000");
     let demo = start_in(&display, folder.path(), &faults, &["--set", "quality.entry_points=500000"]);
     demo.wait_for_line("faults: vkAllocateMemory,", READY);
     let before = settled(&demo);

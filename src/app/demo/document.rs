@@ -6,7 +6,7 @@ use glam::Vec3;
 use crate::scene::{Light, Material, Scene};
 
 /// Edits that can be taken back, at most.
-const MOST_STEPS: usize = 1000;
+const MAX_STEPS: usize = 1000;
 
 /// Everything that can be edited.
 #[derive(Clone, Debug, PartialEq)]
@@ -121,7 +121,7 @@ impl History {
 
     fn keep(&mut self, before: Document) {
         self.past.push(before);
-        if self.past.len() > MOST_STEPS {
+        if self.past.len() > MAX_STEPS {
             self.past.remove(0);
         }
     }
@@ -259,10 +259,10 @@ mod tests {
     fn the_oldest_steps_are_forgotten() {
         let mut document = document();
         let mut history = History::new(&document);
-        for step in 0..MOST_STEPS + 10 {
+        for step in 0..MAX_STEPS + 10 {
             document.materials[0].exponent = step as f32 + 2.0;
             history.settle(&document);
         }
-        assert_eq!(history.depths(), [MOST_STEPS, 0]);
+        assert_eq!(history.depths(), [MAX_STEPS, 0]);
     }
 }

@@ -18,7 +18,7 @@ use crate::scene::Scene;
 /// How often the thread asks whether it is still wanted when it has nothing to do.
 const PATIENCE: Duration = Duration::from_millis(200);
 /// Samples after which it has refined enough.
-const MOST_SAMPLES: u32 = 4096;
+const MAX_SAMPLES: u32 = 4096;
 
 /// The thread, and what it has found.
 pub(super) struct Reference {
@@ -146,7 +146,7 @@ fn refine(
     let mut tracer: Option<PathTracer> = None;
     let mut epoch = 0;
     while !shared.is_cancelled.load(Ordering::Relaxed) {
-        let is_done = tracer.as_ref().is_none_or(|tracer| tracer.samples() >= MOST_SAMPLES);
+        let is_done = tracer.as_ref().is_none_or(|tracer| tracer.samples() >= MAX_SAMPLES);
         let first = match ordered.recv_timeout(if is_done { PATIENCE } else { Duration::ZERO }) {
             Ok(order) => Some(order),
             Err(RecvTimeoutError::Timeout) => None,

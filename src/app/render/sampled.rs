@@ -17,7 +17,7 @@ const ROUND_S: f64 = 1.0;
 /// Samples of a round at most: more do not make it faster.
 const ROUND_SAMPLES: f64 = 64.0;
 /// Samples of a round at least: two for each half, from which the variance can be told.
-const LEAST_ROUND: u32 = 4;
+const MIN_ROUND: u32 = 4;
 
 /// When to stop: at whichever comes first.
 #[derive(Clone, Copy, Debug)]
@@ -89,8 +89,8 @@ pub(in crate::app) fn spend(
     // A sample that would end after the time is up is begun if most of it fits.
     while renderer.samples() < goal && elapsed + 0.5 * sample_s < allowed {
         let fitting = ROUND_S.min(allowed - elapsed) / sample_s;
-        let round = if sample_s > 0.0 { fitting.min(ROUND_SAMPLES) as u32 & !1 } else { LEAST_ROUND };
-        let round = round.clamp(LEAST_ROUND, ROUND_SAMPLES as u32).min(goal - renderer.samples());
+        let round = if sample_s > 0.0 { fitting.min(ROUND_SAMPLES) as u32 & !1 } else { MIN_ROUND };
+        let round = round.clamp(MIN_ROUND, ROUND_SAMPLES as u32).min(goal - renderer.samples());
         renderer.add_samples(round)?;
         let now = start.elapsed().as_secs_f64();
         // Of the last round: the first one contains the pipeline's compilation.

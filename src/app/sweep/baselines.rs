@@ -38,9 +38,9 @@ pub(super) const METHODS: [Method; 2] = [
 const EQUAL_ERROR_S: f64 = 5.0;
 /// Most samples that a method is given for that, as a multiple of those of the reference. Beyond, the noise of the
 /// reference would be most of the error.
-const MOST_OF_REFERENCE: f64 = 4.0;
+const MAX_OF_REFERENCE: f64 = 4.0;
 /// Renderings on the way there.
-const MOST_ATTEMPTS: u32 = 6;
+const MAX_ATTEMPTS: u32 = 6;
 /// Samples, at least, by which a method's speed is told, after a round that contains compilation.
 const TIMED: u32 = 2;
 
@@ -117,13 +117,13 @@ fn equal_error(
 ) -> Result<Baseline> {
     let goal = ours.error.told();
     let most =
-        (EQUAL_ERROR_S / run.sample_s).min(MOST_OF_REFERENCE * f64::from(run.reference.facts.spp)).max(1.0);
+        (EQUAL_ERROR_S / run.sample_s).min(MAX_OF_REFERENCE * f64::from(run.reference.facts.spp)).max(1.0);
     let mut rendered = None;
     let mut needed = samples_for(&curve, goal);
     if needed < 0.9 * f64::from(run.renderer.samples()) {
         run.restart()?;
     }
-    for _ in 0..MOST_ATTEMPTS {
+    for _ in 0..MAX_ATTEMPTS {
         let taken = run.renderer.samples();
         // Not more than four times as many at once: the first estimates are rough.
         let rash = if taken == 0 { f64::INFINITY } else { 4.0 * f64::from(taken) };

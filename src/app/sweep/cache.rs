@@ -18,7 +18,7 @@ use crate::scene::Scene;
 const FORMAT: u32 = 1;
 
 /// Longest first line.
-const MOST_HEADER_BYTES: u64 = 4096;
+const MAX_HEADER_BYTES: u64 = 4096;
 
 /// Images of a reference, in this order in the file: two independent halves, then direct and indirect light.
 pub(super) type Images = [Vec<[f32; 3]>; 4];
@@ -100,7 +100,7 @@ impl fmt::Write for Key {
 pub(super) fn read(file: &Path, size: [u32; 2]) -> std::result::Result<Option<Kept>, String> {
     let pixels = size[0] as usize * size[1] as usize;
     let payload_bytes = 4 * 12 * pixels;
-    let bytes = match files::read(file, payload_bytes as u64 + MOST_HEADER_BYTES) {
+    let bytes = match files::read(file, payload_bytes as u64 + MAX_HEADER_BYTES) {
         Ok(bytes) => bytes,
         Err(Unread::Missing) => return Ok(None),
         Err(Unread::Because(why)) => return Err(why),

@@ -12,7 +12,7 @@ const ROUND: u32 = 4;
 /// The standard deviation of the energy, as a share of it, at which the path tracer is exact enough.
 const EXACT: f64 = 0.002;
 /// Samples of all pixels at most.
-const MOST_SAMPLES: u64 = 1 << 24;
+const MAX_SAMPLES: u64 = 1 << 24;
 /// A deviation that no method of this kind is without, as a share.
 const ALLOWED: f64 = 0.01;
 /// Standard deviations of the path tracer that are taken for noise.
@@ -71,7 +71,7 @@ pub(super) fn energy(scene: Scene, picture: &[[f32; 3]], device_args: &DeviceArg
         let samples = u64::from(tracer.samples()) * picture.len() as u64;
         // An estimate from few pixels may state too little noise.
         let is_exact = energy.noise <= EXACT && tracer.samples() > ROUND;
-        if is_exact || samples >= MOST_SAMPLES {
+        if is_exact || samples >= MAX_SAMPLES {
             device_args.report_validation(&context);
             return Ok(energy);
         }

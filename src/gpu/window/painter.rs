@@ -16,7 +16,7 @@ use super::swapchain::{self, Swapchain};
 use crate::error::{Error, Result};
 
 /// Most pictures at a time.
-const MOST_PICTURES: u32 = 16;
+const MAX_PICTURES: u32 = 16;
 
 /// Panels as triangles.
 pub struct Painting {
@@ -87,9 +87,9 @@ impl WindowPainter {
         let set_layout = create_vulkan_descriptor_set_layout(&context.device).map_err(panel_error)?;
         let sizes = [vk::DescriptorPoolSize {
             ty: vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
-            descriptor_count: MOST_PICTURES,
+            descriptor_count: MAX_PICTURES,
         }];
-        let info = vk::DescriptorPoolCreateInfo::default().max_sets(MOST_PICTURES).pool_sizes(&sizes);
+        let info = vk::DescriptorPoolCreateInfo::default().max_sets(MAX_PICTURES).pool_sizes(&sizes);
         let set_pool =
             // SAFETY: the device, and all that the description names, is alive.
             unsafe { context.device.create_descriptor_pool(&info, None) }.vk("vkCreateDescriptorPool")?;

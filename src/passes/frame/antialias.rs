@@ -33,17 +33,17 @@ pub const SPREAD: f32 = 3.0;
 /// Samples that a pixel takes then, times that: the variance of their mean is one over it, of the mean squared.
 pub const DENSITY: u32 = 32;
 /// But so many times what every edge pixel has at most.
-pub const MOST: u32 = 16;
+pub const MAX: u32 = 16;
 /// Number of a pixel that shows no edge.
 pub const NO_EDGE: u32 = u32::MAX;
 /// Slots of an edge pixel at most.
-pub const MOST_SLOTS: u32 = 4;
+pub const MAX_SLOTS: u32 = 4;
 /// An average pixel has room for the share 1/`SHARE` of the samples that an edge pixel asks for.
 const SHARE: u64 = 3;
 /// Samples of an edge pixel at the least; where there is room for fewer, no pixel has any.
-pub const LEAST_SAMPLES: u32 = 4;
+pub const MIN_SAMPLES: u32 = 4;
 /// But there is room for so many samples, and slots, if that is all of them: most pixels of a small picture show an edge.
-const LEAST_ROOM: u64 = 5 << 17;
+const MIN_ROOM: u64 = 5 << 17;
 /// Where workgroups of 64 samples, of 64 edge pixels, and of pixels and then slots whose light is summed, and of 64 batches of
 /// samples are counted, bytes; those of four pixels whose light is averaged come first, in lists of a light.
 const SAMPLE_GROUPS: u64 = 16;
@@ -93,17 +93,17 @@ impl Antialias {
     /// The name of the pass that averages a light where its shadows end.
     pub const SHADOW_STEM: &str = "shadow_edges";
 
-    /// Makes room for an image of that size, with `most_samples` for each edge pixel.
+    /// Makes room for an image of that size, with `max_samples` for each edge pixel.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, size: [u32; 2], most_samples: u32) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, size: [u32; 2], max_samples: u32) -> Result<Self> {
         let pixel_count = size[0] * size[1];
-        let room = Self::room(context, pixel_count, most_samples);
+        let room = Self::room(context, pixel_count, max_samples);
         let mut no_edges = vec![NO_EDGE; pixel_count as usize];
         no_edges.push(0);
         let creases = [("CREASE", CREASE.to_bits()), ("STEP", STEP.to_bits())];
-        let more = [("SPREAD", SPREAD.to_bits()), ("DENSITY", DENSITY), ("MOST", MOST)];
+        let more = [("SPREAD", SPREAD.to_bits()), ("DENSITY", DENSITY), ("MAX", MAX)];
         let stored =
             |name, count: u32, bytes: usize| Buffer::storage(context, name, u64::from(count) * bytes as u64);
         let pixels = |name| stored(name, pixel_count, size_of::<u32>());
@@ -135,19 +135,19 @@ impl Antialias {
 
     /// Room for an image of so many pixels with so many samples at each edge: samples for a share of them, and as many slots as that
     /// many edge pixels will have.
-    fn room(context: &Context, pixel_count: u32, most_samples: u32) -> EdgeRoom {
-        let all = u64::from(pixel_count) * u64::from(most_samples);
-        let wanted = all.div_ceil(SHARE).max(all.min(LEAST_ROOM));
+    fn room(context: &Context, pixel_count: u32, max_samples: u32) -> EdgeRoom {
+        let all = u64::from(pixel_count) * u64::from(max_samples);
+        let wanted = all.div_ceil(SHARE).max(all.min(MIN_ROOM));
         let bindable = context.limits().storage_range_bytes / size_of::<EdgeSample>() as u64;
-        let all_slots = u64::from(pixel_count) * u64::from(MOST_SLOTS);
-        let slots = (u64::from(pixel_count) * 3 / 2).max(all_slots.min(LEAST_ROOM));
-        let slots = if most_samples == 0 { 0 } else { slots.min(bindable) };
-        EdgeRoom { most_samples, samples: wanted.min(bindable) as u32, slots: slots as u32 }
+        let all_slots = u64::from(pixel_count) * u64::from(MAX_SLOTS);
+        let slots = (u64::from(pixel_count) * 3 / 2).max(all_slots.min(MIN_ROOM));
+        let slots = if max_samples == 0 { 0 } else { slots.min(bindable) };
+        EdgeRoom { max_samples, samples: wanted.min(bindable) as u32, slots: slots as u32 }
     }
 
     /// Finds the edges that a camera sees, and what samples of them see. Does nothing where antialiasing is off.
     pub fn record(&self, rec: &mut Recorder, scene: &SceneBuffers, view: &View, pixels: &Buffer) {
-        if self.room.most_samples == 0 {
+        if self.room.max_samples == 0 {
             return;
         }
         let [width, height] = self.size;
@@ -230,7 +230,7 @@ impl Antialias {
         pixels: &Buffer,
         (layer, groups): (&Buffer, &Buffer),
     ) {
-        if self.room.most_samples == 0 {
+        if self.room.max_samples == 0 {
             return;
         }
         let [width, height] = self.size;
@@ -333,7 +333,7 @@ impl Antialias {
 
     /// Where workgroups are counted that sum light of pixels and of slots in use, [`GROUP_VALUES`] each; none where antialiasing is off.
     pub fn point_groups(&self) -> Option<(&Buffer, u64)> {
-        (self.room.most_samples > 0).then_some((&self.edge_groups, POINT_GROUPS))
+        (self.room.max_samples > 0).then_some((&self.edge_groups, POINT_GROUPS))
     }
 
     fn list_push(&self) -> EdgeListPush {

@@ -14,12 +14,12 @@ pub struct PartCode {
 }
 
 /// Bits of a weight at most: views that differ in rounding only should be one.
-const MOST_WEIGHT_BITS: u32 = 12;
+const MAX_WEIGHT_BITS: u32 = 12;
 
 impl PartCode {
     /// Leaves weights what so many clusters do not take.
     pub fn new(clusters: u32) -> Self {
-        Self { weight_bits: clusters.leading_zeros().min(MOST_WEIGHT_BITS) }
+        Self { weight_bits: clusters.leading_zeros().min(MAX_WEIGHT_BITS) }
     }
 
     /// Steps in a weight of 1.

@@ -117,7 +117,7 @@ impl Compose {
         ];
         let mut pass = rec.pass(Self::STEM);
         pass.dispatch(&self.centres, [pixel_count, 1, 1], &push, &bindings);
-        if antialias.room.most_samples > 0 {
+        if antialias.room.max_samples > 0 {
             pass.barrier(COMPUTE_TO_INDIRECT);
             pass.dispatch_indirect(&self.edges, antialias.pixel_groups(), &push, &bindings);
         }

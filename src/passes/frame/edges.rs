@@ -28,7 +28,7 @@ gpu_struct! {
     /// How much room there is.
     pub struct EdgeRoom {
         /// Samples of a pixel at most; zero turns antialiasing off.
-        pub most_samples: u32,
+        pub max_samples: u32,
         /// Samples in all; with more edges than that, each gets fewer.
         pub samples: u32,
         /// Slots in all; likewise.

@@ -36,7 +36,7 @@ gpu_struct! {
         /// Width of the reflector field in `RayBundle::reflector`.
         pub reflector_bits: u32,
         /// Unit of gradients under movement, metres.
-        pub least_distance: f32,
+        pub min_distance: f32,
         /// Unit of a bundle's share in the gradient under rotation.
         pub turn_unit: f32,
         /// π over the rays of a hemisphere.
@@ -182,7 +182,7 @@ impl Gather {
                     first_point: bundles.points.start,
                     end_point: bundles.points.end,
                     reflector_bits: self.bundles.reflector_bits,
-                    least_distance: self.code.least_distance,
+                    min_distance: self.code.min_distance,
                     turn_unit: self.bundles.turn_unit,
                     stratum: std::f32::consts::PI / self.hemisphere.rays() as f32,
                 },

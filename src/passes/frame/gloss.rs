@@ -120,7 +120,7 @@ pub const LAYOUTS: &[Layout] = &[
 ];
 
 /// Turns of the loop over a cluster's vertices and their beams in one dispatch; a sample of a pixel asks four clusters.
-const MOST_TURNS: u32 = 1 << 13;
+const MAX_TURNS: u32 = 1 << 13;
 
 /// Lights that one dispatch takes where as many are due: lobes are evaluated once for all of them.
 const LIGHTS: usize = 4;
@@ -224,9 +224,9 @@ pub struct Gloss {
     /// First base cluster below each cluster, and the end.
     pub base_ranges: Buffer,
     /// Vertices of a base cluster at most.
-    most_vertices: u32,
+    max_vertices: u32,
     /// Vertices that are asked below a cluster at most; 0, as at first: all.
-    pub most_asked: u32,
+    pub max_asked: u32,
     /// Slots that are no sums: the first so many.
     pub leaf_count: u32,
     /// Slots that are sums, by level.
@@ -268,8 +268,8 @@ impl Gloss {
             vertices: Buffer::from_slice(context, "gloss vertices", &tables.vertices)?,
             shifts: Buffer::from_slice(context, "gloss shifts", &tables.shifts)?,
             base_ranges: Buffer::from_slice(context, "base ranges", &tables.base_ranges)?,
-            most_vertices: tables.most_vertices,
-            most_asked: 0,
+            max_vertices: tables.max_vertices,
+            max_asked: 0,
             leaf_count: tables.leaf_count,
             sums: tables.sums.clone(),
             first_children: Buffer::from_slice(context, "gloss first children", &tables.first_children)?,
@@ -294,7 +294,7 @@ impl Gloss {
             let (beam_count, adds) = (lights[0].samples, u32::from(entry_points || first > 0));
             Dispatch {
                 entry_points,
-                part: GlossPart { area_m2, beam_count, first, end, adds, most: self.most_asked },
+                part: GlossPart { area_m2, beam_count, first, end, adds, most: self.max_asked },
                 lights,
             }
         };
@@ -311,8 +311,8 @@ impl Gloss {
     /// First of the vertices that a dispatch takes below a cluster, and the one behind the last; each has so many beams. The last dispatch takes
     /// whatever is left: rays from pixels may read clusters of more vertices.
     fn windows(&self, beams: u32) -> impl Iterator<Item = (u32, u32)> + use<> {
-        let count = (MOST_TURNS / beams.max(1)).max(1);
-        let last = self.most_vertices.saturating_sub(1) / count * count;
+        let count = (MAX_TURNS / beams.max(1)).max(1);
+        let last = self.max_vertices.saturating_sub(1) / count * count;
         let end = move |first| if first == last { u32::MAX } else { first + count };
         (0..=last).step_by(count as usize).map(move |first| (first, end(first)))
     }

@@ -9,7 +9,7 @@ use crate::passes::frame::gloss::{Gloss, GlossLight, GlossPart, VertexKernels};
 use crate::passes::frame::light_sum::LightSum;
 use crate::passes::frame::prefix_sum::PrefixSum;
 use crate::passes::frame::slot_reads::SlotReads;
-use crate::passes::precompute::gather_rays::LEAST_ENTRY_POINTS;
+use crate::passes::precompute::gather_rays::MIN_ENTRY_POINTS;
 use crate::passes::{ClusterBuffers, SceneBuffers};
 use crate::types::{Grid, PixelSurface, View};
 use glam::Vec3;
@@ -63,7 +63,7 @@ gpu_struct! {
         /// Base grid.
         pub grid: Grid,
         /// Samples of a pixel at most.
-        pub most_samples: u32,
+        pub max_samples: u32,
         /// Samples that there is room for.
         pub capacity: u32,
         /// Invocations.
@@ -73,13 +73,13 @@ gpu_struct! {
         /// Width of the cluster field in `GlossRay::target`.
         pub cluster_bits: u32,
         /// Clusters with fewer of them are not trusted.
-        pub least_entry_points: f32,
+        pub min_entry_points: f32,
         /// 0: the picture is direct light alone, and no ray is traced.
         pub traces: u32,
         /// Outgoing directions of clusters along an edge of their square.
         pub side: u32,
         /// Exponent of the sharpest lobe that these resolve.
-        pub most_exponent: f32,
+        pub max_exponent: f32,
     }
 }
 
@@ -91,7 +91,7 @@ gpu_struct! {
         /// Of the image.
         pub pixel_count: u32,
         /// Samples of a pixel at most.
-        pub most_samples: u32,
+        pub max_samples: u32,
         /// Samples that there is room for.
         pub capacity: u32,
         /// Width of the cluster field in `GlossRay::target`.
@@ -105,7 +105,7 @@ gpu_struct! {
         /// Of the image.
         pub pixel_count: u32,
         /// Samples of a pixel at most.
-        pub most_samples: u32,
+        pub max_samples: u32,
         /// Samples that there is room for.
         pub capacity: u32,
         /// Width of the cluster field in `GlossRay::target`.
@@ -131,7 +131,7 @@ pub const LOBE_RAYS: u32 = 4;
 /// There is room for all the samples of so large a share of the pixels: if more are glossy, each gets fewer.
 const SHARE: u64 = 8;
 /// But there is room for so many at the least, 5 MB.
-const LEAST_ROOM: u64 = 1 << 16;
+const MIN_ROOM: u64 = 1 << 16;
 /// Invocations that trace: enough to fill a device, few enough not to be idle in number where little is glossy.
 const STRIDE: u32 = 1 << 16;
 /// But so many that none traces the lobes of more samples, lest a device that ends long loops ends these.
@@ -167,7 +167,7 @@ pub struct GlossPixels {
     gloss: Pipeline,
     prefix_sum: PrefixSum,
     pub(super) pixel_count: u32,
-    pub(super) most_samples: u32,
+    pub(super) max_samples: u32,
     /// Samples that there is room for.
     pub capacity: u32,
     cluster_bits: u32,
@@ -195,7 +195,7 @@ impl GlossPixels {
     /// What the light is called in timings.
     pub const STEM: &str = "gloss_pixels";
 
-    /// Makes room for an image of that size, with `most_rays` for each glossy pixel, in fours; `cluster_bits` wide are clusters in
+    /// Makes room for an image of that size, with `max_rays` for each glossy pixel, in fours; `cluster_bits` wide are clusters in
     /// targets of rays. Without light paths the pixels show highlights alone, and no ray is traced.
     ///
     /// # Errors
@@ -204,13 +204,13 @@ impl GlossPixels {
         context: &Arc<Context>,
         scene: &SceneBuffers,
         pixel_count: u32,
-        most_rays: u32,
+        max_rays: u32,
         (cluster_bits, has_paths): (u32, bool),
     ) -> Result<Self> {
         let textures = &scene.textures;
-        let most_samples = most_rays.div_ceil(LOBE_RAYS);
-        let all = u64::from(pixel_count) * u64::from(most_samples);
-        let wanted = all.div_ceil(SHARE).max(all.min(LEAST_ROOM));
+        let max_samples = max_rays.div_ceil(LOBE_RAYS);
+        let all = u64::from(pixel_count) * u64::from(max_samples);
+        let wanted = all.div_ceil(SHARE).max(all.min(MIN_ROOM));
         let sample_bytes = u64::from(LOBE_RAYS) * size_of::<GlossRay>() as u64;
         let capacity = wanted.min(context.limits().storage_range_bytes / sample_bytes) as u32;
         let room = |name, bytes: u64| Buffer::storage(context, name, u64::from(capacity.max(1)) * bytes);
@@ -224,7 +224,7 @@ impl GlossPixels {
             gloss: Pipeline::new(context, Self::STEM, &[textures.constant()])?,
             prefix_sum: PrefixSum::new(context, pixel_count)?,
             pixel_count,
-            most_samples,
+            max_samples,
             capacity,
             cluster_bits,
             has_paths,
@@ -284,15 +284,15 @@ impl GlossPixels {
             &GlossRaysPush {
                 view: *view,
                 grid: clusters.grid,
-                most_samples: self.most_samples,
+                max_samples: self.max_samples,
                 capacity: self.capacity,
                 stride,
                 seed,
                 cluster_bits: self.cluster_bits,
-                least_entry_points: LEAST_ENTRY_POINTS,
+                min_entry_points: MIN_ENTRY_POINTS,
                 traces: u32::from(self.has_paths),
                 side: slots.directions.side,
-                most_exponent: slots.most_exponent,
+                max_exponent: slots.max_exponent,
             },
             &scene.textures.after([
                 ("Nodes", &scene.nodes),
@@ -326,7 +326,7 @@ impl GlossPixels {
         [hits, highlights]: [&[(Vec3, &Buffer)]; 2],
     ) {
         let Surroundings { scene, pixels, irradiance, inverse_areas, gloss, deposit_runs, deposits } = around;
-        let (pixel_count, most_samples, capacity) = (self.pixel_count, self.most_samples, self.capacity);
+        let (pixel_count, max_samples, capacity) = (self.pixel_count, self.max_samples, self.capacity);
         let cluster_bits = self.cluster_bits;
         let (due, hits) = if self.has_paths { (due, hits) } else { Default::default() };
         let mut pass = rec.pass(Self::STEM);
@@ -336,7 +336,7 @@ impl GlossPixels {
             pass.dispatch(
                 self.meet.of(&dispatch),
                 [capacity, 1, 1],
-                &GlossHitsPush { part, pixel_count, most_samples, capacity, cluster_bits },
+                &GlossHitsPush { part, pixel_count, max_samples, capacity, cluster_bits },
                 &[
                     ("Materials", &scene.materials),
                     ("GlossOffsets", &self.offsets),
@@ -365,7 +365,7 @@ impl GlossPixels {
         pass.dispatch(
             &self.gloss,
             [pixel_count, 1, 1],
-            &GlossPixelsPush { pixel_count, most_samples, capacity, cluster_bits },
+            &GlossPixelsPush { pixel_count, max_samples, capacity, cluster_bits },
             &[
                 ("Surfaces", &scene.surfaces),
                 ("Materials", &scene.materials),

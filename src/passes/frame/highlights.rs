@@ -16,7 +16,7 @@ gpu_struct! {
         /// Of the image.
         pub pixel_count: u32,
         /// Samples of a pixel at most.
-        pub most_samples: u32,
+        pub max_samples: u32,
         /// Samples that there is room for.
         pub capacity: u32,
         /// Which light.
@@ -59,7 +59,7 @@ impl GlossPixels {
                 &HighlightsPush {
                     eye,
                     pixel_count: self.pixel_count,
-                    most_samples: self.most_samples,
+                    max_samples: self.max_samples,
                     capacity: self.capacity,
                     light: light.index,
                     first_sample,

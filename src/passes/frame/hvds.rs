@@ -93,17 +93,17 @@ const LIGHTS: usize = 4;
 
 /// Path vertices that a cluster must hold before its indirect light is trusted. They come by chance, with unequal weights, while
 /// entry points are spread evenly: it takes more of them.
-pub const LEAST_VERTICES: u32 = 48;
+pub const MIN_VERTICES: u32 = 48;
 
 /// By what holds so many times that may be expected of a cluster: its own number is chance, and where it decided, clusters that got many by
 /// chance would keep them while the others take the mean: 2 % too much light in a bare box at 100 000 entry points.
 pub const VERTICES_AROUND: u32 = 16;
 
 /// But a cluster that holds less than that number over this one lies darker than what is around.
-pub const LEAST_SHARE: u32 = 4;
+pub const MIN_SHARE: u32 = 4;
 
 /// And if all around it shows surface that is hidden from where the cluster is read: better noisy than wrong.
-pub const LEAST_VERTICES_APART: u32 = 16;
+pub const MIN_VERTICES_APART: u32 = 16;
 
 /// Clusters that a frame works on.
 pub struct ClusterLists {
@@ -159,7 +159,7 @@ pub struct Pyramid {
     /// Clusters of the base level.
     base_count: u32,
     /// Deposits that one dispatch adds at most.
-    most_deposits: u32,
+    max_deposits: u32,
     /// That an entry point stands for.
     entry_area_m2: f32,
     /// `DepositRun` of each base cluster.
@@ -217,7 +217,7 @@ impl Pyramid {
             level: Pipeline::new(context, "hvds_level", &[])?,
             resolve: Pipeline::new(context, "hvds_resolve", &[])?,
             base_count: hvds.levels[0].len() as u32,
-            most_deposits: deposits_at_once(&runs),
+            max_deposits: deposits_at_once(&runs),
             entry_area_m2,
             deposit_runs: Buffer::from_slice(context, "deposit runs", &runs)?,
             first_children: Buffer::from_slice(context, "first children", &hvds.first_children)?,
@@ -225,7 +225,7 @@ impl Pyramid {
             indirect_sources: Buffer::from_slice(
                 context,
                 "indirect sources",
-                &indirect_sources(hvds, &runs, LEAST_VERTICES),
+                &indirect_sources(hvds, &runs, MIN_VERTICES),
             )?,
             flux: Buffer::from_slice(context, "cluster flux", &[&dark[..], &dark].concat())?,
             irradiance: Buffer::from_slice(context, "cluster irradiance", &dark)?,
@@ -246,7 +246,7 @@ impl Pyramid {
         let mut is_mixed = vec![false; hvds.cluster_count() as usize];
         mixed.into_iter().for_each(|cluster| is_mixed[cluster as usize] = true);
         let runs: Vec<DepositRun> = self.deposit_runs.read()?;
-        let least = [LEAST_VERTICES, LEAST_VERTICES_APART];
+        let least = [MIN_VERTICES, MIN_VERTICES_APART];
         self.indirect_sources.write(&unmixed_sources(hvds, &runs, least, &is_mixed))?;
         let dark = vec![Vec3::ZERO; (hvds.cluster_count() + view_count) as usize];
         self.irradiance = Buffer::from_slice(context, "cluster irradiance", &dark)?;
@@ -296,7 +296,7 @@ impl Pyramid {
             let light = |place: usize| lights.get(place).unwrap_or(&lights[0]);
             // If nothing is glossy, no pass reads it.
             let carried = |place: usize| light(place).carried.unwrap_or(light(place).factors);
-            for (part, items) in deposits.spans(self.most_deposits) {
+            for (part, items) in deposits.spans(self.max_deposits) {
                 let push = HvdsLayerPush {
                     first_place: base.start,
                     cluster_count: base.len() as u32,
@@ -382,8 +382,8 @@ pub fn deposit_runs(hvds: &Hvds, first_deposits: &[u32]) -> Vec<DepositRun> {
 /// part of its box, few clusters have nearly all deposits, and lavapipe ends all loops of an invocation, without a word, once they have
 /// turned 65 535 times.
 fn deposits_at_once(runs: &[DepositRun]) -> u32 {
-    const MOST: u32 = 1 << 15;
-    if runs.iter().any(|run| run.end - run.first > MOST) { MOST } else { u32::MAX }
+    const MAX: u32 = 1 << 15;
+    if runs.iter().any(|run| run.end - run.first > MAX) { MAX } else { u32::MAX }
 }
 
 /// For each cluster, the smallest one around it that may be expected to hold `least` path vertices that are no entry points; none that is mixed.
@@ -395,7 +395,7 @@ pub fn indirect_sources(hvds: &Hvds, runs: &[DepositRun], least: u32) -> Vec<u32
 pub fn unmixed_sources(
     hvds: &Hvds,
     runs: &[DepositRun],
-    [least, least_apart]: [u32; 2],
+    [least, min_apart]: [u32; 2],
     is_mixed: &[bool],
 ) -> Vec<u32> {
     let mut counts = vec![0; hvds.cluster_count() as usize];
@@ -414,7 +414,7 @@ pub fn unmixed_sources(
         if parent == NO_CLUSTER {
             continue;
         }
-        let least = if is_mixed[parent as usize] { least_apart } else { least };
+        let least = if is_mixed[parent as usize] { min_apart } else { least };
         let mut around = cluster;
         while counts[around] < VERTICES_AROUND * least && hvds.parents[around] != NO_CLUSTER {
             around = hvds.parents[around] as usize;
@@ -422,7 +422,7 @@ pub fn unmixed_sources(
         // Of what is around, by its share of the area.
         let [area_m2, area_around_m2] = [cluster, around].map(|cluster| f64::from(hvds.areas_m2[cluster]));
         let is_expected = f64::from(counts[around]) * area_m2 >= f64::from(least) * area_around_m2;
-        if !is_expected || LEAST_SHARE * counts[cluster] < least {
+        if !is_expected || MIN_SHARE * counts[cluster] < least {
             sources[cluster] = sources[parent as usize];
         }
     }

@@ -134,9 +134,9 @@ impl PathScan {
         lobes: &[f32],
         deposits: &[Deposit],
     ) -> Result<Self> {
-        let most_deposits = if lobes.is_empty() { Parts::longest::<Deposit>(context) } else { u32::MAX };
-        let most_blocks = Parts::longest::<PathStep>(context) / BLOCK_STEPS;
-        Self::in_parts(context, steps, colours, lobes, deposits, [most_blocks, most_deposits])
+        let max_deposits = if lobes.is_empty() { Parts::longest::<Deposit>(context) } else { u32::MAX };
+        let max_blocks = Parts::longest::<PathStep>(context) / BLOCK_STEPS;
+        Self::in_parts(context, steps, colours, lobes, deposits, [max_blocks, max_deposits])
     }
 
     /// The same in parts of so many blocks of steps, and so many deposits.
@@ -149,9 +149,9 @@ impl PathScan {
         colours: &[u32],
         lobes: &[f32],
         deposits: &[Deposit],
-        [most_blocks, most_deposits]: [u32; 2],
+        [max_blocks, max_deposits]: [u32; 2],
     ) -> Result<Self> {
-        let most = most_blocks.max(1).saturating_mul(BLOCK_STEPS);
+        let most = max_blocks.max(1).saturating_mul(BLOCK_STEPS);
         let scan_group = context.tuning().scan_group;
         let group = ("local_size_x", scan_group);
         let constants = [group, ("IS_GLOSSY", u32::from(!lobes.is_empty())), has_textures(!colours.is_empty())];
@@ -176,7 +176,7 @@ impl PathScan {
                 block_count * size_of::<Segment>() as u64,
             )?,
             entering: Buffer::storage(context, "entering products", 12 * block_count)?,
-            deposits: Parts::cut(context, "deposits", deposits, most_deposits)?,
+            deposits: Parts::cut(context, "deposits", deposits, max_deposits)?,
         })
     }
 

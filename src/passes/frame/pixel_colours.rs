@@ -96,7 +96,7 @@ impl PixelColours {
                 ("PixelColours", &self.of_pixels),
             ]),
         );
-        let Some(antialias) = antialias.filter(|antialias| antialias.room.most_samples > 0) else { return };
+        let Some(antialias) = antialias.filter(|antialias| antialias.room.max_samples > 0) else { return };
         let room = antialias.room;
         pass.dispatch(
             of_edges,

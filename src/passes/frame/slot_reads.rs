@@ -17,7 +17,7 @@ pub struct SlotReads {
     /// The directions.
     pub directions: Directions,
     /// Exponent of the sharpest lobe whose slots rays of pixels read: sharper ones would be blurred.
-    pub most_exponent: f32,
+    pub max_exponent: f32,
 }
 
 impl SlotReads {
@@ -42,7 +42,7 @@ impl SlotReads {
             first: Buffer::from_slice(context, "first slot reads", &first)?,
             reads: Buffer::from_slice(context, "slot reads", &reads)?,
             directions,
-            most_exponent: resolved_exponent(directions.count()),
+            max_exponent: resolved_exponent(directions.count()),
         })
     }
 
@@ -55,7 +55,7 @@ impl SlotReads {
             first: Buffer::from_slice(context, "first slot reads", &[0_u32])?,
             reads: Buffer::from_slice(context, "slot reads", &[UVec2::ZERO])?,
             directions: Directions::new(1),
-            most_exponent: 0.0,
+            max_exponent: 0.0,
         })
     }
 }

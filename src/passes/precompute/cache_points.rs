@@ -30,7 +30,7 @@ const HOPELESS: f64 = 1.5;
 /// Where the budget does not suffice, all surface gets a record that stretches to it before some gets those that it asks for.
 const SPARSE_FIRST: [Cover; 2] = [Cover::SPARSE, Cover::DENSE];
 /// Candidates of the first batch, and batches at least.
-const LEAST_BATCH: usize = 4096;
+const MIN_BATCH: usize = 4096;
 const BATCHES: usize = 24;
 /// Candidates whose clearances are measured at a time.
 const MEASURED: usize = 2048;
@@ -44,7 +44,7 @@ pub struct Placement {
     /// In order of acceptance.
     pub points: Vec<Placed>,
     /// Lower clamp of their radii, metres.
-    pub least_radius: f32,
+    pub min_radius: f32,
     /// Candidates looked at.
     pub candidates: u64,
     /// The budget sufficed: all but a tiny share of the surface has a record.
@@ -108,7 +108,7 @@ pub fn place(
     if budget == 0 {
         return Ok(Placement {
             points: Vec::new(),
-            least_radius: geometry.scene_size,
+            min_radius: geometry.scene_size,
             candidates: 0,
             is_covering: true,
         });
@@ -252,7 +252,7 @@ impl Attempt<'_> {
         }
         Ok(Placement {
             points: std::mem::take(&mut records.points),
-            least_radius: (RADIUS_RANGE[0] * self.unit) as f32,
+            min_radius: (RADIUS_RANGE[0] * self.unit) as f32,
             candidates: looked_at,
             is_covering: has_room,
         })
@@ -272,7 +272,7 @@ impl Attempt<'_> {
         let mut has_room = true;
         while first < candidates.len() && has_room {
             // Small batches first, while few records stand that could cover any.
-            let batch = (first + LEAST_BATCH).min(candidates.len().div_ceil(BATCHES)).max(LEAST_BATCH);
+            let batch = (first + MIN_BATCH).min(candidates.len().div_ceil(BATCHES)).max(MIN_BATCH);
             let end = candidates.len().min(first + batch);
             let open = self.uncovered(records, &mut candidates[first..end], self.seed, cover);
             has_room = self.accept(records, known, open, cover)?;

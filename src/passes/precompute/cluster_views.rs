@@ -11,7 +11,7 @@ use super::{Progress, rays::Rays, shares};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
 use crate::passes::frame::cluster_views::PartCode;
-use crate::passes::precompute::gather_rays::LEAST_ENTRY_POINTS;
+use crate::passes::precompute::gather_rays::MIN_ENTRY_POINTS;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
 use crate::types::{CachePoint, GatherRay, NO_TARGET, Surface};
@@ -19,11 +19,11 @@ use glam::DVec3;
 use std::collections::HashMap;
 
 /// Gather rays whose origins stand for all of a pair's.
-const MOST_READERS: usize = 8;
+const MAX_READERS: usize = 8;
 /// Clusters of a view at most.
-const MOST_PARTS: usize = 64;
+const MAX_PARTS: usize = 64;
 /// Views differ from their cluster by so much of the weight at the least.
-const LEAST_CHANGE: f64 = 1.0 / 32.0;
+const MIN_CHANGE: f64 = 1.0 / 32.0;
 /// Pairs that a thread measures at a time: one prepares rays while the device traces those of another.
 const SHARE: usize = 1 << 11;
 /// Clusters that a thread looks at together for what may hide them.
@@ -120,7 +120,7 @@ pub fn build(
     let runs: Vec<&[(u64, u32)]> = readers.chunk_by(|a, b| a.0 == b.0).collect();
 
     progress.stage("occlusion", runs.len() as u64);
-    let room = GatherCode::most_clusters(sources.materials.len())
+    let room = GatherCode::max_clusters(sources.materials.len())
         .saturating_sub(u64::from(sources.hvds.cluster_count()));
     let mut known: HashMap<Vec<(u32, u32)>, u32> = HashMap::new();
     let mut redirected = Vec::new();
@@ -163,7 +163,7 @@ pub fn build(
         return Ok((tables, code));
     }
     let clusters = sources.hvds.cluster_count();
-    let packed = GatherCode::new(clusters + tables.count(), sources.materials.len(), code.least_distance)?;
+    let packed = GatherCode::new(clusters + tables.count(), sources.materials.len(), code.min_distance)?;
     let mask = (1 << code.cluster_bits) - 1;
     redirected.sort_unstable();
     let mut redirected = redirected.as_slice();
@@ -239,7 +239,7 @@ fn of_pair(run: &[(u64, u32)]) -> (u32, u32) {
 /// A pair before it is measured.
 fn pair(sources: &Sources<'_>, cells: &Cells<'_>, run: &[(u64, u32)]) -> Pair {
     let (cluster, _) = of_pair(run);
-    let count = run.len().min(MOST_READERS);
+    let count = run.len().min(MAX_READERS);
     let directions = sources.ray_directions();
     let chosen = (0..count).map(|index| run[index * run.len() / count].1);
     let direction: DVec3 = chosen.clone().map(|ray| directions.back(ray as usize)).sum();
@@ -295,7 +295,7 @@ impl Pair {
         let mut nodes = Vec::with_capacity(count);
         for &node in &self.nodes {
             let children = cells.children(node.cluster);
-            if node.is_partly_open() && !children.is_empty() && count - 1 + children.len() <= MOST_PARTS {
+            if node.is_partly_open() && !children.is_empty() && count - 1 + children.len() <= MAX_PARTS {
                 count = count - 1 + children.len();
                 nodes.extend(children.map(|cluster| Node { cluster, seen: None }));
             } else {
@@ -321,7 +321,7 @@ fn outcome(sources: &Sources<'_>, pair: &Pair) -> Outcome {
         return Outcome::Cluster;
     };
     let change = 0.5 * seen.iter().zip(&all).map(|(a, b)| (a - b).abs()).sum::<f64>();
-    if change < LEAST_CHANGE {
+    if change < MIN_CHANGE {
         return Outcome::Cluster;
     }
     // Entry points that would tell as much if all weighed the same.
@@ -329,7 +329,7 @@ fn outcome(sources: &Sources<'_>, pair: &Pair) -> Outcome {
         weight * weight / f64::from(sources.in_clusters[node.cluster as usize]).max(1e-9)
     };
     let trust = 1.0 / pair.nodes.iter().zip(&seen).map(spread).sum::<f64>();
-    if trust < f64::from(LEAST_ENTRY_POINTS) {
+    if trust < f64::from(MIN_ENTRY_POINTS) {
         return Outcome::Poor;
     }
     let all = PartCode::new(sources.hvds.cluster_count()).steps();

@@ -37,9 +37,9 @@ gpu_struct! {
         /// Width of the cluster field in `GatherRay::target`.
         pub cluster_bits: u32,
         /// Clusters with fewer of them are not trusted.
-        pub least_entry_points: f32,
+        pub min_entry_points: f32,
         /// Bound of distances in gradients, and their unit, metres.
-        pub least_distance: f32,
+        pub min_distance: f32,
     }
 }
 
@@ -50,7 +50,7 @@ pub const LAYOUTS: &[Layout] = &[ClusterLink::LAYOUT, GatherRaysPush::LAYOUT];
 pub const STEM: &str = "gather_rays";
 
 /// Entry points that a cluster must hold, in expectation, before a gather ray reads it: fewer make fireflies.
-pub const LEAST_ENTRY_POINTS: f32 = 8.0;
+pub const MIN_ENTRY_POINTS: f32 = 8.0;
 
 /// Rays of a hemisphere that one invocation traces, at most, where the device has workgroups that large: a ray turns loops some hundreds of
 /// times, and lavapipe ends all loops of an invocation, without a word, once they have turned 65 535 times.
@@ -113,7 +113,7 @@ pub struct GatherCode {
     /// Bits of the cluster index; the material index takes the rest.
     pub cluster_bits: u32,
     /// Unit of the gradient, metres.
-    pub least_distance: f32,
+    pub min_distance: f32,
 }
 
 impl GatherCode {
@@ -121,7 +121,7 @@ impl GatherCode {
     ///
     /// # Errors
     /// [`Error::OutOfMemory`] if both do not fit one word.
-    pub fn new(clusters: u32, materials: usize, least_distance: f32) -> Result<Self> {
+    pub fn new(clusters: u32, materials: usize, min_distance: f32) -> Result<Self> {
         let cluster_bits = (u64::from(clusters) + 1).next_power_of_two().ilog2().max(1);
         // One code is `NO_TARGET`: the topmost material index stays unused.
         let room = 1_u64 << (32 - cluster_bits);
@@ -130,11 +130,11 @@ impl GatherCode {
                 "{clusters} clusters and {materials} materials do not fit the 32 bits of a gather ray; lower quality.cells"
             )));
         }
-        Ok(Self { cluster_bits, least_distance })
+        Ok(Self { cluster_bits, min_distance })
     }
 
     /// Most clusters that [`Self::new`] takes beside so many materials.
-    pub fn most_clusters(materials: usize) -> u64 {
+    pub fn max_clusters(materials: usize) -> u64 {
         let material_bits = (materials as u64 + 1).next_power_of_two().ilog2();
         (1 << (32 - material_bits)) - 1
     }
@@ -308,8 +308,8 @@ pub fn trace(
                 point_count: count,
                 seed,
                 cluster_bits: code.cluster_bits,
-                least_entry_points: LEAST_ENTRY_POINTS,
-                least_distance: code.least_distance,
+                min_entry_points: MIN_ENTRY_POINTS,
+                min_distance: code.min_distance,
             };
             let ((), timings) = context.run(|rec| {
                 rec.pass(STEM).dispatch(
@@ -347,7 +347,7 @@ mod tests {
     #[test]
     fn clusters_and_materials_fill_the_word_of_a_gather_ray() {
         for materials in [1, 2, 3, 4, 100, 1023, 1024] {
-            let most = GatherCode::most_clusters(materials) as u32;
+            let most = GatherCode::max_clusters(materials) as u32;
             let code = GatherCode::new(most, materials, 1.0).unwrap();
             // The last cluster and the last material, and no ray at all, are told apart.
             let last = (materials as u32 - 1) << code.cluster_bits | (most - 1);

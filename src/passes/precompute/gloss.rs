@@ -22,7 +22,7 @@ pub struct GlossTables {
     /// Vertices of the base clusters that hold a surface that may be glossy, in the order of their deposits.
     pub vertices: Vec<GlossVertex>,
     /// Vertices at most below a cluster that asks them itself.
-    pub most_vertices: u32,
+    pub max_vertices: u32,
     /// Added to the index of a deposit of each base cluster, wrapping, it gives that of its vertex; [`NO_ENTRY`] if nothing is glossy.
     pub shifts: Vec<u32>,
     /// First base cluster below each cluster, and the end.
@@ -97,7 +97,7 @@ pub fn build(
     let packed = GatherCode::new(
         first_slot + tables.slots.len() as u32,
         sources.materials.len(),
-        code.least_distance,
+        code.min_distance,
     )?;
     for (ray, bin) in rows.iter_mut().zip(&wanted) {
         if ray.target == NO_TARGET {
@@ -257,7 +257,7 @@ impl GlossTables {
         wanted.sort_by_key(|&(cluster, _)| is_sum(cluster));
         self.leaf_count = wanted.partition_point(|&(cluster, _)| !is_sum(cluster)) as u32;
         let leaves = wanted[..self.leaf_count as usize].iter();
-        self.most_vertices = leaves.map(|&(cluster, _)| vertices[cluster as usize]).max().unwrap_or(0);
+        self.max_vertices = leaves.map(|&(cluster, _)| vertices[cluster as usize]).max().unwrap_or(0);
         let slot = |&(cluster, _): &(u32, u32)| GlossSlot { cluster, direction: Vec3::ZERO };
         self.slots = wanted.iter().map(slot).collect();
         let places: HashMap<_, _> = wanted.iter().copied().zip(0..).collect();

@@ -64,7 +64,7 @@ const STEPS: u32 = 8;
 /// Paths of one dispatch at most: bounds the vertex buffer to 18 MiB.
 const LIMIT: u32 = 1 << 16;
 /// Vertices of all paths at most: 16 GB of the host.
-const MOST_VERTICES: u64 = 1 << 28;
+const MAX_VERTICES: u64 = 1 << 28;
 /// Throughput below which Russian roulette may end a path. Lower values trade vertices for less noise.
 pub const ROULETTE_THRESHOLD: f32 = 0.5;
 
@@ -72,10 +72,10 @@ pub const ROULETTE_THRESHOLD: f32 = 0.5;
 /// upwards would have ended early; were it all, paths among editable materials would never end.
 pub const EDITABLE_ALBEDO: f32 = 0.9;
 
-/// Most vertices of all paths: the device stores a deposit and a step for each, and the host holds at most [`MOST_VERTICES`].
-fn most_vertices(device_memory_bytes: u64) -> u64 {
+/// Most vertices of all paths: the device stores a deposit and a step for each, and the host holds at most [`MAX_VERTICES`].
+fn max_vertices(device_memory_bytes: u64) -> u64 {
     let on_device = device_memory_bytes / (size_of::<Deposit>() + size_of::<PathStep>()) as u64;
-    on_device.min(MOST_VERTICES)
+    on_device.min(MAX_VERTICES)
 }
 
 /// Traces all paths. Where some materials are editable, entry points and their paths are put in an order in which those that the same
@@ -111,7 +111,7 @@ pub fn trace(
     let mut chunks = Chunks::new(1 << 12, LIMIT);
     progress.stage("light paths", live.len() as u64);
     let total = live.len() as u64;
-    let most = most_vertices(context.limits().device_memory_bytes);
+    let most = max_vertices(context.limits().device_memory_bytes);
     while !live.is_empty() {
         if vertices.len() as u64 >= most {
             return Err(Error::OutOfMemory(format!(
@@ -275,7 +275,7 @@ mod tests {
     fn vertices_fit_the_device_and_the_host() {
         // Deposits and steps of one vertex; the host's 2^28.
         let each = (size_of::<Deposit>() + size_of::<PathStep>()) as u64;
-        assert_eq!(most_vertices(1000 * each + each - 1), 1000);
-        assert_eq!(most_vertices(u64::MAX), 1 << 28);
+        assert_eq!(max_vertices(1000 * each + each - 1), 1000);
+        assert_eq!(max_vertices(u64::MAX), 1 << 28);
     }
 }

@@ -24,7 +24,7 @@ const RESOLVED: f32 = 2.5;
 /// And cells part gaps of so many by themselves.
 const PARTED: f32 = 0.75;
 /// Entry points, in the mean, of each part of a mixed cluster; with fewer, what is read instead would be of single paths.
-const LEAST_IN_PART: f32 = 1.0;
+const MIN_IN_PART: f32 = 1.0;
 /// What gather rays read is so much narrower than their strata (`gather_rays`).
 const SHARE: f32 = 0.25;
 
@@ -89,7 +89,7 @@ pub fn mixed(
         }
     }
     let is_known =
-        |child: u32| holds[child as usize] == [false; 2] || in_clusters[child as usize] >= LEAST_IN_PART;
+        |child: u32| holds[child as usize] == [false; 2] || in_clusters[child as usize] >= MIN_IN_PART;
     let is_mixed = |cluster: usize| {
         holds[cluster] == [true; 2]
             && (hvds.first_children[cluster]..hvds.first_children[cluster + 1]).all(is_known)

@@ -33,7 +33,7 @@ pub struct Sources<'a> {
     /// See `points`.
     pub near_count: u32,
     /// Lower clamp of their radii, metres.
-    pub least_radius: f32,
+    pub min_radius: f32,
     /// How far from a cache point clusters are near, metres.
     pub reach: f32,
     /// How gather rays are stratified, and the seed that they were traced with.
@@ -68,10 +68,10 @@ impl NearHits {
     pub fn find(sources: Sources<'_>, table: &RayTable, code: GatherCode) -> Result<Self> {
         let per_point = sources.hemisphere.rays() as usize;
         let mut found = Self { rays_per_point: sources.hemisphere.rays(), ..Self::default() };
-        if sources.near_count == 0 || sources.least_radius <= 0.0 {
+        if sources.near_count == 0 || sources.min_radius <= 0.0 {
             return Ok(found);
         }
-        let records = Records::new(sources.points, FARTHEST * sources.least_radius);
+        let records = Records::new(sources.points, FARTHEST * sources.min_radius);
         table.revise(per_point as u32, |first, rays| {
             let points = first / per_point..(first + rays.len()) / per_point;
             let points = points.start..points.end.min(sources.near_count as usize).max(points.start);
@@ -168,7 +168,7 @@ impl NearHits {
         if self.entries.is_empty() {
             return Ok(code);
         }
-        let packed = GatherCode::new(taken + self.entries.len() as u32, materials, code.least_distance)?;
+        let packed = GatherCode::new(taken + self.entries.len() as u32, materials, code.min_distance)?;
         let mask = (1 << code.cluster_bits) - 1;
         let mut readers = self.readers.as_slice();
         table.revise(self.rays_per_point, |first, rays| {

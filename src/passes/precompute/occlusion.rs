@@ -21,7 +21,7 @@ const SAMPLES: usize = 8;
 const FLAT: f64 = 1e-3;
 
 /// More triangles than this in a cell are not looked at one by one: rays tell.
-const MOST_PLANES: usize = 256;
+const MAX_PLANES: usize = 256;
 
 /// A point on a cluster, and the unit geometric normal of its side.
 #[derive(Clone, Copy, Debug)]
@@ -291,7 +291,7 @@ fn last_of_each<'a>(
     let mut last = BTreeMap::new();
     for piece in pieces {
         last.insert(key(piece), piece);
-        if last.len() > MOST_PLANES {
+        if last.len() > MAX_PLANES {
             return None;
         }
     }

@@ -5,7 +5,7 @@ use crate::scene::hvds::Piece;
 use glam::Vec3;
 
 /// Pieces of one cluster whose clearance is measured.
-const MOST_SURVEYED: usize = 16;
+const MAX_SURVEYED: usize = 16;
 
 /// Uniform point in a convex polygon.
 pub(super) fn point_in_polygon(corners: &[Vec3], u: [f32; 2]) -> Vec3 {
@@ -37,7 +37,7 @@ pub(super) fn probed_pieces(pieces: &[Piece], base_clusters: usize) -> Vec<usize
     let is_taken = |&piece: &usize| {
         let cluster = pieces[piece].cluster as usize;
         passed[cluster] += 1;
-        passed[cluster] * MOST_SURVEYED % counts[cluster].max(MOST_SURVEYED) < MOST_SURVEYED
+        passed[cluster] * MAX_SURVEYED % counts[cluster].max(MAX_SURVEYED) < MAX_SURVEYED
     };
     (0..pieces.len()).filter(is_taken).collect()
 }
@@ -54,6 +54,6 @@ mod tests {
         pieces.sort_by_key(|piece| piece.cluster % 7);
         let mut taken = vec![0; 100];
         probed_pieces(&pieces, 100).into_iter().for_each(|i| taken[pieces[i].cluster as usize] += 1);
-        assert_eq!(taken, (1..=100).map(|count| count.min(MOST_SURVEYED)).collect::<Vec<_>>());
+        assert_eq!(taken, (1..=100).map(|count| count.min(MAX_SURVEYED)).collect::<Vec<_>>());
     }
 }

@@ -27,7 +27,7 @@ pub struct BundleCode {
     /// Bits of a reflector's index in a bundle.
     pub reflector_bits: u32,
     /// Rays of a bundle at most.
-    most_rays: usize,
+    max_rays: usize,
     turns: Vec<Vec2>,
     /// What shares in the rotational gradient are counted in.
     pub turn_unit: f32,
@@ -39,12 +39,12 @@ impl BundleCode {
         targets.sort_unstable();
         targets.dedup();
         let reflector_bits = u32::BITS - (targets.len() as u32).saturating_sub(1).leading_zeros();
-        let most_rays = 1_u64 << (u32::BITS - reflector_bits);
+        let max_rays = 1_u64 << (u32::BITS - reflector_bits);
         let turns = turns(hemisphere);
         // All rays of half a hemisphere in one bundle turn it the most.
         let most: f32 = turns.iter().map(|turn| turn.x.max(0.0)).sum();
         let turn_unit = most / TURN.largest() as f32;
-        Self { reflectors: targets, reflector_bits, most_rays: most_rays as usize, turns, turn_unit }
+        Self { reflectors: targets, reflector_bits, max_rays: max_rays as usize, turns, turn_unit }
     }
 
     /// The bundles of one cache point, ordered by reflector, each with its colour; `colours` of the rays, or none at all.
@@ -69,7 +69,7 @@ impl BundleCode {
             };
             (bundle, colour)
         };
-        alike.flat_map(|run| run.chunks(self.most_rays)).map(bundle).collect()
+        alike.flat_map(|run| run.chunks(self.max_rays)).map(bundle).collect()
     }
 }
 
@@ -109,11 +109,11 @@ pub struct RayBundles {
 
 /// Cache points of a part: of as many rays, were each a bundle of its own, as a binding holds.
 pub fn rows_per_part(context: &Context, table: &RayTable, hemisphere: Hemisphere) -> u32 {
-    table.rows_per_buffer.min(most_rows(context, hemisphere))
+    table.rows_per_buffer.min(max_rows(context, hemisphere))
 }
 
 /// Cache points whose bundles one binding holds, however few rays share one.
-fn most_rows(context: &Context, hemisphere: Hemisphere) -> u32 {
+fn max_rows(context: &Context, hemisphere: Hemisphere) -> u32 {
     let row_bytes = u64::from(hemisphere.rays()) * size_of::<RayBundle>() as u64;
     let limit = (context.limits().storage_range_bytes / row_bytes).max(1);
     limit.min(u64::from(u32::MAX)) as u32
@@ -163,7 +163,7 @@ impl RayBundles {
         has_colours: bool,
     ) -> Result<Self> {
         let BundleLists { reflectors, counts, bundles, colours } = lists;
-        let rows_per_part = (counts.len().max(1) as u32).min(most_rows(context, hemisphere));
+        let rows_per_part = (counts.len().max(1) as u32).min(max_rows(context, hemisphere));
         let code = BundleCode::new(reflectors, hemisphere);
         let mut found = Self::empty(context, &code, rows_per_part, has_colours)?;
         let mut start = 0;

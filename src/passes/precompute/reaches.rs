@@ -6,7 +6,7 @@ use glam::{UVec3, Vec3};
 const LAYERS: usize = 4;
 
 /// Cells of a layer along an axis, at most.
-const MOST_CELLS: f32 = 128.0;
+const MAX_CELLS: f32 = 128.0;
 
 /// By what a search is wider than the reach: positions are rounded.
 const SLACK: f32 = 1.001;
@@ -76,7 +76,7 @@ impl Reaches {
 impl Layer {
     fn new(low: Vec3, high: Vec3, most: f32) -> Self {
         let extent = (high - low).max(Vec3::ZERO);
-        let cell = (SLACK * most).max(extent.max_element() / MOST_CELLS).max(f32::MIN_POSITIVE);
+        let cell = (SLACK * most).max(extent.max_element() / MAX_CELLS).max(f32::MIN_POSITIVE);
         let cells = (extent / cell).ceil().as_uvec3().max(UVec3::ONE);
         let count = cells.as_usizevec3().element_product();
         Self { most, low, inverse_cell: 1.0 / cell, cells, lists: vec![Vec::new(); count] }

@@ -11,7 +11,7 @@ use glam::Vec3;
 /// Levels over the base that are looked at; coarser clusters are hardly read.
 pub const LEVELS: usize = 4;
 /// Entry points, in the mean, of each part; with fewer, what is read instead would be of single paths.
-const LEAST_IN_PART: f32 = 1.0;
+const MIN_IN_PART: f32 = 1.0;
 /// Segments that are traced at a time.
 const CHUNK: usize = 1 << 20;
 
@@ -51,7 +51,7 @@ pub fn separated(
                 let children: Vec<u32> = children(cluster).collect();
                 let is_parted = groups(children.len(), &mut is_blocked) > 1;
                 let inherits = children.iter().any(|&child| separated[child as usize]);
-                let is_known = children.iter().all(|&child| in_clusters[child as usize] >= LEAST_IN_PART);
+                let is_known = children.iter().all(|&child| in_clusters[child as usize] >= MIN_IN_PART);
                 separated[cluster as usize] = (is_parted || inherits) && is_known;
             }
         }

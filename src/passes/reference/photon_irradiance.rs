@@ -29,7 +29,7 @@ pub const STEM: &str = "photon_irradiance";
 
 /// Photons of one bucket that an estimate looks at; of more, a random share stands for all. 27 buckets then stay below the
 /// 65 535 rounds after which some drivers end a loop.
-pub const MOST_PHOTONS: u32 = 1024;
+pub const MAX_PHOTONS: u32 = 1024;
 
 /// Where irradiance is estimated.
 #[derive(Clone, Copy)]
@@ -57,7 +57,7 @@ impl PhotonIrradiance {
     pub fn new(context: &Arc<Context>) -> Result<Self> {
         Ok(Self {
             context: context.clone(),
-            pipeline: Pipeline::new(context, STEM, &[("MOST_PHOTONS", MOST_PHOTONS)])?,
+            pipeline: Pipeline::new(context, STEM, &[("MAX_PHOTONS", MAX_PHOTONS)])?,
             chunks: Chunks::new(1 << 10, u32::MAX),
         })
     }

@@ -57,7 +57,7 @@ pub const STEM: &str = "photon_trace";
 /// Surfaces that a path meets in a dispatch at most; slots of paths that end earlier stay empty.
 pub const STEPS: u32 = 4;
 /// Bound of the survival probability: a path ends even where nothing is absorbed.
-pub const MOST_SURVIVAL: f32 = 0.98;
+pub const MAX_SURVIVAL: f32 = 0.98;
 
 /// The sphere around a scene.
 #[derive(Clone, Copy, Debug)]
@@ -89,7 +89,7 @@ impl PhotonTrace {
         sphere: BoundingSphere,
     ) -> Result<Self> {
         let constants =
-            [("STEPS", STEPS), ("MOST_SURVIVAL", MOST_SURVIVAL.to_bits()), scene.textures.constant()];
+            [("STEPS", STEPS), ("MAX_SURVIVAL", MAX_SURVIVAL.to_bits()), scene.textures.constant()];
         Ok(Self {
             context: context.clone(),
             pipeline: Pipeline::new(context, STEM, &constants)?,

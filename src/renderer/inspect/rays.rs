@@ -12,7 +12,7 @@ use crate::cpu::hemisphere::Strata;
 use crate::cpu::rays::Hit;
 use crate::error::Result;
 use crate::passes::frame::gloss::GlossSlot;
-use crate::passes::precompute::gather_rays::{Hemisphere, LEAST_ENTRY_POINTS};
+use crate::passes::precompute::gather_rays::{Hemisphere, MIN_ENTRY_POINTS};
 use crate::passes::precompute::rays::{RayAnswer, RayQuery};
 use crate::scene::directions::Directions;
 use crate::types::{CachePoint, NO_SIDE};
@@ -71,7 +71,7 @@ impl Renderer {
             strata: Strata { rings, sectors },
             seed: self.scene.quality.seed,
             entry_points: &self.cluster_tables.entry_points,
-            least_entry_points: LEAST_ENTRY_POINTS,
+            min_entry_points: MIN_ENTRY_POINTS,
         };
         let rays = (0..tracing.strata.rays()).filter_map(|ray| tracing.ray(&place, point, ray));
         let rays: Vec<Ray> = rays.collect();

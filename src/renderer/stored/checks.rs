@@ -177,7 +177,7 @@ fn bundles(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     let targets = contents.lit_count() + slots;
     demand((1..32).contains(&bits) && targets < 1 << bits, "bits of a cluster")?;
     demand((scene.materials.len() as u64) < 1 << (32 - bits), "bits of a material")?;
-    demand(contents.numbers.least_distance.is_finite(), "unit of gradients")?;
+    demand(contents.numbers.min_distance.is_finite(), "unit of gradients")?;
     let is_target = |&target: &u32| {
         ((target & ((1 << bits) - 1)) as usize) < targets
             && ((target >> bits) as usize) < scene.materials.len()

@@ -88,7 +88,7 @@ impl Contents {
             Ok(GlossTables {
                 entries: file.list("gloss entries")?,
                 vertices: file.list("gloss vertices")?,
-                most_vertices: numbers.gloss_most_vertices,
+                max_vertices: numbers.gloss_most_vertices,
                 shifts: file.list("gloss shifts")?,
                 base_ranges: Vec::new(),
                 slots: file.list("gloss slots")?,

@@ -20,7 +20,7 @@ pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     let mut all = gloss.vertices.iter();
     demand(all.all(|vertex| is_material(vertex.material) && is_entry(vertex.entry)), "glossy vertices")?;
     // It bounds how many dispatches there are.
-    demand(gloss.most_vertices as usize <= contents.paths.deposits.len(), "most glossy vertices")?;
+    demand(gloss.max_vertices as usize <= contents.paths.deposits.len(), "most glossy vertices")?;
 
     let hvds = &contents.hvds;
     let first = &contents.paths.first_deposits;

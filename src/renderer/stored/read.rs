@@ -91,7 +91,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     let numbers = contents.numbers;
     let quality = scene.quality.clone();
     let hemisphere = Hemisphere::new(quality.gather_rays);
-    let code = GatherCode { cluster_bits: numbers.cluster_bits, least_distance: numbers.least_distance };
+    let code = GatherCode { cluster_bits: numbers.cluster_bits, min_distance: numbers.min_distance };
     let buffers = SceneBuffers::new(
         context,
         &bvh,

@@ -16,7 +16,7 @@ pub(super) struct Numbers {
     /// That all entry points stand for, m².
     pub(super) all_area_m2: f64,
     /// Unit of gradients, metres.
-    pub(super) least_distance: f32,
+    pub(super) min_distance: f32,
     pub(super) cluster_bits: u32,
     pub(super) tight_count: u32,
     pub(super) tight_parts: u32,
@@ -67,7 +67,7 @@ impl Tables {
             "numbers",
             vec![Numbers {
                 all_area_m2: made.all_area_m2,
-                least_distance: made.code.least_distance,
+                min_distance: made.code.min_distance,
                 cluster_bits: made.code.cluster_bits,
                 tight_count: made.tight_count,
                 tight_parts: made.tight_parts,
@@ -75,7 +75,7 @@ impl Tables {
                 has_views: made.views.is_some().into(),
                 has_gloss: gloss.is_some().into(),
                 gloss_leaf_count: gloss.map_or(0, |gloss| gloss.leaf_count),
-                gloss_most_vertices: gloss.map_or(0, |gloss| gloss.most_vertices),
+                gloss_most_vertices: gloss.map_or(0, |gloss| gloss.max_vertices),
                 triangle_count: made.surfaces.len() as u32,
                 room: made.room,
             }],

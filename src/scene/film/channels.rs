@@ -12,7 +12,7 @@ const PLACE_TOLERANCE_M: f64 = 1e-3;
 /// share of themselves.
 const TOLERANCE: f64 = 1e-3;
 /// Half-angles of spots, degrees.
-const MOST_ANGLE: f64 = 90.0;
+const MAX_ANGLE: f64 = 90.0;
 
 /// What places may be off in a scene whose camera is so far from its target, metres.
 pub(super) fn place_tolerance_m(reach_m: f32) -> f64 {
@@ -37,7 +37,7 @@ impl Form {
         let each = |write: &dyn Fn(usize) -> f64| DVec3::from([0, 1, 2].map(write));
         match self {
             Self::Place(_) => each(&|axis| numbers::place(value[axis], origin[axis])),
-            Self::Angle => DVec3::splat(numbers::degrees(value.x, MOST_ANGLE)),
+            Self::Angle => DVec3::splat(numbers::degrees(value.x, MAX_ANGLE)),
             Self::FieldOfView => DVec3::splat(numbers::plain(value.x).clamp(*FOV_Y.start(), *FOV_Y.end())),
             _ => each(&|axis| numbers::plain(value[axis])),
         }

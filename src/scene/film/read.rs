@@ -16,7 +16,7 @@ use crate::{Error, Result};
 /// Seconds from the start of a film.
 const TIME: std::ops::RangeInclusive<f64> = 0.0..=1e6;
 /// Keys of one value that are closer in time are one: no speed between them could be told in numbers.
-const LEAST_STEP_S: f64 = 1e-6;
+const MIN_STEP_S: f64 = 1e-6;
 /// Keys of a light that are the film's own, beside those of its kind.
 const OWN: [&str; 3] = ["time", "on", "fade"];
 
@@ -61,10 +61,10 @@ pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
     let duration = top.number("duration", TIME)?.unwrap_or(last);
     // A frame that would begin a rounding error before the end does not count.
     let frame_count = (duration * fps - 1e-6).ceil();
-    const MOST_FRAMES: u32 = limits::FILM_FRAMES;
-    if !(1.0..=f64::from(MOST_FRAMES)).contains(&frame_count) {
+    const MAX_FRAMES: u32 = limits::FILM_FRAMES;
+    if !(1.0..=f64::from(MAX_FRAMES)).contains(&frame_count) {
         let found = format!("{duration} s at {fps} frames a second are {} frames", frame_count.max(0.0));
-        return Err(top.fault_at("duration", format!("{found}: 1 to {MOST_FRAMES} expected")));
+        return Err(top.fault_at("duration", format!("{found}: 1 to {MAX_FRAMES} expected")));
     }
     let film = Film {
         name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
@@ -158,7 +158,7 @@ fn values<'k>(
     let mut values: Vec<(f64, DVec3)> = Vec::new();
     for Key { time, section } in keys {
         let Some(value) = read(section)? else { continue };
-        if values.last().is_some_and(|(last, _)| time - last < LEAST_STEP_S) {
+        if values.last().is_some_and(|(last, _)| time - last < MIN_STEP_S) {
             return Err(section.fault_at(name, format!("there is another key of it at {time} s")));
         }
         values.push((*time, value));

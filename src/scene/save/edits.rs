@@ -4,12 +4,12 @@ use glam::{DVec3, Vec3};
 
 use super::{node, without};
 use crate::scene::light::LightKind;
-use crate::scene::material::MOST_ALBEDO;
+use crate::scene::material::MAX_ALBEDO;
 use crate::scene::value::{Kind, Node, unit};
 use crate::scene::{Camera, Light, Material, camera as cameras, numbers};
 
 /// Degrees that a spot's half-angle can have.
-const MOST_ANGLE: f64 = 90.0;
+const MAX_ANGLE: f64 = 90.0;
 
 /// Makes a camera stand and look like that one.
 pub(super) fn camera(table: &mut Node, camera: &Camera, origin: DVec3) {
@@ -62,7 +62,7 @@ fn edit_light(table: &mut Node, light: &Light, number: usize, origin: DVec3) {
         LightKind::Spot { position, direction: axis, intensity, angle, penumbra } => {
             place(table, "position", position, origin);
             direction(table, "direction", axis);
-            let degrees = |radians| numbers::degrees(radians, MOST_ANGLE);
+            let degrees = |radians| numbers::degrees(radians, MAX_ANGLE);
             self::number(table, "angle", angle, None, |n| n.to_radians() as f32, degrees);
             self::number(table, "penumbra", penumbra, Some(0.0), |n| n as f32, numbers::plain);
             vector(table, "intensity", intensity);
@@ -101,7 +101,7 @@ pub(super) fn materials(root: &mut Node, loaded: &[Material], edited: &[Material
         }
         said.push(&new.name);
         // One that reflects everything may have been scaled down to that at load, which depends on both albedos.
-        let is_full = (old.diffuse + old.specular).max_element() > MOST_ALBEDO - 1e-5;
+        let is_full = (old.diffuse + old.specular).max_element() > MAX_ALBEDO - 1e-5;
         let table = material_table(root, &new.name);
         if diffuse || is_full {
             let [key, other] = if new.texture.is_some() { ["tint", "diffuse"] } else { ["diffuse", "tint"] };

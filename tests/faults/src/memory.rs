@@ -1,4 +1,4 @@
-//! Less memory: `vkAllocateMemory:1+:MOST=BYTES` fails where more than that would be held. It can fail as others do.
+//! Less memory: `vkAllocateMemory:1+:MAX=BYTES` fails where more than that would be held. It can fail as others do.
 
 use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex};
@@ -30,7 +30,7 @@ pub(crate) unsafe extern "system" fn allocate(
     // SAFETY: parameters are the caller's, and the name that of a function that takes them.
     unsafe {
         let bytes = (*info).allocation_size;
-        match asked.as_deref().map(|what| (what, what.strip_prefix("MOST="))) {
+        match asked.as_deref().map(|what| (what, what.strip_prefix("MAX="))) {
             Some((_, Some(most))) => {
                 let most: u64 = most.parse().unwrap_or_else(|_| panic!("faults: no number: {most}"));
                 if held.values().sum::<u64>() + bytes > most {

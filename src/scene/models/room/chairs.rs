@@ -67,8 +67,8 @@ fn post(x: f64, y: f64) -> DVec3 {
 /// Back posts, rails, spindles, crest and stretchers.
 fn frame(detail: Detail) -> Part {
     let mut frame = Solid::default();
-    let [least_along, least_across] = if detail.is_below(0.18) { [3, 2] } else { [4, 4] };
-    let (cuts, around) = (detail.cuts(12.0, least_along), detail.cuts(10.0, 4));
+    let [min_along, min_across] = if detail.is_below(0.18) { [3, 2] } else { [4, 4] };
+    let (cuts, around) = (detail.cuts(12.0, min_along), detail.cuts(10.0, 4));
     for x in [-1.0, 1.0] {
         let path: Vec<DVec3> =
             (0..=cuts).map(|cut| post(x, 0.93 * cut as f64 / cuts as f64 - 0.001)).collect();
@@ -83,7 +83,7 @@ fn frame(detail: Detail) -> Part {
     let board = |low: f64, high: f64, crown: f64, depth: f64| {
         move |u: f64, v: f64| bow(u, low + v * (high - low + crown * rise(u))) + DVec3::Z * depth
     };
-    let cells = [detail.cuts(14.0, least_across), detail.cuts(3.0, 1)];
+    let cells = [detail.cuts(14.0, min_across), detail.cuts(3.0, 1)];
     frame.join(slab(cells, board(0.855, 0.945, 1.0, 0.009), board(0.855, 0.945, 1.0, -0.009)));
     frame.join(slab(cells, board(0.545, 0.575, 0.0, 0.007), board(0.545, 0.575, 0.0, -0.007)));
     for number in 0..5 {

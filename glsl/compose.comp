@@ -23,7 +23,7 @@ struct ComposePush {
     uint pixel_count;
     uint width;            // pixels
     EdgeRoom room;
-    vec3 tint;             // what all light is to be multiplied with
+    vec3 emission_scale;             // what all light is to be multiplied with
     float direct_share;    // 1, or 0 for a picture without direct light
     float indirect_share;  // the same for indirect light
 };
@@ -91,12 +91,12 @@ vec3 mean_of_samples(uint edge, uint count, uint slots, uint index) {
 void main() {
     uint index = flat_invocation();
     if (AT_EDGES == 0u) {
-        if (index < push.pixel_count) radiance[index] = push.tint * centre(index);
+        if (index < push.pixel_count) radiance[index] = push.emission_scale * centre(index);
         return;
     }
     uint edge_count = edge_numbers[push.pixel_count];
     uint count = samples_per_edge(edge_count, push.room);
     if (index >= edge_count || count == 0u) return;
     uint pixel = edge_pixels[index];
-    radiance[pixel] = push.tint * mean_of_samples(index, count, slots_per_edge(edge_count, push.room), pixel);
+    radiance[pixel] = push.emission_scale * mean_of_samples(index, count, slots_per_edge(edge_count, push.room), pixel);
 }

@@ -67,7 +67,7 @@ impl Renderer {
         Ok(found)
     }
 
-    /// Indirect irradiance at each cache point by path tracing, W/m², to be multiplied with [`super::StageBuffers::tint`].
+    /// Indirect irradiance at each cache point by path tracing, W/m², to be multiplied with [`super::StageBuffers::emission_scale`].
     ///
     /// # Errors
     /// The device lacks memory or failed.

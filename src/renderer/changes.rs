@@ -43,7 +43,7 @@ pub(super) struct Changes {
     /// What lights emit: their colours, or which of them there are.
     pub(super) emission: bool,
     /// What the only light emits.
-    pub(super) tint: bool,
+    pub(super) emission_scale: bool,
     /// Materials.
     pub(super) materials: bool,
     /// Of these, editable ones by their bits; all paths are scanned again where others changed.
@@ -59,7 +59,7 @@ impl Changes {
         view: true,
         room: true,
         emission: true,
-        tint: true,
+        emission_scale: true,
         materials: true,
         edited: Edited::All,
         lobes: true,
@@ -97,7 +97,7 @@ impl Stages {
         let splat = energy || changes.view;
         let lobes = changes.view || changes.lobes;
         let gloss = splat || direct || lobes;
-        let compose = gloss || changes.tint;
+        let compose = gloss || changes.emission_scale;
         Self {
             view: changes.view,
             direct,

@@ -77,9 +77,9 @@ impl Renderer {
 
     fn lights_changed(&mut self) -> Result<()> {
         self.closed.is_due = true;
-        let [emission, tint] = self.lights.upload(&self.scene.lights)?;
+        let [emission, emission_scale] = self.lights.upload(&self.scene.lights)?;
         self.changes.emission |= emission;
-        self.changes.tint |= tint;
+        self.changes.emission_scale |= emission_scale;
         Ok(())
     }
 
@@ -174,7 +174,7 @@ impl Renderer {
 
     /// Shows these shares of direct and indirect light, 0..=1, from the next frame on; [1, 1] is the picture. Layers do not depend on it.
     pub fn set_shares(&mut self, shares: [f32; 2]) {
-        self.changes.tint |= self.shares != shares;
+        self.changes.emission_scale |= self.shares != shares;
         self.shares = shares;
     }
 
@@ -187,7 +187,7 @@ impl Renderer {
                 self.lights.view_changed();
             }
             Work::Light(light) => self.lights.moved(light),
-            Work::Colour if self.lights.active_sources().count() == 1 => self.changes.tint = true,
+            Work::Colour if self.lights.active_sources().count() == 1 => self.changes.emission_scale = true,
             Work::Colour => self.changes.emission = true,
             Work::View => self.view_changed(),
             Work::Material => {

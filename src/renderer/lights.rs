@@ -54,7 +54,7 @@ pub(super) struct Lights {
     sources: Vec<LightSource>,
     /// What all light in a frame is to be multiplied with: where a single light is active it emits one unit of each channel in the table,
     /// and its emission stands here, so that another colour of it changes nothing but the picture's last step.
-    pub(super) tint: Vec3,
+    pub(super) emission_scale: Vec3,
     rows: Vec<Rows>,
     factor_count: u32,
     point_count: u32,
@@ -117,7 +117,7 @@ impl Lights {
             context: context.clone(),
             table: Buffer::from_slice::<LightSource>(context, "lights", &[])?,
             sources: Vec::new(),
-            tint: Vec3::ONE,
+            emission_scale: Vec3::ONE,
             rows: Vec::new(),
             factor_count,
             point_count,
@@ -220,7 +220,7 @@ impl Lights {
         }
     }
 
-    /// Writes the device's table. What has changed of what the lights emit: the sums over them, and the tint. Where that fails, what
+    /// Writes the device's table. What has changed of what the lights emit: the sums over them, and the emission scale. Where that fails, what
     /// was written before still holds.
     pub(super) fn upload(&mut self, lights: &[Light]) -> Result<[bool; 2]> {
         let emissions =
@@ -230,7 +230,7 @@ impl Lights {
             source.emission = if light.is_on { source.emission } else { Vec3::ZERO };
         }
         let mut active = sources.iter_mut().filter(|source| source.emission != Vec3::ZERO);
-        let tint = match (active.next(), active.next()) {
+        let emission_scale = match (active.next(), active.next()) {
             (Some(only), None) => std::mem::replace(&mut only.emission, Vec3::ONE),
             _ => Vec3::ONE,
         };
@@ -248,8 +248,8 @@ impl Lights {
         } else {
             self.table.write(&sources)?;
         }
-        let changed = [emissions(&self.sources) != emissions(&sources), self.tint != tint];
-        (self.sources, self.tint) = (sources, tint);
+        let changed = [emissions(&self.sources) != emissions(&sources), self.emission_scale != emission_scale];
+        (self.sources, self.emission_scale) = (sources, emission_scale);
         Ok(changed)
     }
 

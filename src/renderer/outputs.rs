@@ -126,7 +126,7 @@ impl Renderer {
     /// What the passes can be asked about, for tests: the buffers between the stages.
     pub fn stages(&self) -> StageBuffers<'_> {
         StageBuffers {
-            tint: self.lights.tint,
+            emission_scale: self.lights.emission_scale,
             deposits: &self.path_scan.deposits,
             deposit_runs: &self.pyramid.deposit_runs,
             inverse_areas: &self.pyramid.inverse_areas,
@@ -144,7 +144,7 @@ impl Renderer {
 /// The buffers between the stages of a frame.
 pub struct StageBuffers<'a> {
     /// What all light in them is to be multiplied with: where a single light is active, its emission.
-    pub tint: Vec3,
+    pub emission_scale: Vec3,
     /// `Deposit`s in cluster order.
     pub deposits: &'a Parts,
     /// `DepositRun` of each base cluster.

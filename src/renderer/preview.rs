@@ -93,7 +93,7 @@ impl Preview {
             drop(pass);
             image.direct.record_sum(rec, &image.antialias, &lights.layers());
             rec.barrier(COMPUTE_TO_COMPUTE);
-            image.compose.record(rec, &self.buffers, image.irradiances(lights.tint), [1.0, 0.0]);
+            image.compose.record(rec, &self.buffers, image.irradiances(lights.emission_scale), [1.0, 0.0]);
             rec.barrier(COMPUTE_TO_COMPUTE);
             image.tonemap.record(rec, &image.compose.radiance, exposure_stops);
         })?;
@@ -123,7 +123,7 @@ impl Image {
         })
     }
 
-    fn irradiances(&self, tint: Vec3) -> Irradiances<'_> {
+    fn irradiances(&self, emission_scale: Vec3) -> Irradiances<'_> {
         Irradiances {
             pixels: &self.primary.pixels,
             direct: &self.direct.irradiance,
@@ -131,7 +131,7 @@ impl Image {
             gloss: None,
             antialias: &self.antialias,
             colours: &self.pixel_colours,
-            tint,
+            emission_scale,
         }
     }
 }

@@ -101,7 +101,7 @@ impl Renderer {
             gloss: self.gloss.as_ref().map(|gloss| &gloss.pixels.radiance),
             antialias: &self.antialias,
             colours: &self.pixel_colours,
-            tint: self.lights.tint,
+            emission_scale: self.lights.emission_scale,
         }
     }
 }

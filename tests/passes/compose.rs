@@ -103,7 +103,7 @@ fn pictures_equal_the_reference_in(world: &World) {
             gloss: Some(&gloss),
             antialias: &frame.antialias,
             colours: &frame.colours,
-            tint: Vec3::new(0.5, 2.0, 3.0),
+            emission_scale: Vec3::new(0.5, 2.0, 3.0),
         };
         let colours = |buffer: &Buffer| -> Vec<DVec3> {
             let packed = if has_images { buffer.read().unwrap() } else { Vec::new() };
@@ -120,7 +120,7 @@ fn pictures_equal_the_reference_in(world: &World) {
                 return DVec3::ZERO;
             }
             let albedo = world.materials[material_of(side) as usize].diffuse * colour.as_vec3();
-            let light = irradiances.tint;
+            let light = irradiances.emission_scale;
             // A pixel's gloss is that of its centre's material.
             let centre = frame.pixels[pixel].side;
             let is_own = centre != NO_SIDE && material_of(centre) == material_of(side);

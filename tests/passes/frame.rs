@@ -72,7 +72,7 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
     let moved = &[LAYER, sum, factors, clusters, ENERGY, RECORDS, PICTURE];
     let recoloured = &[sum, ENERGY, RECORDS, PICTURE];
     // A single light's colour is the last factor of the picture.
-    let tinted: &[&[&str]] = &[&["compose", "tonemap"]];
+    let rescaled: &[&[&str]] = &[&["compose", "tonemap"]];
     expect(renderer, "the first frame", all);
 
     renderer.move_light(0, Vec3::new(0.1, 0.2, 0.0)).unwrap();
@@ -81,7 +81,7 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
     expect(renderer, "it stays where it is", &[]);
     let kind = renderer.scene().lights[0].kind;
     renderer.set_light(0, kind.with_emission(Vec3::new(1.0, 2.0, 3.0))).unwrap();
-    expect(renderer, "the only light changes its colour", tinted);
+    expect(renderer, "the only light changes its colour", rescaled);
     renderer.set_light(0, area_light(Vec3::ONE)).unwrap();
     expect(renderer, "a light changes its kind", moved);
     renderer.add_light(Light { name: "second".to_owned(), kind, is_on: true }).unwrap();
@@ -138,7 +138,7 @@ fn each_edit_redoes_what_depends_on_it_in(scene: Scene, view: &[&str]) {
     for (work, passes) in [
         (Work::Everything, &all[..]),
         (Work::Light(0), moved),
-        (Work::Colour, tinted),
+        (Work::Colour, rescaled),
         (Work::View, &[view, BATCHES, LAYER, sum, &["splat"], PICTURE]),
         (Work::Material, &[scan, clusters, ENERGY, RECORDS, PICTURE]),
     ] {

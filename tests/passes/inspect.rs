@@ -160,13 +160,13 @@ fn gather_rays_bring_what_records_gathered() {
         let readers = ["views", "near parts"].map(|what| counts[&format!("gather rays that read {what}")]);
         println!("{what}: {readers:?} rays read views and parts");
         assert!(readers.iter().all(|&count| count > 50));
-        let tint = renderer.stages().tint;
+        let emission_scale = renderer.stages().emission_scale;
         let records: Vec<Record> = renderer.stages().gathered.read().unwrap();
         let (mut rays, mut apart, mut unread) = (0, 0, 0);
         let (mut sum, mut error) = (Vec3::ZERO, Vec3::ZERO);
         for point in (0..records.len() as u32).step_by(37) {
             let segments = renderer.gather_rays_of(point).unwrap();
-            let expected = tint * records[point as usize].irradiance;
+            let expected = emission_scale * records[point as usize].irradiance;
             let radiance: Vec3 = segments.iter().map(|segment| segment.radiance).sum();
             let found = radiance * (std::f32::consts::PI / 64.0);
             sum += expected;
@@ -271,9 +271,9 @@ fn levels_of_clusters_nest_under_the_picture() {
     renderer.set_skipping(false);
     renderer.frame().unwrap();
     let irradiance: Vec<Vec3> = renderer.stages().cluster_irradiance.read().unwrap();
-    let tint = renderer.stages().tint;
+    let emission_scale = renderer.stages().emission_scale;
     for found in of_levels.iter().flatten().flatten() {
-        assert_eq!(bits(found.irradiance), bits(tint * irradiance[found.cluster as usize]));
+        assert_eq!(bits(found.irradiance), bits(emission_scale * irradiance[found.cluster as usize]));
     }
     assert_silent(&context());
 }

@@ -21,7 +21,7 @@ gpu_struct! {
         /// For samples of edge pixels.
         pub room: EdgeRoom,
         /// What all light is to be multiplied with.
-        pub tint: Vec3,
+        pub emission_scale: Vec3,
         /// 1, or 0 for a picture without direct light.
         pub direct_share: f32,
         /// 1, or 0 for a picture without indirect light.
@@ -48,7 +48,7 @@ pub struct Irradiances<'a> {
     /// Colours of images at pixels and samples.
     pub colours: &'a PixelColours,
     /// What all of it is to be multiplied with.
-    pub tint: Vec3,
+    pub emission_scale: Vec3,
 }
 
 /// The pipelines and the picture.
@@ -90,13 +90,13 @@ impl Compose {
         irradiances: Irradiances<'_>,
         [direct_share, indirect_share]: [f32; 2],
     ) {
-        let Irradiances { pixels, direct, indirect, gloss, antialias, colours, tint } = irradiances;
+        let Irradiances { pixels, direct, indirect, gloss, antialias, colours, emission_scale } = irradiances;
         let pixel_count = self.size[0] * self.size[1];
         let push = ComposePush {
             pixel_count,
             width: self.size[0],
             room: antialias.room,
-            tint,
+            emission_scale,
             direct_share,
             indirect_share,
         };

@@ -213,12 +213,12 @@ impl RayBundles {
             for place in (0..count).step_by(piece) {
                 let length = piece.min(count - place);
                 let read: Vec<GatherRay> = rays.read_range(place, length)?;
-                let tints: Vec<u32> =
+                let image_colours: Vec<u32> =
                     if has_colours { colours.read_range(place, length)? } else { Vec::new() };
                 rows.extend(shares::in_shares_of(SHARE, length / per_row, |share| {
                     let bundles = |row: usize| {
                         let own = row * per_row..(row + 1) * per_row;
-                        code.bundles(&read[own.clone()], tints.get(own).unwrap_or(&[]))
+                        code.bundles(&read[own.clone()], image_colours.get(own).unwrap_or(&[]))
                     };
                     share.map(bundles).collect()
                 }));

@@ -48,7 +48,7 @@ impl Renderer {
             }
             let base = self.base_cluster_at(geometry, pixel.position, pixel.side)?;
             let cluster = self.cluster_above(base, level);
-            Some(ClusterAt { cluster, irradiance: self.lights.tint * irradiance[cluster as usize] })
+            Some(ClusterAt { cluster, irradiance: self.lights.emission_scale * irradiance[cluster as usize] })
         };
         Ok(pixels.iter().map(found).collect())
     }

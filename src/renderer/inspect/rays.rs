@@ -106,7 +106,7 @@ impl Renderer {
                 let [diffuse, gloss] = radiances
                     .each_ref()
                     .map(|list| list.get(reflector as usize).copied().unwrap_or(Vec3::ZERO));
-                segment.radiance = self.lights.tint * (colour * diffuse + gloss);
+                segment.radiance = self.lights.emission_scale * (colour * diffuse + gloss);
             }
             segment
         };

@@ -12,7 +12,7 @@
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint SPREAD = 0;  // float bits: variance over squared mean from which a pixel takes more samples
 layout(constant_id = 1) const uint DENSITY = 0; // samples then, times that
-layout(constant_id = 2) const uint MAX = 0;    // but so many at most, times what every edge pixel has
+layout(constant_id = 2) const uint MAX_SAMPLE_FACTOR = 0;    // but so many at most, times what every edge pixel has
 
 struct EdgeListPush {
     uint width;
@@ -48,6 +48,6 @@ void main() {
     float mean = (sums.x + sums.y + sums.z + sums.w) / float(max(count, 1u));
     float variance = squares / float(max(count, 1u)) - mean * mean;
     float spread = mean > 0.0 && is_covered ? variance / (mean * mean) : 0.0;
-    uint need = min(uint(float(DENSITY) * spread), MAX * count) & ~15u;
+    uint need = min(uint(float(DENSITY) * spread), MAX_SAMPLE_FACTOR * count) & ~15u;
     edge_needs[edge] = spread < uintBitsToFloat(SPREAD) || need <= count ? 0u : need;
 }

@@ -167,7 +167,7 @@ fn glossy_clusters(gloss: &GlossTables, hvds: &Hvds) -> usize {
     for cluster in 0..is_glossy.len() {
         let parent = hvds.parents[cluster];
         if parent != NO_CLUSTER {
-            lobe_radiances[parent as usize] |= lobe_radiances[cluster];
+            is_glossy[parent as usize] |= is_glossy[cluster];
         }
     }
     is_glossy.into_iter().filter(|is_glossy| *is_glossy).count()

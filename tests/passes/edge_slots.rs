@@ -6,7 +6,7 @@ use crate::path_trace;
 use crate::world::World;
 use lightpaths::cpu;
 use lightpaths::cpu::antialias::Needs;
-use lightpaths::passes::frame::antialias::{DENSITY, EdgeSample, MAX, SPREAD};
+use lightpaths::passes::frame::antialias::{DENSITY, EdgeSample, MAX_SAMPLE_FACTOR, SPREAD};
 use lightpaths::passes::light_sources;
 use lightpaths::scene::shapes;
 use lightpaths::types::{NO_SIDE, PixelSurface};
@@ -19,7 +19,7 @@ fn slots_equal_the_reference() {
     {
         let camera = camera(size, 1.0);
         let edges = Frame::new(world, &[], &camera, most).edge_count();
-        let frame = Frame::with_room(world, &[], &camera, most, [u32::MAX, slots_each * edges]);
+        let frame = Frame::with_room(world, &[], &camera, most, [u32::MAX_SAMPLE_FACTOR, slots_each * edges]);
         let (count, room) = (frame.samples_per_edge(edges) as usize, frame.slots_per_edge());
         assert_eq!((count, room), (most as usize, slots_each as usize));
         let (samples, slots) = (frame.samples(), frame.slots());
@@ -63,7 +63,7 @@ fn light_at_edges_equals_the_reference() {
     let mut lights = light_sources(&path_trace::lights());
     // In more dispatches than one.
     (lights[2].samples, lights[2].stride, lights[2].modulus) = (17, 11, 18);
-    let needs = Needs { spread: f64::from(SPREAD), density: f64::from(DENSITY), most: MAX };
+    let needs = Needs { spread: f64::from(SPREAD), density: f64::from(DENSITY), most: MAX_SAMPLE_FACTOR };
     let (mut needy, mut plain, mut other_needs) = (0, 0, 0);
     for (world, size, most, distance) in
         [(&room, [23, 19], 16, 1.0), (&room, [7, 1], 20, 1.0), (&squares, [33, 29], 16, 4.0)]

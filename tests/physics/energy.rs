@@ -36,7 +36,7 @@ fn deposited(renderer: &Renderer) -> DVec3 {
     let (spare, deposits) = deposits.split_last().unwrap();
     assert_eq!(spare.throughput, Vec3::ZERO, "no vertex is outside all clusters");
     let flux = |d: &Deposit| d.throughput.as_dvec3() * path_flux[d.path() as usize].as_dvec3();
-    renderer.stages().tint.as_dvec3() * deposits.iter().map(flux).sum::<DVec3>()
+    renderer.stages().emission_scale.as_dvec3() * deposits.iter().map(flux).sum::<DVec3>()
 }
 
 /// Direct and indirect flux that clusters receive, whether it shows or not.
@@ -50,20 +50,20 @@ fn received(renderer: &Renderer) -> [DVec3; 2] {
         deposits[range.start as usize..range.end as usize].iter().map(flux).sum()
     };
     let own = runs.iter().filter(|run| run.is_whole == 0);
-    let tint = renderer.stages().tint.as_dvec3();
+    let emission_scale = renderer.stages().emission_scale.as_dvec3();
     let [direct, indirect]: [fn(&DepositRun) -> Range<u32>; 2] =
         [|run| run.first..run.first_other, |run| run.first_other..run.end];
     [
-        tint * own.clone().map(|run| sum(direct(run))).sum::<DVec3>(),
-        tint * own.map(|run| sum(indirect(run))).sum::<DVec3>(),
+        emission_scale * own.clone().map(|run| sum(direct(run))).sum::<DVec3>(),
+        emission_scale * own.map(|run| sum(indirect(run))).sum::<DVec3>(),
     ]
 }
 
 /// Direct and indirect flux of all clusters.
 fn cluster_flux(renderer: &Renderer) -> Vec<[DVec3; 2]> {
     let flux: Vec<ClusterFlux> = renderer.stages().cluster_flux.read().unwrap();
-    let tint = renderer.stages().tint;
-    flux.into_iter().map(|flux| [flux.direct, flux.indirect].map(|part| (tint * part).as_dvec3())).collect()
+    let emission_scale = renderer.stages().emission_scale;
+    flux.into_iter().map(|flux| [flux.direct, flux.indirect].map(|part| (emission_scale * part).as_dvec3())).collect()
 }
 
 /// Direct and indirect flux that the coarsest level holds.
@@ -116,7 +116,7 @@ fn parents_hold_the_sums_of_their_children_and_levels_the_whole() {
     let hvds = hierarchy(&renderer);
     let flux = cluster_flux(&renderer);
     let mut irradiance: Vec<Vec3> = renderer.stages().cluster_irradiance.read().unwrap();
-    irradiance.iter_mut().for_each(|irradiance| *irradiance *= renderer.stages().tint);
+    irradiance.iter_mut().for_each(|irradiance| *irradiance *= renderer.stages().emission_scale);
     assert_eq!(flux.len(), hvds.cluster_count() as usize);
     let whole = deposited(&renderer);
     let entry_area = (renderer.scene().area_m2() / f64::from(SMALL.entry_points)) as f32;

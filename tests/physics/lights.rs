@@ -103,7 +103,7 @@ fn form_factors_take_in_the_power_of_each_kind() {
         let renderer = render(scene, Quality { cache_points: 50, gather_rays: 16, ..SMALL });
         let stages = renderer.stages();
         let flux = renderer.path_flux().unwrap();
-        let entering: f64 = flux.iter().map(|flux| f64::from(flux.x * stages.tint.x)).sum();
+        let entering: f64 = flux.iter().map(|flux| f64::from(flux.x * stages.emission_scale.x)).sum();
         assert_close(&format!("flux of the light {}", kind.word()), entering, power, 4e-3);
     }
     assert_silent(&context());

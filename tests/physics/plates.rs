@@ -104,7 +104,7 @@ fn bounces_between_plates_equal_their_integral() {
         gathered(point, &plates[other], &radiosities[other])
     };
     let records: Vec<Record> = renderer.stages().records.read().unwrap();
-    let tint = renderer.stages().tint.y;
+    let emission_scale = renderer.stages().emission_scale.y;
     let at_records: Vec<f64> = records
         .iter()
         .map(|record| f64::from(tint * record.irradiance.y) / expected(record.position.as_dvec3()) - 1.0)

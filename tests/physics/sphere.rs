@@ -21,7 +21,7 @@ fn errors(renderer: &Renderer, records: &Buffer, albedo: f64) -> [f64; 2] {
     let records: Vec<Record> = records.read().unwrap();
     let errors: Vec<f64> = records
         .iter()
-        .flat_map(|record| (renderer.stages().tint * record.irradiance).to_array())
+        .flat_map(|record| (renderer.stages().emission_scale * record.irradiance).to_array())
         .map(|irradiance| f64::from(irradiance) / expected - 1.0)
         .collect();
     let mean =

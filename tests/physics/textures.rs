@@ -108,7 +108,7 @@ fn a_sphere_of_many_colours_reflects_by_their_mean() {
     check_ratio("pixels", [&direct, &indirect], albedo, 0.01);
     let records: Vec<Record> = renderer.stages().records.read().unwrap();
     let sum: Vec3 = records.iter().map(|record| record.irradiance).sum();
-    let mean = renderer.stages().tint * sum / records.len() as f32;
+    let mean = renderer.stages().emission_scale * sum / records.len() as f32;
     for channel in 0..3 {
         let expected = 10.0 / scene.area_m2() * albedo[channel] / (1.0 - albedo[channel]);
         assert_close("records", mean[channel].into(), expected, 0.005);

@@ -35,8 +35,8 @@ fn shown(renderer: &Renderer, run: &DepositRun, deposits: &[Deposit], entering: 
     let sum = |items: Range<u32>| -> DVec3 {
         deposits[items.start as usize..items.end as usize].iter().map(flux).sum()
     };
-    let tint = renderer.stages().tint.as_dvec3();
-    [run.first..run.first_other, run.first_other..run.end].map(|items| tint * sum(items))
+    let emission_scale = renderer.stages().emission_scale.as_dvec3();
+    [run.first..run.first_other, run.first_other..run.end].map(|items| emission_scale * sum(items))
 }
 
 #[test]
@@ -55,9 +55,9 @@ fn clusters_add_up_however_much_falls_into_them() {
         let length = run.end - run.first;
         longest = longest.max(length);
         let expected = shown(&renderer, run, &deposits, &entering);
-        let tint = renderer.stages().tint;
+        let emission_scale = renderer.stages().emission_scale;
         for (flux, expected) in [flux.direct, flux.indirect].into_iter().zip(expected) {
-            let error = ((tint * flux).as_dvec3() - expected).abs().max_element();
+            let error = ((emission_scale * flux).as_dvec3() - expected).abs().max_element();
             assert!(
                 error <= 1e-4 * expected.max_element() + 1e-9,
                 "{length} deposits: {flux} W, {expected} W expected"

@@ -22,7 +22,7 @@ pub(super) struct Repeat {
 }
 
 /// Repetitions at most.
-const MAX: u32 = 100_000;
+const MAX_TIMES: u32 = 100_000;
 
 impl Repeat {
     /// Refuses names that no pass has and numbers out of range.
@@ -33,9 +33,9 @@ impl Repeat {
             return refuse(format!("--repeat: there is no pass `{pass}`; there are {}", known.join(", ")));
         };
         match times.parse() {
-            Ok(times @ 1..=MAX) => Ok(Self { pass: name, times }),
+            Ok(times @ 1..=MAX_TIMES) => Ok(Self { pass: name, times }),
             _ => refuse(format!(
-                "--repeat: `{times}` is not a number of repetitions, 1 to {MAX}, as in --repeat gather 100"
+                "--repeat: `{times}` is not a number of repetitions, 1 to {MAX_TIMES}, as in --repeat gather 100"
             )),
         }
     }

@@ -48,7 +48,7 @@ pub const STEM: &str = "accessibility";
 const RAYS: [u32; 2] = [16, 4];
 
 /// What a vertex counts for whose rays all end nearby, of what an open one does: where all are like that, they count alike.
-const MIN: f32 = 1.0 / 16.0;
+const MIN_WEIGHT: f32 = 1.0 / 16.0;
 
 /// Finds the accessibility, within [`NEARBY`], of vertices in clusters that have wholes, and with it the area for which these clusters show.
 ///
@@ -71,7 +71,7 @@ pub fn measure(
         let points: Vec<_> = asked.iter().map(point).collect();
         let open = open_rays(context, scene, &points, Hemisphere::new(rays), reach, seed)?;
         for (vertex, open) in asked.iter_mut().zip(open) {
-            let counts = LEAST + (1.0 - MIN) * open as f32 / rays as f32;
+            let counts = MIN_WEIGHT + (1.0 - MIN_WEIGHT) * open as f32 / rays as f32;
             vertex.accessibility = (counts * OPEN as f32).round() as u32;
         }
     }

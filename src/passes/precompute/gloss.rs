@@ -188,7 +188,7 @@ impl GlossTables {
         let mut is_glossy = vec![false; sources.hvds.wholes.len()];
         for piece in &sources.hvds.pieces {
             let material = sources.surfaces[piece.side as usize / 2].material;
-            lobe_radiances[piece.cluster as usize] |= sources.materials[material as usize].may_be_glossy();
+            is_glossy[piece.cluster as usize] |= sources.materials[material as usize].may_be_glossy();
         }
         for (cluster, is_glossy) in is_glossy.into_iter().enumerate() {
             if !is_glossy {

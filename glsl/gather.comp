@@ -1,6 +1,6 @@
 // Final gathering, step 2: irradiance at cache points and its gradients, from the stored rays. [Yue §3; Krivanek]
 // Deterministic. A cache point of a list takes as many invocations as suit the device.
-// In: bundles of rays, radiance of reflectors (W/m²/sr). Out: records.
+// In: bundles of rays, radiance of targets (W/m²/sr). Out: records.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -12,12 +12,12 @@
 #include "include/record_lanes.glsl"
 
 layout(local_size_x = RECORD_GROUP) in;
-layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: some reflectors are glossy
+layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: some targets are glossy
 
 struct GatherPush {
     uint first_point;      // of the bound part of the bundles
     uint end_point;        // its end
-    uint reflector_bits;   // width of the reflector field in a bundle
+    uint target_bits;   // width of the gather target field in a bundle
     float min_distance;  // unit of gradients under movement, metres
     float turn_unit;       // of a bundle's share in the gradient under rotation
     float stratum;         // π over the rays of a hemisphere: what each counts for
@@ -25,9 +25,9 @@ struct GatherPush {
 
 layout(binding = 0) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 1) readonly buffer FirstBundles { uint first_bundles[]; };  // of each point of the part, and the end
-// Two a texel. Rays of a point that meet one reflector: reflector | (number of rays - 1) << reflector_bits; their shares in the gradients under
+// Two a texel. Rays of a point that meet one gather target: gather target | (number of rays - 1) << target_bits; their shares in the gradients under
 // movement (two numbers of eight bits, and the exponent of both in five), then under rotation (four, four and three). Invocations of a point
-// read neighbours here, and, because its bundles are in the order of their reflectors, close places of the radiances.
+// read neighbours here, and, because its bundles are in the order of their targets, close places of the radiances.
 layout(binding = 2) uniform usamplerBuffer Bundles;
 layout(scalar, binding = 3) readonly buffer BundleColours { uint bundle_colours[]; };  // packed; only in scenes with images
 layout(binding = 4) uniform usamplerBuffer Radiances;
@@ -49,14 +49,14 @@ vec2 unpack_pair(uint bits, int width, uint exponent) {
 
 // Of one bundle; none where it is another point's.
 void add(inout vec3 sum[SUMS], uint index, uvec2 bundle, bool is_ours) {
-    uint reflector = bundle.x & ((1u << push.reflector_bits) - 1u);
-    vec3 radiance = uintBitsToFloat(texelFetch(Radiances, int(reflector)).xyz);
+    uint target_index = bundle.x & ((1u << push.target_bits) - 1u);
+    vec3 radiance = uintBitsToFloat(texelFetch(Radiances, int(target_index)).xyz);
     if (HAS_TEXTURES != 0u && is_ours) radiance *= unpack_colour(bundle_colours[index]);
-    if (IS_GLOSSY == 1u) radiance += lobe_radiances[reflector];
+    if (IS_GLOSSY == 1u) radiance += lobe_radiances[target_index];
     radiance = is_ours ? radiance : vec3(0.0);
     vec2 movement = unpack_pair(bundle.y, 8, 127u - MOVEMENT_EXPONENT + ((bundle.y >> 16u) & 31u));
     vec2 turn = unpack_pair(bundle.y >> 21u, 4, 127u + (bundle.y >> 29u));
-    sum[0] += float((bundle.x >> push.reflector_bits) + 1u) * radiance;
+    sum[0] += float((bundle.x >> push.target_bits) + 1u) * radiance;
     sum[1] += movement.x * radiance;
     sum[2] += movement.y * radiance;
     sum[3] += turn.x * radiance;

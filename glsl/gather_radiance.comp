@@ -1,5 +1,5 @@
-// Final gathering, step 1: radiance that comes back along the rays that meet a reflector, a cluster with a material, once for all
-// rays that do. [Yue §3] Deterministic. One invocation = one reflector. In: cluster irradiance (W/m²), flux of slots (W), reflectances.
+// Final gathering, step 1: radiance that comes back along the rays that meet a gather target, a cluster with a material, once for all
+// rays that do. [Yue §3] Deterministic. One invocation = one gather target. In: cluster irradiance (W/m²), flux of slots (W), reflectances.
 // Out: W/m²/sr.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -16,12 +16,12 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: targets beyond the clusters are slots
 
 struct GatherRadiancePush {
-    uint reflector_count;
+    uint target_count;
     uint cluster_bits;   // width of the cluster field in a target
     uint cluster_count;  // views and parts of clusters included
 };
 
-layout(scalar, binding = 0) readonly buffer Reflectors { uint reflectors[]; };  // targets of gather rays, in ascending order
+layout(scalar, binding = 0) readonly buffer Targets { uint targets[]; };  // targets of gather rays, in ascending order
 layout(binding = 1) uniform usamplerBuffer Materials;
 layout(binding = 2) uniform usamplerBuffer Irradiance;  // three floats each
 layout(scalar, binding = 3) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
@@ -33,8 +33,8 @@ layout(scalar, push_constant) uniform Push { GatherRadiancePush push; };
 
 void main() {
     uint index = flat_invocation();
-    if (index >= push.reflector_count) return;
-    uint target = reflectors[index];
+    if (index >= push.target_count) return;
+    uint target = targets[index];
     uint cluster = target & ((1u << push.cluster_bits) - 1u);
     if (IS_GLOSSY == 1u) {
         vec3 gloss = vec3(0.0);

@@ -185,13 +185,13 @@ gpu_struct! {
     }
 }
 
-/// Rays of a cache point that meet one reflector, a cluster with a material, in two words that the device reads as one vector. In
+/// Rays of a cache point that meet one gather target, a cluster with a material, in two words that the device reads as one vector. In
 /// scenes with images they have one colour, too.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct RayBundle {
-    /// `reflector | (number of rays - 1) << reflector_bits`.
-    pub reflector: u32,
+    /// `gather target | (number of rays - 1) << target_bits`.
+    pub target_index: u32,
     /// Sums of the rays' shares in both gradients along tangent and bitangent, two numbers with an exponent for both: bits 0–20 (eight,
     /// eight and five) in the translational one, in 2⁻²⁶ of what [`GatherRay::gradient`] counts in; 21–31 (four, four and three) in the
     /// rotational one: tanθ across each azimuth, in `BundleCode::turn_unit`.

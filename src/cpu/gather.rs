@@ -24,10 +24,10 @@ pub struct Sources<'a> {
     pub albedos: &'a [Vec3],
     /// Of each cluster, W/m².
     pub irradiance: &'a [Vec3],
-    /// Target of each reflector.
-    pub reflectors: &'a [u32],
-    /// Bits of the reflector in a bundle.
-    pub reflector_bits: u32,
+    /// Target of each gather target.
+    pub targets: &'a [u32],
+    /// Bits of the gather target in a bundle.
+    pub target_bits: u32,
     /// Bits of the cluster in a target.
     pub cluster_bits: u32,
     /// Unit of the rays' gradients, metres.
@@ -51,9 +51,9 @@ pub fn gather(
     let mut irradiance = DVec3::ZERO;
     let [mut translation, mut turn] = [[DVec3::ZERO; 3]; 2];
     for (index, bundle) in bundles.iter().enumerate() {
-        let reflector = bundle.reflector & ((1 << sources.reflector_bits) - 1);
-        let rays = f64::from(bundle.reflector >> sources.reflector_bits) + 1.0;
-        let target = sources.reflectors[reflector as usize];
+        let target_index = bundle.target_index & ((1 << sources.target_bits) - 1);
+        let rays = f64::from(bundle.target_index >> sources.target_bits) + 1.0;
+        let target = sources.targets[target_index as usize];
         let material = target >> sources.cluster_bits;
         let read = (target & ((1 << sources.cluster_bits) - 1)) as usize;
         let (cluster, gloss) = match sources.irradiance.len() {

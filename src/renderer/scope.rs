@@ -123,7 +123,7 @@ pub(super) fn reads(made: &Precomputed, views: &Views, pyramid: &Pyramid) -> Res
         return Ok(Reads::all(made.hvds.cluster_count()));
     }
     let sources = pyramid.indirect_sources.read::<u32>()?;
-    let targets = made.bundles.reflectors.read::<u32>()?;
+    let targets = made.bundles.targets.read::<u32>()?;
     Ok(Reads::of(&made.hvds, targets, made.code, views.tables(), &made.near_parts, &sources))
 }
 

@@ -93,8 +93,8 @@ fn irradiance_and_gradients_equal_the_reference() {
         let sources = Sources {
             albedos: &ALBEDOS,
             irradiance: &irradiance,
-            reflectors: &packing.reflectors,
-            reflector_bits: packing.reflector_bits,
+            targets: &packing.targets,
+            target_bits: packing.target_bits,
             cluster_bits: code.cluster_bits,
             min_distance: code.min_distance,
             turn_unit: packing.turn_unit,
@@ -191,8 +191,8 @@ fn the_rotational_gradient_is_a_derivative() {
     let sources = Sources {
         albedos: &[Vec3::ONE],
         irradiance: &irradiance,
-        reflectors: &packing.reflectors,
-        reflector_bits: packing.reflector_bits,
+        targets: &packing.targets,
+        target_bits: packing.target_bits,
         cluster_bits: 8,
         min_distance: 1.0,
         turn_unit: packing.turn_unit,

@@ -96,7 +96,7 @@ fn a_pixel_tells_its_surface_and_its_records() {
     assert_silent(&context());
 }
 
-/// How many rays of a point read each reflector.
+/// How many rays of a point read each gather target.
 fn stored(renderer: &Renderer, point: u32) -> BTreeMap<u32, u32> {
     let bundles = renderer.stages().ray_bundles;
     let part = bundles.parts.iter().find(|part| part.points.contains(&point)).unwrap();
@@ -105,9 +105,9 @@ fn stored(renderer: &Renderer, point: u32) -> BTreeMap<u32, u32> {
     let list: Vec<RayBundle> = part.bundles.read().unwrap();
     let mut counts = BTreeMap::new();
     for bundle in &list[first[row] as usize..first[row + 1] as usize] {
-        let [count, reflector] =
-            [bundle.reflector >> bundles.reflector_bits, bundle.reflector % (1 << bundles.reflector_bits)];
-        *counts.entry(reflector).or_insert(0) += count + 1;
+        let [count, target_index] =
+            [bundle.target_index >> bundles.target_bits, bundle.target_index % (1 << bundles.target_bits)];
+        *counts.entry(target_index).or_insert(0) += count + 1;
     }
     counts
 }
@@ -118,18 +118,18 @@ fn gather_rays_meet_the_clusters_that_bundles_name() {
     let mut scene = the_box();
     (scene.quality.occlusion, scene.quality.gap_rounds) = (false, 0);
     let renderer = render(scene);
-    let reflectors: Vec<u32> = renderer.stages().ray_bundles.reflectors.read().unwrap();
+    let targets: Vec<u32> = renderer.stages().ray_bundles.targets.read().unwrap();
     let (mut rays, mut apart, mut hits) = (0, 0, 0);
     for point in (0..1_000).step_by(83) {
         let segments = renderer.gather_rays_of(point).unwrap();
         let mut counts = BTreeMap::new();
         for segment in &segments {
             hits += usize::from(segment.hit.is_some());
-            if let Some(reflector) = segment.reflector {
-                *counts.entry(reflector).or_insert(0) += 1;
+            if let Some(target_index) = segment.target_index {
+                *counts.entry(target_index).or_insert(0) += 1;
                 // A target is a cluster and, in the bits above, a material.
                 let cluster = segment.cluster.unwrap();
-                assert_eq!((reflectors[reflector as usize] ^ cluster).trailing_zeros().min(12), 12);
+                assert_eq!((targets[target_index as usize] ^ cluster).trailing_zeros().min(12), 12);
             }
             assert!(segment.cluster.is_none() || segment.hit.is_some());
             assert!((segment.direction.length() - 1.0).abs() < 1e-5);
@@ -138,7 +138,7 @@ fn gather_rays_meet_the_clusters_that_bundles_name() {
         rays += stored.values().sum::<u32>();
         let missing = stored
             .iter()
-            .map(|(reflector, &count)| count - counts.get(reflector).copied().unwrap_or(0).min(count));
+            .map(|(target_index, &count)| count - counts.get(target_index).copied().unwrap_or(0).min(count));
         apart += missing.sum::<u32>();
     }
     println!("{apart} of {rays} rays meet something else");
@@ -172,11 +172,11 @@ fn gather_rays_bring_what_records_gathered() {
             sum += expected;
             error += (found - expected).abs();
             unread +=
-                segments.iter().filter(|found| found.cluster.is_some() && found.reflector.is_none()).count();
+                segments.iter().filter(|found| found.cluster.is_some() && found.target_index.is_none()).count();
             let mut left = stored(&renderer, point);
             rays += left.values().sum::<u32>();
-            for reflector in segments.iter().filter_map(|segment| segment.reflector) {
-                left.entry(reflector).and_modify(|count| *count = count.saturating_sub(1));
+            for target_index in segments.iter().filter_map(|segment| segment.target_index) {
+                left.entry(target_index).and_modify(|count| *count = count.saturating_sub(1));
             }
             apart += left.values().sum::<u32>();
         }

@@ -225,9 +225,9 @@ fn paths_are_stored_whole_in(world: &World) {
         }
         // Material 1 is the editable one: the paths that it reflects behind their entry points come last.
         let is_edited = |vertices: &Vec<(PathVertex, u32)>| {
-            let reflectors = vertices.get(1..vertices.len() - 1).unwrap_or(&[]);
+            let targets = vertices.get(1..vertices.len() - 1).unwrap_or(&[]);
             let material = |vertex: &PathVertex| world.surfaces[vertex.side as usize / 2].material;
-            is_glossy && reflectors.iter().any(|(vertex, _)| material(vertex) == 1)
+            is_glossy && targets.iter().any(|(vertex, _)| material(vertex) == 1)
         };
         expected.sort_by_key(is_edited);
         assert!(expected.iter().zip(&entries).all(|(path, entry)| path[0].0.position == entry.position));

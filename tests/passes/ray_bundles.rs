@@ -19,7 +19,7 @@ type Sums = (u32, [DVec2; 2], [DVec2; 2]);
 #[test]
 fn bundles_add_up_the_rays_that_meet_one_reflector() {
     let mut random = Random::new(37);
-    for (rings, clusters, colour_count, reflectors) in
+    for (rings, clusters, colour_count, targets) in
         [(8, 7, 0, 21), (8, 7, 3, 21), (3, 1, 0, 3), (1, 100_000, 0, 9_000)]
     {
         let strata = Strata { rings, sectors: 4 * rings };
@@ -29,8 +29,8 @@ fn bundles_add_up_the_rays_that_meet_one_reflector() {
         let tinted = rays.iter().filter(|_| colour_count > 0);
         let colours: Vec<u32> = tinted.map(|_| random.below(colour_count.max(1))).collect();
         let packing = BundleCode::new(targets(&rays), Hemisphere { rings, sectors: 4 * rings });
-        assert!(packing.reflectors.is_sorted_by(|a, b| a < b));
-        assert!(packing.reflectors.len() >= reflectors, "{} reflectors", packing.reflectors.len());
+        assert!(packing.targets.is_sorted_by(|a, b| a < b));
+        assert!(packing.targets.len() >= targets, "{} targets", packing.targets.len());
         let per_row = strata.rays() as usize;
         for (row, rays) in rays.chunks_exact(per_row).enumerate() {
             let colours = colours.get(row * per_row..(row + 1) * per_row).unwrap_or(&[]);
@@ -50,9 +50,9 @@ fn bundles_add_up_the_rays_that_meet_one_reflector() {
             let bundles = packing.bundles(rays, colours);
             assert_eq!(bundles.len(), sums.len());
             for ((bundle, colour), (alike, (count, sum, size))) in bundles.iter().zip(&sums) {
-                let reflector = bundle.reflector & ((1 << packing.reflector_bits) - 1);
-                assert_eq!((packing.reflectors[reflector as usize], *colour), *alike);
-                assert_eq!((bundle.reflector >> packing.reflector_bits) + 1, *count);
+                let target_index = bundle.target_index & ((1 << packing.target_bits) - 1);
+                assert_eq!((packing.targets[target_index as usize], *colour), *alike);
+                assert_eq!((bundle.target_index >> packing.target_bits) + 1, *count);
                 let [movement, turn] = unpack_change(bundle.change);
                 let unit = f64::from(packing.turn_unit);
                 let shares = [(movement, 63.5, 2f64.powi(-26)), (unit * turn, 3.5, unit)];
@@ -85,8 +85,8 @@ fn bundles_stand_point_by_point_in_parts() {
         let table = RayTable { rows_per_buffer: rows, buffers, colours, has_colours: false };
         let found = RayBundles::new(&context, table, hemisphere).unwrap();
         let packing = BundleCode::new(targets(&rays), hemisphere);
-        let reflectors: Vec<u32> = found.reflectors.read_range(0, packing.reflectors.len()).unwrap();
-        assert_eq!(reflectors, packing.reflectors);
+        let targets: Vec<u32> = found.targets.read_range(0, packing.targets.len()).unwrap();
+        assert_eq!(targets, packing.targets);
         assert_eq!(found.ray_count, targets(&rays).len() as u64);
         let mut point = 0;
         for part in &found.parts {

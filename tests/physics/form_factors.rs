@@ -16,13 +16,13 @@ use lightpaths::scene::{Scene, bvh::Bvh, grid, hvds::Hvds, shapes, surfaces};
 const PATHS: u32 = 200_000;
 const CELLS: u32 = 16;
 
-/// Reflectors of each path in order, then one entry for its last vertex: material of every vertex but the last, whose
+/// Targets of each path in order, then one entry for its last vertex: material of every vertex but the last, whose
 /// surface nothing left any more.
 struct Walks {
     /// Material where each path starts.
     starts: Vec<u32>,
-    /// Reflectors along each path: as many as it has vertices, less one.
-    reflectors: Vec<Vec<u32>>,
+    /// Targets along each path: as many as it has vertices, less one.
+    targets: Vec<Vec<u32>>,
     lost: u64,
 }
 
@@ -54,15 +54,15 @@ fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
         |_| Ok(()),
     )
     .unwrap();
-    let mut reflectors = Vec::new();
+    let mut targets = Vec::new();
     for step in &paths.steps {
         match step.material {
-            HEAD => reflectors.push(Vec::new()),
-            material => reflectors.last_mut().unwrap().push(material),
+            HEAD => targets.push(Vec::new()),
+            material => targets.last_mut().unwrap().push(material),
         }
     }
     let starts = entry_points.iter().map(|v| surfaces[v.side as usize / 2].material).collect();
-    Walks { starts, reflectors, lost: paths.lost }
+    Walks { starts, targets, lost: paths.lost }
 }
 
 /// Gives every pair of triangles, which is one rectangle of the scene, a material of its own.
@@ -102,8 +102,8 @@ fn exchanged(scene: &mut Scene) -> [f64; 2] {
     let walks = walk(&context(), scene);
     assert_eq!(walks.lost, 0);
     [0, 1].map(|square| {
-        let lengths = walks.starts.iter().zip(&walks.reflectors).filter(|(start, _)| **start == square);
-        let arrived = lengths.clone().filter(|(_, reflectors)| !reflectors.is_empty()).count();
+        let lengths = walks.starts.iter().zip(&walks.targets).filter(|(start, _)| **start == square);
+        let arrived = lengths.clone().filter(|(_, targets)| !targets.is_empty()).count();
         arrived as f64 / lengths.count() as f64
     })
 }
@@ -153,11 +153,11 @@ fn rows_of_a_closed_box_sum_to_one() {
     let walks = walk(&context(), &mut scene);
     assert_eq!(walks.lost, 0);
     // Roulette starts after six reflections at the earliest (0.9⁶ > ½): a shorter path has found a way out of the box.
-    assert!(walks.reflectors.iter().all(|reflectors| reflectors.len() >= 6), "no path escapes");
+    assert!(walks.targets.iter().all(|targets| targets.len() >= 6), "no path escapes");
     for from in 0..6 {
         let mut row = [0_u32; 6];
-        let paths = walks.starts.iter().zip(&walks.reflectors).filter(|(start, _)| **start == from);
-        paths.for_each(|(_, reflectors)| row[reflectors[1] as usize] += 1);
+        let paths = walks.starts.iter().zip(&walks.targets).filter(|(start, _)| **start == from);
+        paths.for_each(|(_, targets)| row[targets[1] as usize] += 1);
         let total: u32 = row.iter().sum();
         for (to, &count) in (0..6).zip(&row) {
             // A wall's opposite stands three places further on.

@@ -17,8 +17,8 @@ use std::sync::Arc;
 gpu_struct! {
     /// Push constants of the first step.
     pub struct GatherRadiancePush {
-        /// Reflectors.
-        pub reflector_count: u32,
+        /// Targets.
+        pub target_count: u32,
         /// Width of the cluster field in `GatherRay::target`.
         pub cluster_bits: u32,
         /// Clusters, and views and parts of clusters; targets beyond are slots.
@@ -33,8 +33,8 @@ gpu_struct! {
         pub first_point: u32,
         /// Its end.
         pub end_point: u32,
-        /// Width of the reflector field in `RayBundle::reflector`.
-        pub reflector_bits: u32,
+        /// Width of the gather target field in `RayBundle::gather target`.
+        pub target_bits: u32,
         /// Unit of gradients under movement, metres.
         pub min_distance: f32,
         /// Unit of a bundle's share in the gradient under rotation.
@@ -73,7 +73,7 @@ pub struct Gather {
     pub cache_points: Buffer,
     /// The rays of each cache point.
     pub bundles: RayBundles,
-    /// Radiance of each reflector without its lobe, W/m²/sr; three floats.
+    /// Radiance of each gather target without its lobe, W/m²/sr; three floats.
     radiances: Buffer,
     /// By its lobe; if nothing is glossy, no pass reads it.
     lobe_radiances: Buffer,
@@ -127,8 +127,8 @@ impl Gather {
             code,
             hemisphere,
             cache_points,
-            radiances: room(bundles.reflector_count, 16)?,
-            lobe_radiances: room(if is_glossy { bundles.reflector_count } else { 1 }, 12)?,
+            radiances: room(bundles.target_count, 16)?,
+            lobe_radiances: room(if is_glossy { bundles.target_count } else { 1 }, 12)?,
             bundles,
             // Records that no view has needed yet are never written.
             records: Buffer::from_slice(context, "records", &vec![Record::zeroed(); point_count as usize])?,
@@ -140,7 +140,7 @@ impl Gather {
         self.point_count
     }
 
-    /// What each reflector sent back when something was last gathered, W/m²/sr: evenly, without the image's colour, three floats of a texel;
+    /// What each gather target sent back when something was last gathered, W/m²/sr: evenly, without the image's colour, three floats of a texel;
     /// and by its lobe, three floats, of one at most if nothing is glossy.
     pub fn radiances(&self) -> [&Buffer; 2] {
         [&self.radiances, &self.lobe_radiances]
@@ -151,18 +151,18 @@ impl Gather {
         let GatherSources { materials, irradiance, inverse_areas, gloss } = sources;
         // Where no ray reads a slot nobody looks at what is bound for it.
         let (slots, fluxes) = gloss.map_or((irradiance, irradiance), |gloss| (&gloss.slots, &gloss.fluxes));
-        let reflector_count = self.bundles.reflector_count;
+        let target_count = self.bundles.target_count;
         let mut pass = rec.pass(Self::STEM);
         pass.dispatch(
             &self.radiance,
-            [reflector_count, 1, 1],
+            [target_count, 1, 1],
             &GatherRadiancePush {
-                reflector_count,
+                target_count,
                 cluster_bits: self.code.cluster_bits,
                 cluster_count: (irradiance.bytes() / 12) as u32,
             },
             &[
-                ("Reflectors", &self.bundles.reflectors),
+                ("Targets", &self.bundles.targets),
                 ("Materials", materials),
                 ("Irradiance", irradiance),
                 ("InverseAreas", inverse_areas),
@@ -181,7 +181,7 @@ impl Gather {
                 &GatherPush {
                     first_point: bundles.points.start,
                     end_point: bundles.points.end,
-                    reflector_bits: self.bundles.reflector_bits,
+                    target_bits: self.bundles.target_bits,
                     min_distance: self.code.min_distance,
                     turn_unit: self.bundles.turn_unit,
                     stratum: std::f32::consts::PI / self.hemisphere.rays() as f32,

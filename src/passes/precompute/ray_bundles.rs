@@ -1,7 +1,7 @@
 //! Gather rays as frames read them: those of one cache point that meet the same cluster and material bring the same light, so that
-//! they are one *bundle*, with the sums of their shares. A cluster with a material is a *reflector*; its radiance is worked out once
+//! they are one *bundle*, with the sums of their shares. A cluster with a material is a *gather target*; its radiance is worked out once
 //! for all bundles that name it.
-//! In: gather rays. Out: bundles, a list a cache point; reflectors.
+//! In: gather rays. Out: bundles, a list a cache point; targets.
 
 use super::gather_rays::{Hemisphere, RayTable};
 use super::shares;
@@ -23,9 +23,9 @@ const SHARE: usize = 64;
 /// What all bundles of a table have in common.
 pub struct BundleCode {
     /// Targets of gather rays that occur, in ascending order.
-    pub reflectors: Vec<u32>,
-    /// Bits of a reflector's index in a bundle.
-    pub reflector_bits: u32,
+    pub targets: Vec<u32>,
+    /// Bits of a gather target's index in a bundle.
+    pub target_bits: u32,
     /// Rays of a bundle at most.
     max_rays: usize,
     turns: Vec<Vec2>,
@@ -38,16 +38,16 @@ impl BundleCode {
     pub fn new(mut targets: Vec<u32>, hemisphere: Hemisphere) -> Self {
         targets.sort_unstable();
         targets.dedup();
-        let reflector_bits = u32::BITS - (targets.len() as u32).saturating_sub(1).leading_zeros();
-        let max_rays = 1_u64 << (u32::BITS - reflector_bits);
+        let target_bits = u32::BITS - (targets.len() as u32).saturating_sub(1).leading_zeros();
+        let max_rays = 1_u64 << (u32::BITS - target_bits);
         let turns = turns(hemisphere);
         // All rays of half a hemisphere in one bundle turn it the most.
         let most: f32 = turns.iter().map(|turn| turn.x.max(0.0)).sum();
         let turn_unit = most / TURN.largest() as f32;
-        Self { reflectors: targets, reflector_bits, max_rays: max_rays as usize, turns, turn_unit }
+        Self { targets: targets, target_bits, max_rays: max_rays as usize, turns, turn_unit }
     }
 
-    /// The bundles of one cache point, ordered by reflector, each with its colour; `colours` of the rays, or none at all.
+    /// The bundles of one cache point, ordered by gather target, each with its colour; `colours` of the rays, or none at all.
     pub fn bundles(&self, rays: &[GatherRay], colours: &[u32]) -> Vec<(RayBundle, u32)> {
         let colour = |ray: u32| colours.get(ray as usize).copied().unwrap_or(0);
         let met = (0_u32..).zip(rays).filter(|(_, ray)| ray.target != NO_TARGET);
@@ -57,14 +57,14 @@ impl BundleCode {
         let alike = order.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
         let bundle = |run: &[(u32, u32, u32)]| {
             let (target, colour, _) = run[0];
-            let reflector = self.reflectors.partition_point(|&other| other < target) as u32;
+            let target_index = self.targets.partition_point(|&other| other < target) as u32;
             let sum =
                 |share: &dyn Fn(usize) -> DVec2| run.iter().map(|ray| share(ray.2 as usize)).sum::<DVec2>();
             let count = (run.len() - 1) as u32;
             let movement = |ray: usize| unpack(rays[ray].gradient) * 2f64.powi(-MOVEMENT_EXPONENT);
             let turn = |ray: usize| self.turns[ray].as_dvec2() / f64::from(self.turn_unit);
             let bundle = RayBundle {
-                reflector: reflector | count.checked_shl(self.reflector_bits).unwrap_or(0),
+                target_index: target_index | count.checked_shl(self.target_bits).unwrap_or(0),
                 change: MOVEMENT.pack(sum(&movement)) | TURN.pack(sum(&turn)) << MOVEMENT.bits(),
             };
             (bundle, colour)
@@ -91,12 +91,12 @@ pub struct RayBundles {
     pub rows_per_part: u32,
     /// The parts, in order.
     pub parts: Vec<BundlePart>,
-    /// Target, as gather rays have it, of each reflector.
-    pub reflectors: Buffer,
+    /// Target, as gather rays have it, of each gather target.
+    pub targets: Buffer,
     /// How many.
-    pub reflector_count: u32,
-    /// Bits of a reflector's index in a bundle.
-    pub reflector_bits: u32,
+    pub target_count: u32,
+    /// Bits of a gather target's index in a bundle.
+    pub target_bits: u32,
     /// What shares in the rotational gradient are counted in.
     pub turn_unit: f32,
     /// Whether there are images.
@@ -123,7 +123,7 @@ fn max_rows(context: &Context, hemisphere: Hemisphere) -> u32 {
 #[derive(Debug, PartialEq)]
 pub struct BundleLists {
     /// Targets of gather rays that occur, in ascending order.
-    pub reflectors: Vec<u32>,
+    pub targets: Vec<u32>,
     /// Bundles of each cache point.
     pub counts: Vec<u32>,
     /// [`RayBundle`]s of one cache point after the other.
@@ -142,9 +142,9 @@ impl RayBundles {
         Ok(Self {
             rows_per_part,
             parts: Vec::new(),
-            reflectors: Buffer::from_slice(context, "reflectors", &code.reflectors)?,
-            reflector_count: code.reflectors.len() as u32,
-            reflector_bits: code.reflector_bits,
+            targets: Buffer::from_slice(context, "targets", &code.targets)?,
+            target_count: code.targets.len() as u32,
+            target_bits: code.target_bits,
             turn_unit: code.turn_unit,
             has_colours,
             ray_count: 0,
@@ -152,7 +152,7 @@ impl RayBundles {
         })
     }
 
-    /// Uploads bundles that were found before ([`Self::lists`]), whose reflectors ascend.
+    /// Uploads bundles that were found before ([`Self::lists`]), whose targets ascend.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -162,9 +162,9 @@ impl RayBundles {
         hemisphere: Hemisphere,
         has_colours: bool,
     ) -> Result<Self> {
-        let BundleLists { reflectors, counts, bundles, colours } = lists;
+        let BundleLists { targets, counts, bundles, colours } = lists;
         let rows_per_part = (counts.len().max(1) as u32).min(max_rows(context, hemisphere));
-        let code = BundleCode::new(reflectors, hemisphere);
+        let code = BundleCode::new(targets, hemisphere);
         let mut found = Self::empty(context, &code, rows_per_part, has_colours)?;
         let mut start = 0;
         for counts in counts.chunks(rows_per_part as usize) {
@@ -181,9 +181,9 @@ impl RayBundles {
     /// # Errors
     /// The device failed.
     pub fn lists(&self) -> Result<BundleLists> {
-        let reflectors = self.reflectors.read()?;
+        let targets = self.targets.read()?;
         let mut lists =
-            BundleLists { reflectors, counts: Vec::new(), bundles: Vec::new(), colours: Vec::new() };
+            BundleLists { targets, counts: Vec::new(), bundles: Vec::new(), colours: Vec::new() };
         for part in &self.parts {
             let first: Vec<u32> = part.first_bundles.read()?;
             lists.counts.extend(first.windows(2).map(|ends| ends[1] - ends[0]));
@@ -256,7 +256,7 @@ impl RayBundles {
         }
         self.bundle_count += bundles.len() as u64;
         let rays = |bundle: &RayBundle| {
-            u64::from(bundle.reflector.checked_shr(self.reflector_bits).unwrap_or(0)) + 1
+            u64::from(bundle.target_index.checked_shr(self.target_bits).unwrap_or(0)) + 1
         };
         self.ray_count += bundles.iter().map(rays).sum::<u64>();
         self.parts.push(BundlePart {
@@ -285,9 +285,9 @@ impl RayBundles {
         part.bundles.read_range(ends[0] as usize, (ends[1] - ends[0]) as usize)
     }
 
-    /// The reflector that a bundle reads.
-    pub fn reflector_of(&self, bundle: &RayBundle) -> u32 {
-        bundle.reflector & 1_u32.checked_shl(self.reflector_bits).map_or(u32::MAX, |end| end - 1)
+    /// The gather target that a bundle reads.
+    pub fn target_index_of(&self, bundle: &RayBundle) -> u32 {
+        bundle.target_index & 1_u32.checked_shl(self.target_bits).map_or(u32::MAX, |end| end - 1)
     }
 
     /// Bytes of all parts.

@@ -1,9 +1,9 @@
 //! The gather rays of a cache point. Where they went is not kept: they are traced again, along the same directions. What they read
-//! is: the point's bundles name its reflectors.
+//! is: the point's bundles name its targets.
 //!
 //! A ray that meets a cluster reads the cluster itself; or a *view* of it, what shows of it towards the ray's bin of directions; or a
 //! *part* of it, which the point sees from nearby; or a *slot* of it, if it is glossy, towards a direction. A bundle names what is
-//! read, not which rays do: where several reflectors of a point stand for the cluster that a ray met, the direction decides. Two rays of one
+//! read, not which rays do: where several targets of a point stand for the cluster that a ray met, the direction decides. Two rays of one
 //! bin may so be taken to read one view although one of them, along which nothing can hide a part of the cluster, reads the cluster.
 
 use super::super::Renderer;
@@ -29,13 +29,13 @@ pub struct GatherRaySegment {
     pub hit: Option<Vec3>,
     /// The cluster, of any level, that stands for what it met; none where it left the scene or met a side without light.
     pub cluster: Option<u32>,
-    /// Which reflector it reads: the cluster with the material that it met, or its view, part or slot.
-    pub reflector: Option<u32>,
+    /// Which gather target it reads: the cluster with the material that it met, or its view, part or slot.
+    pub target_index: Option<u32>,
     /// Radiance that the last frame to gather took from there, W/m²/sr; zero where nothing is read, and before the first frame.
     pub radiance: Vec3,
 }
 
-/// What a reflector is.
+/// What a gather target is.
 enum Kind {
     Cluster,
     Part,
@@ -44,9 +44,9 @@ enum Kind {
     Slot(Vec3),
 }
 
-/// A reflector that some rays of a point read.
+/// A gather target that some rays of a point read.
 struct Reading {
-    reflector: u32,
+    target_index: u32,
     material: u32,
     kind: Kind,
     /// What it may stand for; views that weigh the same clusters alike are one.
@@ -55,7 +55,7 @@ struct Reading {
 
 impl Renderer {
     /// The gather rays of a cache point, without those that would start into its surface; none where there is no such point. Traces them
-    /// again, and reads the radiance of all reflectors.
+    /// again, and reads the radiance of all targets.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -88,7 +88,7 @@ impl Renderer {
                 direction,
                 hit: None,
                 cluster: None,
-                reflector: None,
+                target_index: None,
                 radiance: Vec3::ZERO,
             };
             if answer.side == NO_SIDE {
@@ -100,12 +100,12 @@ impl Renderer {
                 return segment;
             };
             segment.cluster = Some(cluster);
-            segment.reflector = self.reading_of(&readings, [cluster, material], -ray.direction);
-            if let Some(reflector) = segment.reflector {
+            segment.target_index = self.reading_of(&readings, [cluster, material], -ray.direction);
+            if let Some(target_index) = segment.target_index {
                 let colour = tracing.geometry.colour(hit.triangle, hit.barycentric).as_vec3();
                 let [diffuse, gloss] = radiances
                     .each_ref()
-                    .map(|list| list.get(reflector as usize).copied().unwrap_or(Vec3::ZERO));
+                    .map(|list| list.get(target_index as usize).copied().unwrap_or(Vec3::ZERO));
                 segment.radiance = self.lights.emission_scale * (colour * diffuse + gloss);
             }
             segment
@@ -113,23 +113,23 @@ impl Renderer {
         Ok(rays.iter().zip(&answers).map(segment).collect())
     }
 
-    /// What reflectors send back: evenly, and by their lobes, if there are any.
+    /// What targets send back: evenly, and by their lobes, if there are any.
     fn reflected(&self) -> Result<[Vec<Vec3>; 2]> {
         let [diffuse, gloss] = self.gather.radiances();
-        let count = if self.has_picture() { self.gather.bundles.reflector_count as usize } else { 0 };
+        let count = if self.has_picture() { self.gather.bundles.target_count as usize } else { 0 };
         let is_glossy = if self.gloss.is_some() { count } else { 0 };
         let diffuse = diffuse.read_range::<Vec4>(0, count)?;
         Ok([diffuse.into_iter().map(Vec4::truncate).collect(), gloss.read_range(0, is_glossy)?])
     }
 
-    /// The reflectors of a cache point.
+    /// The targets of a cache point.
     fn readings(&self, point: u32) -> Result<Vec<Reading>> {
         let bundles = &self.gather.bundles;
         let of_point = bundles.of_point(point)?;
-        let mut reflectors: Vec<u32> = of_point.iter().map(|bundle| bundles.reflector_of(bundle)).collect();
-        reflectors.sort_unstable();
-        reflectors.dedup();
-        let targets: Vec<u32> = bundles.reflectors.read()?;
+        let mut targets: Vec<u32> = of_point.iter().map(|bundle| bundles.target_index_of(bundle)).collect();
+        targets.sort_unstable();
+        targets.dedup();
+        let targets: Vec<u32> = bundles.targets.read()?;
         let slots: Vec<GlossSlot> = match &self.gloss {
             Some(gloss) => gloss.clusters.slots.read()?,
             None => Vec::new(),
@@ -139,8 +139,8 @@ impl Renderer {
         let first_part = first_view + views.map_or(0, |views| views.count());
         let first_slot = first_part + parts.len() as u32;
         let bits = self.gather.code.cluster_bits;
-        let reading = |reflector: u32| {
-            let target = targets[reflector as usize];
+        let reading = |target_index: u32| {
+            let target = targets[target_index as usize];
             let read = target & ((1 << bits) - 1);
             let (kind, clusters) = if read < first_view {
                 (Kind::Cluster, vec![read])
@@ -154,12 +154,12 @@ impl Renderer {
                 let slot = slots[(read - first_slot) as usize];
                 (Kind::Slot(slot.direction), vec![slot.cluster])
             };
-            Reading { reflector, material: target >> bits, kind, clusters }
+            Reading { target_index, material: target >> bits, kind, clusters }
         };
-        Ok(reflectors.into_iter().map(reading).collect())
+        Ok(targets.into_iter().map(reading).collect())
     }
 
-    /// The reflector that a ray reads that met this cluster and material, seen along `back`.
+    /// The gather target that a ray reads that met this cluster and material, seen along `back`.
     fn reading_of(&self, readings: &[Reading], [cluster, material]: [u32; 2], back: DVec3) -> Option<u32> {
         let bin = Directions::new(self.scene.quality.directions).bin(back);
         let view = self.views.tables().and_then(|views| views.view_of(cluster, bin));
@@ -173,7 +173,7 @@ impl Renderer {
         };
         let fitting = readings.iter().filter(fits);
         let best = fitting.max_by(|a, b| fitness(a).total_cmp(&fitness(b)));
-        best.map(|found| found.reflector)
+        best.map(|found| found.target_index)
     }
 }
 

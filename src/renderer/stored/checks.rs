@@ -183,18 +183,18 @@ fn bundles(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
             && ((target >> bits) as usize) < scene.materials.len()
     };
     demand(
-        lists.reflectors.is_sorted_by(|a, b| a < b) && lists.reflectors.iter().all(is_target),
-        "reflectors",
+        lists.targets.is_sorted_by(|a, b| a < b) && lists.targets.iter().all(is_target),
+        "targets",
     )?;
     let total: u64 = lists.counts.iter().map(|&count| u64::from(count)).sum();
     let are_all = lists.counts.len() == contents.cache_points.len() && total == lists.bundles.len() as u64;
     demand(are_all && total <= u64::from(u32::MAX), "bundles of cache points")?;
     let colours = if has_images(scene) { lists.bundles.len() } else { 0 };
     demand(lists.colours.len() == colours, "colours of bundles")?;
-    let reflector_bits = u32::BITS - (lists.reflectors.len() as u32).saturating_sub(1).leading_zeros();
-    let mask = 1_u32.checked_shl(reflector_bits).map_or(u32::MAX, |end| end - 1);
-    let is_bundle = |reflector: u32| ((reflector & mask) as usize) < lists.reflectors.len();
-    demand(lists.bundles.iter().all(|bundle| is_bundle(bundle.reflector)), "bundles")
+    let target_bits = u32::BITS - (lists.targets.len() as u32).saturating_sub(1).leading_zeros();
+    let mask = 1_u32.checked_shl(target_bits).map_or(u32::MAX, |end| end - 1);
+    let is_bundle = |target_index: u32| ((target_index & mask) as usize) < lists.targets.len();
+    demand(lists.bundles.iter().all(|bundle| is_bundle(bundle.target_index)), "bundles")
 }
 
 fn views(contents: &Contents) -> Result<(), Refusal> {

@@ -116,7 +116,7 @@ impl Contents {
                 list: file.list("neighbours")?,
             },
             bundles: BundleLists {
-                reflectors: file.list("reflectors")?,
+                targets: file.list("targets")?,
                 counts: file.list("bundle counts")?,
                 bundles: file.list("bundles")?,
                 colours: file.list("bundle colours")?,

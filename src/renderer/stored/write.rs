@@ -112,7 +112,7 @@ impl Tables {
         writer.add("cache points", &self.cache_points[..]);
         writer.add("first neighbours", &made.neighbourhoods.first[..]);
         writer.add("neighbours", &made.neighbourhoods.list[..]);
-        writer.add("reflectors", &self.bundles.reflectors[..]);
+        writer.add("targets", &self.bundles.targets[..]);
         writer.add("bundle counts", &self.bundles.counts[..]);
         writer.add("bundles", &self.bundles.bundles[..]);
         writer.add("bundle colours", &self.bundles.colours[..]);

@@ -1,6 +1,6 @@
 // Final gathering, step 2: irradiance at cache points and its gradients, from the stored rays. [Yue §3; Krivanek]
 // Deterministic. A cache point of a list takes as many invocations as suit the device.
-// In: bundles of rays, radiance of targets (W/m²/sr). Out: records.
+// In: merged rays of rays, radiance of targets (W/m²/sr). Out: records.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -15,21 +15,21 @@ layout(local_size_x = RECORD_GROUP) in;
 layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: some targets are glossy
 
 struct GatherPush {
-    uint first_point;      // of the bound part of the bundles
+    uint first_point;      // of the bound part of the merged rays
     uint end_point;        // its end
-    uint target_bits;   // width of the gather target field in a bundle
+    uint target_bits;   // width of the gather target field in a merged ray
     float min_distance;  // unit of gradients under movement, metres
-    float turn_unit;       // of a bundle's share in the gradient under rotation
+    float turn_unit;       // of a merged ray's share in the gradient under rotation
     float stratum;         // π over the rays of a hemisphere: what each counts for
 };
 
 layout(binding = 0) uniform usamplerBuffer CachePoints;
-layout(scalar, binding = 1) readonly buffer FirstBundles { uint first_bundles[]; };  // of each point of the part, and the end
+layout(scalar, binding = 1) readonly buffer FirstMergedRays { uint first_merged_rays[]; };  // of each point of the part, and the end
 // Two a texel. Rays of a point that meet one gather target: gather target | (number of rays - 1) << target_bits; their shares in the gradients under
 // movement (two numbers of eight bits, and the exponent of both in five), then under rotation (four, four and three). Invocations of a point
-// read neighbours here, and, because its bundles are in the order of their targets, close places of the radiances.
-layout(binding = 2) uniform usamplerBuffer Bundles;
-layout(scalar, binding = 3) readonly buffer BundleColours { uint bundle_colours[]; };  // packed; only in scenes with images
+// read neighbours here, and, because its merged rays are in the order of their targets, close places of the radiances.
+layout(binding = 2) uniform usamplerBuffer MergedRays;
+layout(scalar, binding = 3) readonly buffer MergedRayColours { uint merged_ray_colours[]; };  // packed; only in scenes with images
 layout(binding = 4) uniform usamplerBuffer Radiances;
 layout(scalar, binding = 5) readonly buffer LobeRadiances { vec3 lobe_radiances[]; };
 layout(scalar, binding = 6) writeonly buffer Records { Record records[]; };
@@ -47,16 +47,16 @@ vec2 unpack_pair(uint bits, int width, uint exponent) {
     return uintBitsToFloat(exponent << 23u) * vec2(numbers);
 }
 
-// Of one bundle; none where it is another point's.
-void add(inout vec3 sum[SUMS], uint index, uvec2 bundle, bool is_ours) {
-    uint target_index = bundle.x & ((1u << push.target_bits) - 1u);
+// Of one merged ray; none where it is another point's.
+void add(inout vec3 sum[SUMS], uint index, uvec2 merged_ray, bool is_ours) {
+    uint target_index = merged_ray.x & ((1u << push.target_bits) - 1u);
     vec3 radiance = uintBitsToFloat(texelFetch(Radiances, int(target_index)).xyz);
-    if (HAS_TEXTURES != 0u && is_ours) radiance *= unpack_colour(bundle_colours[index]);
+    if (HAS_TEXTURES != 0u && is_ours) radiance *= unpack_colour(merged_ray_colours[index]);
     if (IS_GLOSSY == 1u) radiance += lobe_radiances[target_index];
     radiance = is_ours ? radiance : vec3(0.0);
-    vec2 movement = unpack_pair(bundle.y, 8, 127u - MOVEMENT_EXPONENT + ((bundle.y >> 16u) & 31u));
-    vec2 turn = unpack_pair(bundle.y >> 21u, 4, 127u + (bundle.y >> 29u));
-    sum[0] += float((bundle.x >> push.target_bits) + 1u) * radiance;
+    vec2 movement = unpack_pair(merged_ray.y, 8, 127u - MOVEMENT_EXPONENT + ((merged_ray.y >> 16u) & 31u));
+    vec2 turn = unpack_pair(merged_ray.y >> 21u, 4, 127u + (merged_ray.y >> 29u));
+    sum[0] += float((merged_ray.x >> push.target_bits) + 1u) * radiance;
     sum[1] += movement.x * radiance;
     sum[2] += movement.y * radiance;
     sum[3] += turn.x * radiance;
@@ -85,10 +85,10 @@ void main() {
     uint row = index - push.first_point;
 
     vec3 sum[SUMS] = vec3[](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
-    uint first = first_bundles[row];
-    uint end = is_listed ? first_bundles[row + 1u] : first;
+    uint first = first_merged_rays[row];
+    uint end = is_listed ? first_merged_rays[row + 1u] : first;
     for (uint i = (first & ~1u) + 2u * lane; i < end; i += 2u * RECORD_LANES) {
-        uvec4 both = texelFetch(Bundles, int(i >> 1));
+        uvec4 both = texelFetch(MergedRays, int(i >> 1));
         add(sum, i, both.xy, i >= first);
         add(sum, i + 1u, both.zw, i + 1u < end);
     }

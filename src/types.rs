@@ -189,16 +189,16 @@ gpu_struct! {
 /// scenes with images they have one colour, too.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct RayBundle {
+pub struct MergedRay {
     /// `gather target | (number of rays - 1) << target_bits`.
     pub target_index: u32,
     /// Sums of the rays' shares in both gradients along tangent and bitangent, two numbers with an exponent for both: bits 0–20 (eight,
     /// eight and five) in the translational one, in 2⁻²⁶ of what [`GatherRay::gradient`] counts in; 21–31 (four, four and three) in the
-    /// rotational one: tanθ across each azimuth, in `BundleCode::turn_unit`.
+    /// rotational one: tanθ across each azimuth, in `MergedRayPacking::turn_unit`.
     pub change: u32,
 }
 
-/// log₂ of the unit of a bundle's share in the translational gradient.
+/// log₂ of the unit of a merged ray's share in the translational gradient.
 pub const MOVEMENT_EXPONENT: i32 = -26;
 
 gpu_struct! {

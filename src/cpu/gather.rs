@@ -2,7 +2,7 @@
 
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::cpu::textures::unpack_colour;
-use crate::types::{MOVEMENT_EXPONENT, RayBundle};
+use crate::types::{MOVEMENT_EXPONENT, MergedRay};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use std::f64::consts::PI;
 
@@ -17,7 +17,7 @@ pub struct Gathered {
     pub rotation: DMat3,
 }
 
-/// How bundles of rays are packed, and what they read.
+/// How merged rays of rays are packed, and what they read.
 #[derive(Clone, Copy)]
 pub struct Sources<'a> {
     /// Albedo of each material.
@@ -26,7 +26,7 @@ pub struct Sources<'a> {
     pub irradiance: &'a [Vec3],
     /// Target of each gather target.
     pub targets: &'a [u32],
-    /// Bits of the gather target in a bundle.
+    /// Bits of the gather target in a merged ray.
     pub target_bits: u32,
     /// Bits of the cluster in a target.
     pub cluster_bits: u32,
@@ -38,21 +38,21 @@ pub struct Sources<'a> {
     pub slots: &'a [(u32, DVec3)],
 }
 
-/// Gathers the rays of one point with that shading normal. `colours`: packed, of the images that bundles met; none at all without images.
+/// Gathers the rays of one point with that shading normal. `colours`: packed, of the images that merged rays met; none at all without images.
 pub fn gather(
     sources: Sources<'_>,
     strata: Strata,
     normal: Vec3,
-    bundles: &[RayBundle],
+    merged_rays: &[MergedRay],
     colours: &[u32],
 ) -> Gathered {
     let frame = frame(normal);
     let stratum = PI / f64::from(strata.rays());
     let mut irradiance = DVec3::ZERO;
     let [mut translation, mut turn] = [[DVec3::ZERO; 3]; 2];
-    for (index, bundle) in bundles.iter().enumerate() {
-        let target_index = bundle.target_index & ((1 << sources.target_bits) - 1);
-        let rays = f64::from(bundle.target_index >> sources.target_bits) + 1.0;
+    for (index, merged_ray) in merged_rays.iter().enumerate() {
+        let target_index = merged_ray.target_index & ((1 << sources.target_bits) - 1);
+        let rays = f64::from(merged_ray.target_index >> sources.target_bits) + 1.0;
         let target = sources.targets[target_index as usize];
         let material = target >> sources.cluster_bits;
         let read = (target & ((1 << sources.cluster_bits) - 1)) as usize;
@@ -66,7 +66,7 @@ pub fn gather(
         irradiance += stratum * rays * radiance;
 
         // [Krivanek]
-        let [movement, turn_share] = unpack_change(bundle.change);
+        let [movement, turn_share] = unpack_change(merged_ray.change);
         let across = frame * (f64::from(sources.turn_unit) * turn_share).extend(0.0);
         let movement = movement / f64::from(sources.min_distance);
         for channel in 0..3 {
@@ -82,7 +82,7 @@ pub fn gather(
     }
 }
 
-/// Shares of a bundle in the gradients: under movement, in 1/least distance, and under rotation, in turn units.
+/// Shares of a merged ray in the gradients: under movement, in 1/least distance, and under rotation, in turn units.
 pub fn unpack_change(word: u32) -> [DVec2; 2] {
     let signed = |bits: u32, width: u32| f64::from((bits << (32 - width)) as i32 >> (32 - width));
     let pair = |bits: u32, width: u32, exponent: u32| {

@@ -199,7 +199,7 @@ impl Renderer {
         self.views.redirect(&rays, points, self)?;
         // These rays read clusters, not slots: glossy reflection is not in it.
         let gather = Gather::new(&self.context, buffer, count, rays, hemisphere, code, false)?;
-        let list = RecordList::all(&self.context, count, gather.bundles.rows_per_part)?;
+        let list = RecordList::all(&self.context, count, gather.merged_rays.rows_per_part)?;
         self.context.run(|rec| gather.record(rec, self.gather_sources(), &list))?;
         gather.records.read()
     }

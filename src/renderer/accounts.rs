@@ -95,7 +95,7 @@ impl Renderer {
                 Pyramid::LAYERS_STEM => deposits + layers_due * (carried * paths + layer),
                 Pyramid::STEM => lights * layer + 3 * clusters,
                 ClusterViews::STEM => self.views.bytes(),
-                Gather::STEM => gathered * (self.gather.bundles.bytes() + records) / in_all + clusters,
+                Gather::STEM => gathered * (self.gather.merged_rays.bytes() + records) / in_all + clusters,
                 NearField::STEM => near,
                 // Marks and sums of records, and of those the list; weights only where the view is new.
                 NeededRecords::STEM => {

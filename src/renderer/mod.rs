@@ -152,11 +152,11 @@ impl Renderer {
         let counts = [factor_count, direct.point_count(), pyramid.base_count()];
         let gloss_room = gloss.as_ref().map(GlossPasses::room);
         let (points, hemisphere) = (made.point_count, made.hemisphere);
-        let gather = Gather::of_bundles(
+        let gather = Gather::of_merged_rays(
             context,
             made.cache_points,
             points,
-            made.bundles,
+            made.merged_rays,
             hemisphere,
             made.code,
             is_glossy,

@@ -3,7 +3,7 @@
 use super::{Layer, Renderer, Statistics};
 use crate::error::Result;
 use crate::gpu::{Buffer, Parts};
-use crate::passes::precompute::ray_bundles::RayBundles;
+use crate::passes::precompute::merged_rays::MergedRays;
 use crate::scene::Scene;
 use crate::types::{NO_SIDE, PixelSurface};
 use glam::Vec3;
@@ -133,7 +133,7 @@ impl Renderer {
             cluster_flux: &self.pyramid.flux,
             cluster_irradiance: &self.pyramid.irradiance,
             cache_points: &self.gather.cache_points,
-            ray_bundles: &self.gather.bundles,
+            merged_rays: &self.gather.merged_rays,
             gathered: &self.gather.records,
             records: &self.blend.records,
             cut_short: &self.buffers.cut_short,
@@ -158,7 +158,7 @@ pub struct StageBuffers<'a> {
     /// `CachePoint`s.
     pub cache_points: &'a Buffer,
     /// The gather rays, those of a cache point that meet the same cluster and material in one.
-    pub ray_bundles: &'a RayBundles,
+    pub merged_rays: &'a MergedRays,
     /// `Record`s of the cache points as gathered.
     pub gathered: &'a Buffer,
     /// `Record`s of the cache points, blended.

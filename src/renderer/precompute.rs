@@ -20,7 +20,7 @@ use crate::passes::precompute::{
     near_clusters::{self, Extent},
     near_hits::{self, NearHits},
     open_shares, accessibility,
-    ray_bundles::RayBundles,
+    merged_rays::MergedRays,
     rays::Rays,
     separated, sides,
 };
@@ -67,7 +67,7 @@ pub(super) struct Precomputed {
     /// What half of the surface has before it, metres.
     pub(super) room: f64,
     pub(super) neighbourhoods: Neighbourhoods,
-    pub(super) bundles: RayBundles,
+    pub(super) merged_rays: MergedRays,
     /// None where nothing hides a part of a cluster that is read.
     pub(super) views: Option<ViewTables>,
     /// None where no material may be glossy.
@@ -284,8 +284,8 @@ pub(super) fn precompute(
     )?
     .map_or((None, code), |(tables, code)| (Some(tables), code));
     watch.lap("outgoing directions");
-    let bundles = RayBundles::new(context, rays, hemisphere)?;
-    watch.lap("ray bundles");
+    let merged_rays = MergedRays::new(context, rays, hemisphere)?;
+    watch.lap("merged rays");
     progress.finish();
 
     let mut statistics = Statistics {
@@ -324,7 +324,7 @@ pub(super) fn precompute(
         is_covering: placement.is_covering,
         room,
         neighbourhoods,
-        bundles,
+        merged_rays,
         views: views.filter(|views| !views.is_empty()),
         gloss,
         hemisphere,

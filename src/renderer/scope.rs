@@ -79,7 +79,7 @@ impl Scopes {
             levels: made.hvds.levels.clone(),
             near_clusters: std::mem::take(&mut made.near_clusters),
             near_parts: std::mem::take(&mut made.near_parts),
-            records: [made.point_count, made.bundles.rows_per_part],
+            records: [made.point_count, made.merged_rays.rows_per_part],
             tight_count: made.tight_count,
         };
         let read = sources.scope(context, reads)?;
@@ -123,7 +123,7 @@ pub(super) fn reads(made: &Precomputed, views: &Views, pyramid: &Pyramid) -> Res
         return Ok(Reads::all(made.hvds.cluster_count()));
     }
     let sources = pyramid.indirect_sources.read::<u32>()?;
-    let targets = made.bundles.targets.read::<u32>()?;
+    let targets = made.merged_rays.targets.read::<u32>()?;
     Ok(Reads::of(&made.hvds, targets, made.code, views.tables(), &made.near_parts, &sources))
 }
 

@@ -9,8 +9,8 @@ use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
-use lightpaths::passes::precompute::ray_bundles::BundleCode;
-use lightpaths::types::{CachePoint, GatherRay, NO_TARGET, RayBundle, Record, Reflectance};
+use lightpaths::passes::precompute::merged_rays::MergedRayPacking;
+use lightpaths::types::{CachePoint, GatherRay, NO_TARGET, MergedRay, Record, Reflectance};
 
 const CLUSTERS: u32 = 501;
 const ALBEDOS: [Vec3; 3] = [Vec3::new(0.9, 0.5, 0.1), Vec3::ZERO, Vec3::new(0.2, 0.4, 0.8)];
@@ -89,7 +89,7 @@ fn irradiance_and_gradients_equal_the_reference() {
         let colour_buffers =
             colour_parts.map(|part| Buffer::from_slice(&context, "ray colours", part).unwrap());
         let hemisphere = Hemisphere { rings, sectors: strata.sectors };
-        let packing = BundleCode::new(targets(&rays), hemisphere);
+        let packing = MergedRayPacking::new(targets(&rays), hemisphere);
         let sources = Sources {
             albedos: &ALBEDOS,
             irradiance: &irradiance,
@@ -132,10 +132,10 @@ fn irradiance_and_gradients_equal_the_reference() {
         {
             assert_eq!(record.position, point.position);
             let colours = if has_colours { colours } else { &[] };
-            let (bundles, colours): (Vec<RayBundle>, Vec<u32>) =
-                packing.bundles(row, colours).into_iter().unzip();
+            let (merged_rays, colours): (Vec<MergedRay>, Vec<u32>) =
+                packing.merged_rays(row, colours).into_iter().unzip();
             let colours = if has_colours { &colours[..] } else { &[] };
-            let reference = gather(sources, strata, point.normal, &bundles, colours);
+            let reference = gather(sources, strata, point.normal, &merged_rays, colours);
             assert_near(record.irradiance, reference.irradiance, SUM, 0.0, "irradiance");
             // Terms of both signs cancel in a gradient: an error is relative to what they would add up to. Steepest is
             // the outermost ring, a turn of which counts √(2·rings) times.
@@ -187,7 +187,7 @@ fn the_rotational_gradient_is_a_derivative() {
     let strata = Strata { rings: 64, sectors: 256 };
     // A radiance field that depends on the direction in the world only, one cluster for each of 64 steps of height.
     let irradiance: Vec<Vec3> = (0..64).map(|step| Vec3::splat(step as f32)).collect();
-    let packing = BundleCode::new((0..64).collect(), Hemisphere { rings: 64, sectors: 256 });
+    let packing = MergedRayPacking::new((0..64).collect(), Hemisphere { rings: 64, sectors: 256 });
     let sources = Sources {
         albedos: &[Vec3::ONE],
         irradiance: &irradiance,
@@ -205,9 +205,9 @@ fn the_rotational_gradient_is_a_derivative() {
             GatherRay { target: (32.0 * (1.0 + direction.x)) as u32, gradient: 0 }
         };
         let rays: Vec<GatherRay> = (0..strata.rays()).map(ray).collect();
-        let bundles: Vec<RayBundle> =
-            packing.bundles(&rays, &[]).into_iter().map(|(bundle, _)| bundle).collect();
-        gather(sources, strata, normal, &bundles, &[])
+        let merged_rays: Vec<MergedRay> =
+            packing.merged_rays(&rays, &[]).into_iter().map(|(merged_ray, _)| merged_ray).collect();
+        gather(sources, strata, normal, &merged_rays, &[])
     };
     let at = gathered(Vec3::Z);
     for turned in [Vec3::new(0.05, 0.0, 1.0), Vec3::new(0.0, 0.05, 1.0), Vec3::new(-0.03, 0.04, 1.0)] {

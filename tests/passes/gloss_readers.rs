@@ -16,9 +16,9 @@ use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::frame::slot_reads::SlotReads;
 use lightpaths::passes::precompute::gather_rays::RayTable;
-use lightpaths::passes::precompute::ray_bundles::BundleCode;
+use lightpaths::passes::precompute::merged_rays::MergedRayPacking;
 use lightpaths::scene::Camera;
-use lightpaths::types::{NO_CLUSTER, NO_TARGET, PixelSurface, RayBundle, Record, View};
+use lightpaths::types::{NO_CLUSTER, NO_TARGET, PixelSurface, MergedRay, Record, View};
 use std::f64::consts::PI;
 
 /// What records gather where rays read slots: albedo times irradiance of the slot's cluster, and what the slot has over its area.
@@ -57,7 +57,7 @@ pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss,
         context.run(|rec| pass.record(rec, sources, &list)).unwrap();
         let records: Vec<Record> = pass.records.read().unwrap();
         let targets = glossy.packed.iter().map(|ray| ray.target).filter(|&target| target != NO_TARGET);
-        let packing = BundleCode::new(targets.collect(), HEMISPHERE);
+        let packing = MergedRayPacking::new(targets.collect(), HEMISPHERE);
         let sources = gather::Sources {
             albedos: &albedos,
             irradiance: &irradiance,
@@ -75,10 +75,10 @@ pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss,
             records.iter().zip(&glossy.points).zip(rows.zip(colour_rows))
         {
             let colours = if has_colours { colours } else { &[] };
-            let (bundles, colours): (Vec<RayBundle>, Vec<u32>) =
-                packing.bundles(row, colours).into_iter().unzip();
+            let (merged_rays, colours): (Vec<MergedRay>, Vec<u32>) =
+                packing.merged_rays(row, colours).into_iter().unzip();
             let colours = if has_colours { &colours[..] } else { &[] };
-            let reference = gather::gather(sources, strata, point.normal, &bundles, colours);
+            let reference = gather::gather(sources, strata, point.normal, &merged_rays, colours);
             assert_near(record.irradiance, reference.irradiance, SUM, 0.0, "gathered slots");
         }
     }

@@ -4,7 +4,7 @@ use crate::common::{assert_silent, context};
 use glam::Vec3;
 use lightpaths::renderer::{Layer, PathPoint, Renderer, Silent};
 use lightpaths::scene::{LoadOptions, Quality, Scene};
-use lightpaths::types::{CachePoint, Deposit, DepositRun, RayBundle, Record};
+use lightpaths::types::{CachePoint, Deposit, DepositRun, MergedRay, Record};
 use std::collections::BTreeMap;
 
 const SMALL: Quality = Quality {
@@ -98,27 +98,27 @@ fn a_pixel_tells_its_surface_and_its_records() {
 
 /// How many rays of a point read each gather target.
 fn stored(renderer: &Renderer, point: u32) -> BTreeMap<u32, u32> {
-    let bundles = renderer.stages().ray_bundles;
-    let part = bundles.parts.iter().find(|part| part.points.contains(&point)).unwrap();
-    let first: Vec<u32> = part.first_bundles.read().unwrap();
+    let merged_rays = renderer.stages().merged_rays;
+    let part = merged_rays.parts.iter().find(|part| part.points.contains(&point)).unwrap();
+    let first: Vec<u32> = part.first_merged_rays.read().unwrap();
     let row = (point - part.points.start) as usize;
-    let list: Vec<RayBundle> = part.bundles.read().unwrap();
+    let list: Vec<MergedRay> = part.merged_rays.read().unwrap();
     let mut counts = BTreeMap::new();
-    for bundle in &list[first[row] as usize..first[row + 1] as usize] {
+    for merged_ray in &list[first[row] as usize..first[row + 1] as usize] {
         let [count, target_index] =
-            [bundle.target_index >> bundles.target_bits, bundle.target_index % (1 << bundles.target_bits)];
+            [merged_ray.target_index >> merged_rays.target_bits, merged_ray.target_index % (1 << merged_rays.target_bits)];
         *counts.entry(target_index).or_insert(0) += count + 1;
     }
     counts
 }
 
-/// Where nothing but clusters is read, those that rays meet when they are traced again are those of the bundles.
+/// Where nothing but clusters is read, those that rays meet when they are traced again are those of the merged rays.
 #[test]
 fn gather_rays_meet_the_clusters_that_bundles_name() {
     let mut scene = the_box();
     (scene.quality.occlusion, scene.quality.gap_rounds) = (false, 0);
     let renderer = render(scene);
-    let targets: Vec<u32> = renderer.stages().ray_bundles.targets.read().unwrap();
+    let targets: Vec<u32> = renderer.stages().merged_rays.targets.read().unwrap();
     let (mut rays, mut apart, mut hits) = (0, 0, 0);
     for point in (0..1_000).step_by(83) {
         let segments = renderer.gather_rays_of(point).unwrap();

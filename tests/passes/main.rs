@@ -40,7 +40,7 @@ mod photons;
 mod pixels;
 mod prefix_sum;
 mod preview;
-mod ray_bundles;
+mod merged_rays;
 mod rays;
 mod reads;
 mod resize;

@@ -9,7 +9,7 @@ use lightpaths::scene::{Quality, shapes};
 /// Bytes that the gather pass reads and writes for that many records, each once.
 fn gathering(renderer: &Renderer, records: u32) -> u64 {
     let stages = renderer.stages();
-    let all = stages.ray_bundles.bytes() + stages.gathered.bytes();
+    let all = stages.merged_rays.bytes() + stages.gathered.bytes();
     let of_all = (stages.gathered.bytes() / size_of::<lightpaths::types::Record>() as u64).max(1);
     u64::from(records) * all / of_all + stages.cluster_irradiance.bytes()
 }

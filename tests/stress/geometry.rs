@@ -98,7 +98,7 @@ fn check_walls(steps: impl Iterator<Item = u32>, quality: &Quality) -> (f64, u32
             renderer.set_skipping(false);
             renderer.frame().unwrap();
             assert_eq!(count(&renderer, "path vertices outside all clusters"), 0, "{size}");
-            let met = renderer.stages().ray_bundles.ray_count;
+            let met = renderer.stages().merged_rays.ray_count;
             assert_eq!(met, count(&renderer, "gather rays"), "{size}: gather rays with a target");
             let [deposited, shown, held] = energies(&renderer);
             let error = deposited / (8.0 * std::f64::consts::PI) - 1.0;

@@ -79,7 +79,7 @@ fn every_gather_ray_is_traced_however_many_a_hemisphere_has() {
     let rays = count(&renderer, "gather rays");
     assert!(rays > 100 * 1024, "{rays} rays");
     // Each ray of a closed room meets a wall.
-    assert_eq!(renderer.stages().ray_bundles.ray_count, rays);
+    assert_eq!(renderer.stages().merged_rays.ray_count, rays);
     let shared = context().limits().shared_bytes;
     if shared < 4 * 65_536 {
         let mut scene = box_and_speck();

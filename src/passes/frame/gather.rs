@@ -1,5 +1,5 @@
 //! Final gathering at the cache points. [Yue §3, Tfg; Krivanek]
-//! In: bundles of gather rays, cluster irradiance (W/m²), reflectances. Out: records: irradiance and its gradients.
+//! In: merged rays of gather rays, cluster irradiance (W/m²), reflectances. Out: records: irradiance and its gradients.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -9,7 +9,7 @@ use crate::passes::frame::gloss::Gloss;
 use crate::passes::frame::needed_records::RecordList;
 use crate::passes::has_textures;
 use crate::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
-use crate::passes::precompute::ray_bundles::RayBundles;
+use crate::passes::precompute::merged_rays::MergedRays;
 use crate::types::Record;
 use bytemuck::Zeroable;
 use std::sync::Arc;
@@ -29,15 +29,15 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the second step.
     pub struct GatherPush {
-        /// First cache point of the bound part of the bundles.
+        /// First cache point of the bound part of the merged rays.
         pub first_point: u32,
         /// Its end.
         pub end_point: u32,
-        /// Width of the gather target field in `RayBundle::gather target`.
+        /// Width of the gather target field in `MergedRay::gather target`.
         pub target_bits: u32,
         /// Unit of gradients under movement, metres.
         pub min_distance: f32,
-        /// Unit of a bundle's share in the gradient under rotation.
+        /// Unit of a merged ray's share in the gradient under rotation.
         pub turn_unit: f32,
         /// π over the rays of a hemisphere.
         pub stratum: f32,
@@ -72,7 +72,7 @@ pub struct Gather {
     /// `CachePoint`s.
     pub cache_points: Buffer,
     /// The rays of each cache point.
-    pub bundles: RayBundles,
+    pub merged_rays: MergedRays,
     /// Radiance of each gather target without its lobe, W/m²/sr; three floats.
     radiances: Buffer,
     /// By its lobe; if nothing is glossy, no pass reads it.
@@ -98,25 +98,25 @@ impl Gather {
         code: GatherCode,
         is_glossy: bool,
     ) -> Result<Self> {
-        let bundles = RayBundles::new(context, rays, hemisphere)?;
-        Self::of_bundles(context, cache_points, point_count, bundles, hemisphere, code, is_glossy)
+        let merged_rays = MergedRays::new(context, rays, hemisphere)?;
+        Self::of_merged_rays(context, cache_points, point_count, merged_rays, hemisphere, code, is_glossy)
     }
 
     /// The same, of rays that are bundled.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn of_bundles(
+    pub fn of_merged_rays(
         context: &Arc<Context>,
         cache_points: Buffer,
         point_count: u32,
-        bundles: RayBundles,
+        merged_rays: MergedRays,
         hemisphere: Hemisphere,
         code: GatherCode,
         is_glossy: bool,
     ) -> Result<Self> {
         let glossy_constant = ("IS_GLOSSY", u32::from(is_glossy));
-        let constants = [glossy_constant, has_textures(bundles.has_colours)];
+        let constants = [glossy_constant, has_textures(merged_rays.has_colours)];
         let room = |count: u32, bytes: u64| {
             Buffer::storage(context, "reflected radiance", bytes * u64::from(count.max(1)))
         };
@@ -127,9 +127,9 @@ impl Gather {
             code,
             hemisphere,
             cache_points,
-            radiances: room(bundles.target_count, 16)?,
-            lobe_radiances: room(if is_glossy { bundles.target_count } else { 1 }, 12)?,
-            bundles,
+            radiances: room(merged_rays.target_count, 16)?,
+            lobe_radiances: room(if is_glossy { merged_rays.target_count } else { 1 }, 12)?,
+            merged_rays,
             // Records that no view has needed yet are never written.
             records: Buffer::from_slice(context, "records", &vec![Record::zeroed(); point_count as usize])?,
         })
@@ -151,7 +151,7 @@ impl Gather {
         let GatherSources { materials, irradiance, inverse_areas, gloss } = sources;
         // Where no ray reads a slot nobody looks at what is bound for it.
         let (slots, fluxes) = gloss.map_or((irradiance, irradiance), |gloss| (&gloss.slots, &gloss.fluxes));
-        let target_count = self.bundles.target_count;
+        let target_count = self.merged_rays.target_count;
         let mut pass = rec.pass(Self::STEM);
         pass.dispatch(
             &self.radiance,
@@ -162,7 +162,7 @@ impl Gather {
                 cluster_count: (irradiance.bytes() / 12) as u32,
             },
             &[
-                ("Targets", &self.bundles.targets),
+                ("Targets", &self.merged_rays.targets),
                 ("Materials", materials),
                 ("Irradiance", irradiance),
                 ("InverseAreas", inverse_areas),
@@ -172,25 +172,25 @@ impl Gather {
                 ("LobeRadiances", &self.lobe_radiances),
             ],
         );
-        for (part, bundles) in (0..).zip(&self.bundles.parts) {
+        for (part, merged_rays) in (0..).zip(&self.merged_rays.parts) {
             // Behind the first step; and the parts write different records, but the hazard check counts in buffers.
             pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch_indirect(
                 &self.pipeline,
                 (&list.groups, 12 * part),
                 &GatherPush {
-                    first_point: bundles.points.start,
-                    end_point: bundles.points.end,
-                    target_bits: self.bundles.target_bits,
+                    first_point: merged_rays.points.start,
+                    end_point: merged_rays.points.end,
+                    target_bits: self.merged_rays.target_bits,
                     min_distance: self.code.min_distance,
-                    turn_unit: self.bundles.turn_unit,
+                    turn_unit: self.merged_rays.turn_unit,
                     stratum: std::f32::consts::PI / self.hemisphere.rays() as f32,
                 },
                 &[
                     ("CachePoints", &self.cache_points),
-                    ("FirstBundles", &bundles.first_bundles),
-                    ("Bundles", &bundles.bundles),
-                    ("BundleColours", &bundles.colours),
+                    ("FirstMergedRays", &merged_rays.first_merged_rays),
+                    ("MergedRays", &merged_rays.merged_rays),
+                    ("MergedRayColours", &merged_rays.colours),
                     ("Radiances", &self.radiances),
                     ("LobeRadiances", &self.lobe_radiances),
                     ("Records", &self.records),

@@ -19,7 +19,7 @@ pub mod open_shares;
 pub mod accessibility;
 pub mod path_orders;
 mod piece_points;
-pub mod ray_bundles;
+pub mod merged_rays;
 pub mod rays;
 mod reaches;
 pub mod reads;

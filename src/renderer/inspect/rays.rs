@@ -1,8 +1,8 @@
 //! The gather rays of a cache point. Where they went is not kept: they are traced again, along the same directions. What they read
-//! is: the point's bundles name its targets.
+//! is: the point's merged rays name its targets.
 //!
 //! A ray that meets a cluster reads the cluster itself; or a *view* of it, what shows of it towards the ray's bin of directions; or a
-//! *part* of it, which the point sees from nearby; or a *slot* of it, if it is glossy, towards a direction. A bundle names what is
+//! *part* of it, which the point sees from nearby; or a *slot* of it, if it is glossy, towards a direction. A merged ray names what is
 //! read, not which rays do: where several targets of a point stand for the cluster that a ray met, the direction decides. Two rays of one
 //! bin may so be taken to read one view although one of them, along which nothing can hide a part of the cluster, reads the cluster.
 
@@ -116,7 +116,7 @@ impl Renderer {
     /// What targets send back: evenly, and by their lobes, if there are any.
     fn reflected(&self) -> Result<[Vec<Vec3>; 2]> {
         let [diffuse, gloss] = self.gather.radiances();
-        let count = if self.has_picture() { self.gather.bundles.target_count as usize } else { 0 };
+        let count = if self.has_picture() { self.gather.merged_rays.target_count as usize } else { 0 };
         let is_glossy = if self.gloss.is_some() { count } else { 0 };
         let diffuse = diffuse.read_range::<Vec4>(0, count)?;
         Ok([diffuse.into_iter().map(Vec4::truncate).collect(), gloss.read_range(0, is_glossy)?])
@@ -124,12 +124,12 @@ impl Renderer {
 
     /// The targets of a cache point.
     fn readings(&self, point: u32) -> Result<Vec<Reading>> {
-        let bundles = &self.gather.bundles;
-        let of_point = bundles.of_point(point)?;
-        let mut targets: Vec<u32> = of_point.iter().map(|bundle| bundles.target_index_of(bundle)).collect();
+        let merged_rays = &self.gather.merged_rays;
+        let of_point = merged_rays.of_point(point)?;
+        let mut targets: Vec<u32> = of_point.iter().map(|merged_ray| merged_rays.target_index_of(merged_ray)).collect();
         targets.sort_unstable();
         targets.dedup();
-        let targets: Vec<u32> = bundles.targets.read()?;
+        let targets: Vec<u32> = merged_rays.targets.read()?;
         let slots: Vec<GlossSlot> = match &self.gloss {
             Some(gloss) => gloss.clusters.slots.read()?,
             None => Vec::new(),

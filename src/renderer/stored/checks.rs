@@ -34,7 +34,7 @@ pub(super) fn check(contents: &mut Contents, scene: &Scene, order: &[u32]) -> Re
     contents.hvds.link_children();
     paths(contents, scene)?;
     records(contents, scene)?;
-    bundles(contents, scene)?;
+    merged_rays(contents, scene)?;
     views(contents)?;
     gloss_checks::check(contents, scene)
 }
@@ -170,8 +170,8 @@ fn records(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     demand(is_tight, "records in narrow gaps")
 }
 
-fn bundles(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
-    let lists = &contents.bundles;
+fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
+    let lists = &contents.merged_rays;
     let bits = contents.numbers.cluster_bits;
     let slots = contents.gloss.as_ref().map_or(0, |gloss| gloss.slots.len());
     let targets = contents.lit_count() + slots;
@@ -187,14 +187,14 @@ fn bundles(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
         "targets",
     )?;
     let total: u64 = lists.counts.iter().map(|&count| u64::from(count)).sum();
-    let are_all = lists.counts.len() == contents.cache_points.len() && total == lists.bundles.len() as u64;
-    demand(are_all && total <= u64::from(u32::MAX), "bundles of cache points")?;
-    let colours = if has_images(scene) { lists.bundles.len() } else { 0 };
-    demand(lists.colours.len() == colours, "colours of bundles")?;
+    let are_all = lists.counts.len() == contents.cache_points.len() && total == lists.merged_rays.len() as u64;
+    demand(are_all && total <= u64::from(u32::MAX), "merged_rays of cache points")?;
+    let colours = if has_images(scene) { lists.merged_rays.len() } else { 0 };
+    demand(lists.colours.len() == colours, "colours of merged_rays")?;
     let target_bits = u32::BITS - (lists.targets.len() as u32).saturating_sub(1).leading_zeros();
     let mask = 1_u32.checked_shl(target_bits).map_or(u32::MAX, |end| end - 1);
-    let is_bundle = |target_index: u32| ((target_index & mask) as usize) < lists.targets.len();
-    demand(lists.bundles.iter().all(|bundle| is_bundle(bundle.target_index)), "bundles")
+    let is_merged_ray = |target_index: u32| ((target_index & mask) as usize) < lists.targets.len();
+    demand(lists.merged_rays.iter().all(|merged_ray| is_merged_ray(merged_ray.target_index)), "merged rays")
 }
 
 fn views(contents: &Contents) -> Result<(), Refusal> {

@@ -7,7 +7,7 @@ use crate::passes::precompute::cluster_views::ViewTables;
 use crate::passes::precompute::gloss::GlossTables;
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::{Arrivals, LightPaths, PathGroup};
-use crate::passes::precompute::ray_bundles::BundleLists;
+use crate::passes::precompute::merged_rays::BundleLists;
 use crate::scene::hvds::Hvds;
 use crate::stored::{File, Refusal};
 use crate::types::{CachePoint, Deposit, Grid, PathVertex};
@@ -28,7 +28,7 @@ pub(super) struct Contents {
     pub(super) paths: LightPaths,
     pub(super) cache_points: Vec<CachePoint>,
     pub(super) neighbourhoods: Neighbourhoods,
-    pub(super) bundles: BundleLists,
+    pub(super) merged_rays: BundleLists,
     pub(super) near_clusters: Vec<NearCluster>,
     pub(super) near_parts: Vec<NearCluster>,
     pub(super) views: Option<ViewTables>,
@@ -115,11 +115,11 @@ impl Contents {
                 first: file.list("first neighbours")?,
                 list: file.list("neighbours")?,
             },
-            bundles: BundleLists {
+            merged_rays: BundleLists {
                 targets: file.list("targets")?,
-                counts: file.list("bundle counts")?,
-                bundles: file.list("bundles")?,
-                colours: file.list("bundle colours")?,
+                counts: file.list("merged ray counts")?,
+                merged_rays: file.list("merged rays")?,
+                colours: file.list("merged ray colours")?,
             },
             near_clusters: file.list("near clusters")?,
             near_parts: file.list("near parts")?,

@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::precompute::gather_rays::{GatherCode, Hemisphere};
 use crate::passes::precompute::gloss::base_ranges;
-use crate::passes::precompute::ray_bundles::RayBundles;
+use crate::passes::precompute::merged_rays::MergedRays;
 use crate::passes::precompute::{narrow_gaps, rays::Rays, sides};
 use crate::passes::{ClusterTables, SceneBuffers};
 use crate::renderer::Statistics;
@@ -115,7 +115,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
         clusters = Some(cluster_tables.upload(context)?);
     }
     let cache_points = Buffer::from_slice(context, "cache points", &contents.cache_points)?;
-    let bundles = RayBundles::of_lists(context, contents.bundles, hemisphere, has_images(scene))?;
+    let merged_rays = MergedRays::of_lists(context, contents.merged_rays, hemisphere, has_images(scene))?;
     let took = start.elapsed().as_secs_f64();
     Ok(Precomputed {
         surfaces,
@@ -129,7 +129,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
         is_covering: numbers.is_covering != 0,
         room: numbers.room,
         neighbourhoods: contents.neighbourhoods,
-        bundles,
+        merged_rays,
         views: contents.views,
         gloss,
         hemisphere,

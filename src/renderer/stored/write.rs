@@ -1,7 +1,7 @@
 //! What is stored of the precomputation, section by section.
 
 use crate::error::Result;
-use crate::passes::precompute::ray_bundles::BundleLists;
+use crate::passes::precompute::merged_rays::BundleLists;
 use crate::renderer::precompute::Precomputed;
 use crate::stored::Writer;
 use crate::types::CachePoint;
@@ -33,7 +33,7 @@ pub(super) struct Numbers {
 /// Lists that the device holds, or that are stored otherwise than they are kept.
 pub(super) struct Tables {
     cache_points: Vec<CachePoint>,
-    bundles: BundleLists,
+    merged_rays: BundleLists,
     /// Sides of each triangle, as [`Surface`](crate::types::Surface) has them.
     sides: Vec<u32>,
     /// What each deposit has besides its throughput, which is the scan's.
@@ -52,7 +52,7 @@ impl Tables {
         let notes = serde_json::json!([made.statistics.counts, made.statistics.skipped]);
         Ok(Self {
             cache_points: made.cache_points.read()?,
-            bundles: made.bundles.lists()?,
+            merged_rays: made.merged_rays.lists()?,
             sides: made.surfaces.iter().map(|surface| surface.sides).collect(),
             deposits: made.paths.deposits.iter().map(|deposit| deposit.what).collect(),
             notes: notes.to_string().into_bytes(),
@@ -112,10 +112,10 @@ impl Tables {
         writer.add("cache points", &self.cache_points[..]);
         writer.add("first neighbours", &made.neighbourhoods.first[..]);
         writer.add("neighbours", &made.neighbourhoods.list[..]);
-        writer.add("targets", &self.bundles.targets[..]);
-        writer.add("bundle counts", &self.bundles.counts[..]);
-        writer.add("bundles", &self.bundles.bundles[..]);
-        writer.add("bundle colours", &self.bundles.colours[..]);
+        writer.add("targets", &self.merged_rays.targets[..]);
+        writer.add("merged ray counts", &self.merged_rays.counts[..]);
+        writer.add("merged rays", &self.merged_rays.merged_rays[..]);
+        writer.add("merged ray colours", &self.merged_rays.colours[..]);
         writer.add("near clusters", &made.near_clusters[..]);
         writer.add("near parts", &made.near_parts[..]);
         if let Some(views) = &made.views {

@@ -1,4 +1,4 @@
-//! Bundles of gather rays: what they hold, and where they stand.
+//! Merged rays of gather rays: what they hold, and where they stand.
 
 use crate::common::context;
 use crate::gather::{random_rays, targets};
@@ -8,14 +8,14 @@ use lightpaths::cpu::gather::{unpack, unpack_change};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
-use lightpaths::passes::precompute::ray_bundles::{BundleCode, RayBundles};
-use lightpaths::types::{NO_TARGET, RayBundle};
+use lightpaths::passes::precompute::merged_rays::{MergedRayPacking, MergedRays};
+use lightpaths::types::{NO_TARGET, MergedRay};
 use std::collections::BTreeMap;
 
 /// Rays, gradient and turn, and what these would be were all signs alike.
 type Sums = (u32, [DVec2; 2], [DVec2; 2]);
 
-/// Bundles hold all rays that meet anything, each once, and the sums of what they count for, but for the rounding.
+/// Merged rays hold all rays that meet anything, each once, and the sums of what they count for, but for the rounding.
 #[test]
 fn bundles_add_up_the_rays_that_meet_one_reflector() {
     let mut random = Random::new(37);
@@ -28,7 +28,7 @@ fn bundles_add_up_the_rays_that_meet_one_reflector() {
         let rays = random_rays(&mut random, code, clusters, rows * strata.rays());
         let tinted = rays.iter().filter(|_| colour_count > 0);
         let colours: Vec<u32> = tinted.map(|_| random.below(colour_count.max(1))).collect();
-        let packing = BundleCode::new(targets(&rays), Hemisphere { rings, sectors: 4 * rings });
+        let packing = MergedRayPacking::new(targets(&rays), Hemisphere { rings, sectors: 4 * rings });
         assert!(packing.targets.is_sorted_by(|a, b| a < b));
         assert!(packing.targets.len() >= targets, "{} targets", packing.targets.len());
         let per_row = strata.rays() as usize;
@@ -47,13 +47,13 @@ fn bundles_add_up_the_rays_that_meet_one_reflector() {
                     sum.2[k] += share.abs();
                 }
             }
-            let bundles = packing.bundles(rays, colours);
-            assert_eq!(bundles.len(), sums.len());
-            for ((bundle, colour), (alike, (count, sum, size))) in bundles.iter().zip(&sums) {
-                let target_index = bundle.target_index & ((1 << packing.target_bits) - 1);
+            let merged_rays = packing.merged_rays(rays, colours);
+            assert_eq!(merged_rays.len(), sums.len());
+            for ((merged_ray, colour), (alike, (count, sum, size))) in merged_rays.iter().zip(&sums) {
+                let target_index = merged_ray.target_index & ((1 << packing.target_bits) - 1);
                 assert_eq!((packing.targets[target_index as usize], *colour), *alike);
-                assert_eq!((bundle.target_index >> packing.target_bits) + 1, *count);
-                let [movement, turn] = unpack_change(bundle.change);
+                assert_eq!((merged_ray.target_index >> packing.target_bits) + 1, *count);
+                let [movement, turn] = unpack_change(merged_ray.change);
                 let unit = f64::from(packing.turn_unit);
                 let shares = [(movement, 63.5, 2f64.powi(-26)), (unit * turn, 3.5, unit)];
                 for (k, (packed, half_full, unit)) in shares.iter().enumerate() {
@@ -83,23 +83,23 @@ fn bundles_stand_point_by_point_in_parts() {
         let colours =
             buffers.iter().map(|_| Buffer::from_slice(&context, "ray colours", &[0_u32]).unwrap()).collect();
         let table = RayTable { rows_per_buffer: rows, buffers, colours, has_colours: false };
-        let found = RayBundles::new(&context, table, hemisphere).unwrap();
-        let packing = BundleCode::new(targets(&rays), hemisphere);
+        let found = MergedRays::new(&context, table, hemisphere).unwrap();
+        let packing = MergedRayPacking::new(targets(&rays), hemisphere);
         let targets: Vec<u32> = found.targets.read_range(0, packing.targets.len()).unwrap();
         assert_eq!(targets, packing.targets);
         assert_eq!(found.ray_count, targets(&rays).len() as u64);
         let mut point = 0;
         for part in &found.parts {
             assert_eq!(part.points.start, point);
-            let first: Vec<u32> = part.first_bundles.read().unwrap();
+            let first: Vec<u32> = part.first_merged_rays.read().unwrap();
             assert_eq!(first.len(), part.points.len() + 1);
-            let bundles: Vec<RayBundle> =
-                part.bundles.read_range(0, first[first.len() - 1] as usize).unwrap();
+            let merged_rays: Vec<MergedRay> =
+                part.merged_rays.read_range(0, first[first.len() - 1] as usize).unwrap();
             for run in first.windows(2) {
                 let row = (point * hemisphere.rays()) as usize;
-                let expected = packing.bundles(&rays[row..row + hemisphere.rays() as usize], &[]);
-                let own = &bundles[run[0] as usize..run[1] as usize];
-                assert!(own.iter().eq(expected.iter().map(|(bundle, _)| bundle)), "point {point}");
+                let expected = packing.merged_rays(&rays[row..row + hemisphere.rays() as usize], &[]);
+                let own = &merged_rays[run[0] as usize..run[1] as usize];
+                assert!(own.iter().eq(expected.iter().map(|(merged_ray, _)| merged_ray)), "point {point}");
                 point += 1;
             }
         }

@@ -1,14 +1,14 @@
 //! Gather rays as frames read them: those of one cache point that meet the same cluster and material bring the same light, so that
-//! they are one *bundle*, with the sums of their shares. A cluster with a material is a *gather target*; its radiance is worked out once
-//! for all bundles that name it.
-//! In: gather rays. Out: bundles, a list a cache point; targets.
+//! they are one *merged ray*, with the sums of their shares. A cluster with a material is a *gather target*; its radiance is worked out once
+//! for all merged rays that name it.
+//! In: gather rays. Out: merged rays, a list a cache point; targets.
 
 use super::gather_rays::{Hemisphere, RayTable};
 use super::shares;
 use crate::cpu::gather::unpack;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
-use crate::types::{GatherRay, MOVEMENT_EXPONENT, NO_TARGET, RayBundle};
+use crate::types::{GatherRay, MOVEMENT_EXPONENT, NO_TARGET, MergedRay};
 use glam::{DVec2, Vec2};
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -20,20 +20,20 @@ const PIECE_RAYS: usize = 1 << 20;
 /// Cache points whose rays one thread looks at together.
 const SHARE: usize = 64;
 
-/// What all bundles of a table have in common.
-pub struct BundleCode {
+/// What all merged rays of a table have in common.
+pub struct MergedRayPacking {
     /// Targets of gather rays that occur, in ascending order.
     pub targets: Vec<u32>,
-    /// Bits of a gather target's index in a bundle.
+    /// Bits of a gather target's index in a merged ray.
     pub target_bits: u32,
-    /// Rays of a bundle at most.
+    /// Rays of a merged ray at most.
     max_rays: usize,
     turns: Vec<Vec2>,
     /// What shares in the rotational gradient are counted in.
     pub turn_unit: f32,
 }
 
-impl BundleCode {
+impl MergedRayPacking {
     /// For rays of that hemisphere with these targets, which may come in any order and more than once.
     pub fn new(mut targets: Vec<u32>, hemisphere: Hemisphere) -> Self {
         targets.sort_unstable();
@@ -41,21 +41,21 @@ impl BundleCode {
         let target_bits = u32::BITS - (targets.len() as u32).saturating_sub(1).leading_zeros();
         let max_rays = 1_u64 << (u32::BITS - target_bits);
         let turns = turns(hemisphere);
-        // All rays of half a hemisphere in one bundle turn it the most.
+        // All rays of half a hemisphere in one merged ray turn it the most.
         let most: f32 = turns.iter().map(|turn| turn.x.max(0.0)).sum();
         let turn_unit = most / TURN.largest() as f32;
         Self { targets: targets, target_bits, max_rays: max_rays as usize, turns, turn_unit }
     }
 
-    /// The bundles of one cache point, ordered by gather target, each with its colour; `colours` of the rays, or none at all.
-    pub fn bundles(&self, rays: &[GatherRay], colours: &[u32]) -> Vec<(RayBundle, u32)> {
+    /// The merged rays of one cache point, ordered by gather target, each with its colour; `colours` of the rays, or none at all.
+    pub fn merged_rays(&self, rays: &[GatherRay], colours: &[u32]) -> Vec<(MergedRay, u32)> {
         let colour = |ray: u32| colours.get(ray as usize).copied().unwrap_or(0);
         let met = (0_u32..).zip(rays).filter(|(_, ray)| ray.target != NO_TARGET);
         let mut order: Vec<(u32, u32, u32)> =
             met.map(|(index, ray)| (ray.target, colour(index), index)).collect();
         order.sort_unstable();
         let alike = order.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
-        let bundle = |run: &[(u32, u32, u32)]| {
+        let merged_ray = |run: &[(u32, u32, u32)]| {
             let (target, colour, _) = run[0];
             let target_index = self.targets.partition_point(|&other| other < target) as u32;
             let sum =
@@ -63,30 +63,30 @@ impl BundleCode {
             let count = (run.len() - 1) as u32;
             let movement = |ray: usize| unpack(rays[ray].gradient) * 2f64.powi(-MOVEMENT_EXPONENT);
             let turn = |ray: usize| self.turns[ray].as_dvec2() / f64::from(self.turn_unit);
-            let bundle = RayBundle {
+            let merged_ray = MergedRay {
                 target_index: target_index | count.checked_shl(self.target_bits).unwrap_or(0),
                 change: MOVEMENT.pack(sum(&movement)) | TURN.pack(sum(&turn)) << MOVEMENT.bits(),
             };
-            (bundle, colour)
+            (merged_ray, colour)
         };
-        alike.flat_map(|run| run.chunks(self.max_rays)).map(bundle).collect()
+        alike.flat_map(|run| run.chunks(self.max_rays)).map(merged_ray).collect()
     }
 }
 
-/// Bundles of a run of cache points, in one binding each.
+/// Merged rays of a run of cache points, in one binding each.
 pub struct BundlePart {
     /// The cache points.
     pub points: Range<u32>,
-    /// First bundle of each, and the end.
-    pub first_bundles: Buffer,
-    /// [`RayBundle`]s.
-    pub bundles: Buffer,
+    /// First merged ray of each, and the end.
+    pub first_merged_rays: Buffer,
+    /// [`MergedRay`]s.
+    pub merged_rays: Buffer,
     /// Beside each, the packed colour of the image that its rays met; a word that nobody reads in scenes without images.
     pub colours: Buffer,
 }
 
-/// The bundles of all cache points, in as many parts as the device's bindings need.
-pub struct RayBundles {
+/// The merged rays of all cache points, in as many parts as the device's bindings need.
+pub struct MergedRays {
     /// Cache points of each part; the last may have fewer.
     pub rows_per_part: u32,
     /// The parts, in order.
@@ -95,47 +95,47 @@ pub struct RayBundles {
     pub targets: Buffer,
     /// How many.
     pub target_count: u32,
-    /// Bits of a gather target's index in a bundle.
+    /// Bits of a gather target's index in a merged ray.
     pub target_bits: u32,
     /// What shares in the rotational gradient are counted in.
     pub turn_unit: f32,
     /// Whether there are images.
     pub has_colours: bool,
-    /// Rays in all bundles: those that met a cluster.
+    /// Rays in all merged rays: those that met a cluster.
     pub ray_count: u64,
-    /// Bundles of all cache points.
-    pub bundle_count: u64,
+    /// Merged rays of all cache points.
+    pub merged_ray_count: u64,
 }
 
-/// Cache points of a part: of as many rays, were each a bundle of its own, as a binding holds.
+/// Cache points of a part: of as many rays, were each a merged ray of its own, as a binding holds.
 pub fn rows_per_part(context: &Context, table: &RayTable, hemisphere: Hemisphere) -> u32 {
     table.rows_per_buffer.min(max_rows(context, hemisphere))
 }
 
-/// Cache points whose bundles one binding holds, however few rays share one.
+/// Cache points whose merged rays one binding holds, however few rays share one.
 fn max_rows(context: &Context, hemisphere: Hemisphere) -> u32 {
-    let row_bytes = u64::from(hemisphere.rays()) * size_of::<RayBundle>() as u64;
+    let row_bytes = u64::from(hemisphere.rays()) * size_of::<MergedRay>() as u64;
     let limit = (context.limits().storage_range_bytes / row_bytes).max(1);
     limit.min(u64::from(u32::MAX)) as u32
 }
 
-/// Bundles of all cache points as plain lists.
+/// Merged rays of all cache points as plain lists.
 #[derive(Debug, PartialEq)]
 pub struct BundleLists {
     /// Targets of gather rays that occur, in ascending order.
     pub targets: Vec<u32>,
-    /// Bundles of each cache point.
+    /// Merged rays of each cache point.
     pub counts: Vec<u32>,
-    /// [`RayBundle`]s of one cache point after the other.
-    pub bundles: Vec<RayBundle>,
+    /// [`MergedRay`]s of one cache point after the other.
+    pub merged_rays: Vec<MergedRay>,
     /// Beside each, the packed colour of the image that its rays met; none at all in scenes without images.
     pub colours: Vec<u32>,
 }
 
-impl RayBundles {
+impl MergedRays {
     fn empty(
         context: &Arc<Context>,
-        code: &BundleCode,
+        code: &MergedRayPacking,
         rows_per_part: u32,
         has_colours: bool,
     ) -> Result<Self> {
@@ -148,11 +148,11 @@ impl RayBundles {
             turn_unit: code.turn_unit,
             has_colours,
             ray_count: 0,
-            bundle_count: 0,
+            merged_ray_count: 0,
         })
     }
 
-    /// Uploads bundles that were found before ([`Self::lists`]), whose targets ascend.
+    /// Uploads merged rays that were found before ([`Self::lists`]), whose targets ascend.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -162,15 +162,15 @@ impl RayBundles {
         hemisphere: Hemisphere,
         has_colours: bool,
     ) -> Result<Self> {
-        let BundleLists { targets, counts, bundles, colours } = lists;
+        let BundleLists { targets, counts, merged_rays, colours } = lists;
         let rows_per_part = (counts.len().max(1) as u32).min(max_rows(context, hemisphere));
-        let code = BundleCode::new(targets, hemisphere);
+        let code = MergedRayPacking::new(targets, hemisphere);
         let mut found = Self::empty(context, &code, rows_per_part, has_colours)?;
         let mut start = 0;
         for counts in counts.chunks(rows_per_part as usize) {
             let end = start + counts.iter().map(|&count| count as usize).sum::<usize>();
             let colours = if has_colours { &colours[start..end] } else { &[] };
-            found.add(context, counts, &bundles[start..end], colours)?;
+            found.add(context, counts, &merged_rays[start..end], colours)?;
             start = end;
         }
         Ok(found)
@@ -183,11 +183,11 @@ impl RayBundles {
     pub fn lists(&self) -> Result<BundleLists> {
         let targets = self.targets.read()?;
         let mut lists =
-            BundleLists { targets, counts: Vec::new(), bundles: Vec::new(), colours: Vec::new() };
+            BundleLists { targets, counts: Vec::new(), merged_rays: Vec::new(), colours: Vec::new() };
         for part in &self.parts {
-            let first: Vec<u32> = part.first_bundles.read()?;
+            let first: Vec<u32> = part.first_merged_rays.read()?;
             lists.counts.extend(first.windows(2).map(|ends| ends[1] - ends[0]));
-            lists.bundles.extend(part.bundles.read::<RayBundle>()?);
+            lists.merged_rays.extend(part.merged_rays.read::<MergedRay>()?);
             if self.has_colours {
                 lists.colours.extend(part.colours.read::<u32>()?);
             }
@@ -195,7 +195,7 @@ impl RayBundles {
         Ok(lists)
     }
 
-    /// Bundles the rays of a table, which goes part by part as they are.
+    /// Merged rays the rays of a table, which goes part by part as they are.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -204,10 +204,10 @@ impl RayBundles {
         let (per_row, has_colours) = (hemisphere.rays() as usize, table.has_colours);
         let mut targets = Vec::new();
         table.scan(hemisphere.rays(), |_, rays| targets.extend(distinct(rays)))?;
-        let code = BundleCode::new(targets, hemisphere);
+        let code = MergedRayPacking::new(targets, hemisphere);
         let mut found = Self::empty(context, &code, rows_per_part, has_colours)?;
         let piece = (PIECE_RAYS / per_row).max(1) * per_row;
-        let mut rows: Vec<Vec<(RayBundle, u32)>> = Vec::new();
+        let mut rows: Vec<Vec<(MergedRay, u32)>> = Vec::new();
         for (rays, colours) in table.buffers.into_iter().zip(table.colours) {
             let count = rays.bytes() as usize / size_of::<GatherRay>();
             for place in (0..count).step_by(piece) {
@@ -216,11 +216,11 @@ impl RayBundles {
                 let image_colours: Vec<u32> =
                     if has_colours { colours.read_range(place, length)? } else { Vec::new() };
                 rows.extend(shares::in_shares_of(SHARE, length / per_row, |share| {
-                    let bundles = |row: usize| {
+                    let merged_rays = |row: usize| {
                         let own = row * per_row..(row + 1) * per_row;
-                        code.bundles(&read[own.clone()], image_colours.get(own).unwrap_or(&[]))
+                        code.merged_rays(&read[own.clone()], image_colours.get(own).unwrap_or(&[]))
                     };
-                    share.map(bundles).collect()
+                    share.map(merged_rays).collect()
                 }));
                 while rows.len() >= rows_per_part as usize {
                     let rest = rows.split_off(rows_per_part as usize);
@@ -235,66 +235,66 @@ impl RayBundles {
     }
 
     /// Uploads the next part.
-    fn add_rows(&mut self, context: &Arc<Context>, rows: &[Vec<(RayBundle, u32)>]) -> Result<()> {
+    fn add_rows(&mut self, context: &Arc<Context>, rows: &[Vec<(MergedRay, u32)>]) -> Result<()> {
         let counts: Vec<u32> = rows.iter().map(|row| row.len() as u32).collect();
-        let (bundles, colours): (Vec<RayBundle>, Vec<u32>) = rows.iter().flatten().copied().unzip();
-        self.add(context, &counts, &bundles, &colours)
+        let (merged_rays, colours): (Vec<MergedRay>, Vec<u32>) = rows.iter().flatten().copied().unzip();
+        self.add(context, &counts, &merged_rays, &colours)
     }
 
-    /// The same from lists: bundles of each cache point, and all of them, with their colours.
+    /// The same from lists: merged rays of each cache point, and all of them, with their colours.
     fn add(
         &mut self,
         context: &Arc<Context>,
         counts: &[u32],
-        bundles: &[RayBundle],
+        merged_rays: &[MergedRay],
         colours: &[u32],
     ) -> Result<()> {
         let first_point = self.parts.last().map_or(0, |part| part.points.end);
-        let mut first_bundles = vec![0_u32];
+        let mut first_merged_rays = vec![0_u32];
         for count in counts {
-            first_bundles.push(first_bundles[first_bundles.len() - 1] + count);
+            first_merged_rays.push(first_merged_rays[first_merged_rays.len() - 1] + count);
         }
-        self.bundle_count += bundles.len() as u64;
-        let rays = |bundle: &RayBundle| {
-            u64::from(bundle.target_index.checked_shr(self.target_bits).unwrap_or(0)) + 1
+        self.merged_ray_count += merged_rays.len() as u64;
+        let rays = |merged_ray: &MergedRay| {
+            u64::from(merged_ray.target_index.checked_shr(self.target_bits).unwrap_or(0)) + 1
         };
-        self.ray_count += bundles.iter().map(rays).sum::<u64>();
+        self.ray_count += merged_rays.iter().map(rays).sum::<u64>();
         self.parts.push(BundlePart {
             points: first_point..first_point + counts.len() as u32,
-            first_bundles: Buffer::from_slice(context, "first bundles", &first_bundles)?,
-            bundles: Buffer::from_slice(context, "ray bundles", bundles)?,
+            first_merged_rays: Buffer::from_slice(context, "first merged rays", &first_merged_rays)?,
+            merged_rays: Buffer::from_slice(context, "merged rays", merged_rays)?,
             colours: Buffer::from_slice(
                 context,
-                "bundle colours",
+                "merged ray colours",
                 if self.has_colours { colours } else { &[0] },
             )?,
         });
         Ok(())
     }
 
-    /// The bundles of a cache point; none where there is no such point.
+    /// The merged rays of a cache point; none where there is no such point.
     ///
     /// # Errors
     /// The device failed.
-    pub fn of_point(&self, point: u32) -> Result<Vec<RayBundle>> {
+    pub fn of_point(&self, point: u32) -> Result<Vec<MergedRay>> {
         let Some(part) = self.parts.iter().find(|part| part.points.contains(&point)) else {
             return Ok(Vec::new());
         };
         let first = (point - part.points.start) as usize;
-        let ends: Vec<u32> = part.first_bundles.read_range(first, 2)?;
-        part.bundles.read_range(ends[0] as usize, (ends[1] - ends[0]) as usize)
+        let ends: Vec<u32> = part.first_merged_rays.read_range(first, 2)?;
+        part.merged_rays.read_range(ends[0] as usize, (ends[1] - ends[0]) as usize)
     }
 
-    /// The gather target that a bundle reads.
-    pub fn target_index_of(&self, bundle: &RayBundle) -> u32 {
-        bundle.target_index & 1_u32.checked_shl(self.target_bits).map_or(u32::MAX, |end| end - 1)
+    /// The gather target that a merged ray reads.
+    pub fn target_index_of(&self, merged_ray: &MergedRay) -> u32 {
+        merged_ray.target_index & 1_u32.checked_shl(self.target_bits).map_or(u32::MAX, |end| end - 1)
     }
 
     /// Bytes of all parts.
     pub fn bytes(&self) -> u64 {
         self.parts
             .iter()
-            .map(|part| part.first_bundles.bytes() + part.bundles.bytes() + part.colours.bytes())
+            .map(|part| part.first_merged_rays.bytes() + part.merged_rays.bytes() + part.colours.bytes())
             .sum()
     }
 }

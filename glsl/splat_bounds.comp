@@ -20,7 +20,7 @@ layout(scalar, binding = 1) writeonly buffer Rectangles { PixelRectangle rectang
 layout(scalar, binding = 2) writeonly buffer TileCounts { uint tile_counts[]; };
 layout(scalar, binding = 3) writeonly buffer Tally { SplatTally tally; };
 layout(scalar, binding = 4) readonly buffer TileBoxes { TileBox tile_boxes[]; };
-layout(scalar, binding = 5) writeonly buffer BarePixels { uint bare_pixels[]; };  // see splat_tiles
+layout(scalar, binding = 5) writeonly buffer UncoveredPixels { uint uncovered_pixels[]; };  // see splat_tiles
 layout(scalar, binding = 6) writeonly buffer CrowdedTiles { uint crowded_tiles[]; };
 layout(scalar, push_constant) uniform Push { SplatBoundsPush push; };
 
@@ -35,7 +35,7 @@ void main() {
     uint index = flat_invocation();
     if (index == 0u) {
         tally = SplatTally(0u, 0u, 0u);
-        for (uint i = 0u; i < 4u; ++i) bare_pixels[i] = crowded_tiles[i] = 0u;
+        for (uint i = 0u; i < 4u; ++i) uncovered_pixels[i] = crowded_tiles[i] = 0u;
     }
     if (index >= push.record_count) return;
     View view = push.view;

@@ -1,6 +1,6 @@
 // Splatting, step 4: a pixel that no record covers takes the one that fits it best, of all there are. Deterministic: of
 // equal ones the first. Blocks of records that are further away than the best so far, however they are turned, are left out.
-// One workgroup = one pixel. In: bare pixels, records, boxes around blocks of them. Out: the pixel's only weight.
+// One workgroup = one pixel. In: uncovered pixels, records, boxes around blocks of them. Out: the pixel's only weight.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -20,7 +20,7 @@ layout(binding = 0) uniform usamplerBuffer Pixels;
 layout(binding = 1) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 2) readonly buffer BlockBoxes { TileBox block_boxes[]; };
 layout(scalar, binding = 3) readonly buffer WeightRuns { WeightRun weight_runs[]; };
-layout(scalar, binding = 4) readonly buffer BarePixels { uint bare_pixels[]; };  // see splat_tiles
+layout(scalar, binding = 4) readonly buffer UncoveredPixels { uint uncovered_pixels[]; };  // see splat_tiles
 layout(scalar, binding = 5) writeonly buffer Weights { SplatWeight weights[]; };
 layout(scalar, push_constant) uniform Push { SplatNearestPush push; };
 
@@ -54,8 +54,8 @@ uint end_of_block(uint block) { return min((block + 1u) * RECORD_BLOCK, push.rec
 
 void main() {
     uint thread = gl_LocalInvocationIndex;
-    if (flat_workgroup() >= bare_pixels[3]) return;
-    uint index = bare_pixels[4u + flat_workgroup()];
+    if (flat_workgroup() >= uncovered_pixels[3]) return;
+    uint index = uncovered_pixels[4u + flat_workgroup()];
     PixelSurface pixel = pixel_surface_at(Pixels, index);
     uint block_count = (push.record_count + RECORD_BLOCK - 1u) / RECORD_BLOCK;
     // The nearest block, and how well its records fit.

@@ -35,7 +35,7 @@ layout(scalar, binding = 6) buffer WeightRuns { WeightRun weight_runs[]; };  // 
 layout(scalar, binding = 7) buffer Weights { SplatWeight weights[]; };
 layout(scalar, binding = 8) buffer Tally { SplatTally tally; };
 // Workgroups along each axis that take one each, their number, and these, in any order: each stands for itself.
-layout(scalar, binding = 9) buffer BarePixels { uint bare_pixels[]; };
+layout(scalar, binding = 9) buffer UncoveredPixels { uint uncovered_pixels[]; };
 layout(scalar, binding = 10) buffer CrowdedTiles { uint crowded_tiles[]; };
 layout(scalar, push_constant) uniform Push { SplatTilesPush push; };
 
@@ -53,10 +53,10 @@ shared uint tile_weights;  // their number
 shared uint tile_first;    // where they stand
 shared uint crowding;      // 1: some pixel has more than KEPT
 
-void list_bare(uint pixel) {
-    uint place = atomicAdd(bare_pixels[3], 1u);
-    bare_pixels[4u + place] = pixel;
-    for (uint axis = 0u; axis < 3u; ++axis) atomicMax(bare_pixels[axis], dealt(place + 1u)[axis]);
+void list_uncovered(uint pixel) {
+    uint place = atomicAdd(uncovered_pixels[3], 1u);
+    uncovered_pixels[4u + place] = pixel;
+    for (uint axis = 0u; axis < 3u; ++axis) atomicMax(uncovered_pixels[axis], dealt(place + 1u)[axis]);
 }
 
 void list_crowded(uint tile) {
@@ -176,13 +176,13 @@ void main() {
         if (!loops_still_turn(push.width)) tally.is_cut_short = 1u;
         return;
     }
-    // With pairs missing nobody knows who is bare; the host makes room and repeats the frame.
+    // With pairs missing nobody knows who is uncovered; the host makes room and repeats the frame.
     bool is_complete = first_pairs[push.record_count] <= push.pair_capacity;
-    bool is_bare = is_stretched && count == 0u && push.record_count > 0u && is_complete;
-    if (is_bare) list_bare(index);
+    bool is_uncovered = is_stretched && count == 0u && push.record_count > 0u && is_complete;
+    if (is_uncovered) list_uncovered(index);
     if (is_stretched && count > 0u) atomicAdd(tally.stretched, 1u);
 
-    uint room = is_bare ? 1u : count;
+    uint room = is_uncovered ? 1u : count;
     if (room > 0u) first = atomicAdd(tile_weights, room);
     if (count > KEPT) atomicOr(crowding, 1u);
     barrier();

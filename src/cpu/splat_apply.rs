@@ -9,12 +9,12 @@ use glam::{DMat3, DVec3};
 pub fn splat_apply(pixel: &PixelSurface, shares: &[(Record, f32)]) -> DVec3 {
     let (mut irradiance, mut offset, mut translation) = (DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
     for (record, share) in shares {
-        let is_bare = *share < 0.0;
+        let is_uncovered = *share < 0.0;
         let share = f64::from(share.abs());
         let moved = pixel.position.as_dvec3() - record.position.as_dvec3();
         let [mut along, turned] = [record.translation.as_dmat3(), record.rotation.as_dmat3()];
         let mut change = 0.5 * along.transpose() * moved + turned.transpose() * pixel.normal.as_dvec3();
-        if is_bare {
+        if is_uncovered {
             let irradiance = record.irradiance.as_dvec3();
             change = change.clamp(-0.5 * irradiance, irradiance);
             along = DMat3::ZERO;

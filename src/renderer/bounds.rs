@@ -73,15 +73,15 @@ impl Renderer {
                 let moved = pixel.position - record.position;
                 let change =
                     0.5 * record.translation.transpose() * moved + record.rotation.transpose() * pixel.normal;
-                let is_bare = weight.weight < 0.0;
+                let is_uncovered = weight.weight < 0.0;
                 let bounded =
-                    if is_bare { change.clamp(-0.5 * record.irradiance, record.irradiance) } else { change };
+                    if is_uncovered { change.clamp(-0.5 * record.irradiance, record.irradiance) } else { change };
                 let value = record.irradiance + bounded;
                 extrapolations += u64::from(bounded != change || value.min_element() < 0.0);
                 let share = weight.weight.abs();
                 irradiance += share * value.max(Vec3::ZERO);
                 offset += share * moved;
-                along += if is_bare { glam::Mat3::ZERO } else { record.translation * share };
+                along += if is_uncovered { glam::Mat3::ZERO } else { record.translation * share };
             }
             sums += u64::from((irradiance + 0.5 * along.transpose() * offset).min_element() < 0.0);
         }

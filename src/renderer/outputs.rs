@@ -81,12 +81,12 @@ impl Renderer {
         statistics.peak_memory_bytes = memory.peak_bytes;
         statistics.largest_binding_bytes = memory.largest_binding_bytes;
         let (pairs, weights) = self.splat.list_lengths()?;
-        let [stretched, bare] = self.splat.uncovered()?;
+        let [stretched, uncovered] = self.splat.uncovered()?;
         let counts = [
             ("pixels", self.size()[0] * self.size()[1]),
             ("edge pixels", self.antialias.edge_count()?),
-            ("pixels without a covering record", stretched + bare),
-            ("pixels that take the nearest record", bare),
+            ("pixels without a covering record", stretched + uncovered),
+            ("pixels that take the nearest record", uncovered),
             ("splat tile pairs", pairs),
             ("splat weights", weights),
         ];

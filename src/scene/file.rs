@@ -112,7 +112,7 @@ pub(super) struct Source {
     pub(super) text: String,
     pub(super) root: Node,
     /// The user named an OBJ file: `root` only says so.
-    is_bare: bool,
+    is_model_only: bool,
 }
 
 /// What the models of a scene hold together.
@@ -132,8 +132,8 @@ impl Source {
             _ if builtin::NAMES.contains(&spec) => (Files::Embedded, PathBuf::from(format!("{spec}.toml"))),
             _ => return Err(kinds::no_scene(spec)),
         };
-        let is_bare = extension.is_some_and(|extension| extension == "obj");
-        let text = if is_bare {
+        let is_model_only = extension.is_some_and(|extension| extension == "obj");
+        let text = if is_model_only {
             let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
             format!("[[model]]\nfile = {}\n", toml_edit::Value::from(name))
         } else {
@@ -141,7 +141,7 @@ impl Source {
             utf8(&file, bytes.map_err(|message| Error::input(&file, message))?)?
         };
         let root = Node::parse(&file, &text)?;
-        Ok(Self { files, file, text, root, is_bare })
+        Ok(Self { files, file, text, root, is_model_only })
     }
 
     /// Opens it and makes those changes that are about models and presets; the others need to know what the models come to.
@@ -166,7 +166,7 @@ impl Source {
 
     /// The file that the user named, where it was read as a scene file.
     fn inputs(&self) -> Vec<PathBuf> {
-        let file = if self.is_bare { None } else { self.files.on_disk(&self.file) };
+        let file = if self.is_model_only { None } else { self.files.on_disk(&self.file) };
         file.into_iter().collect()
     }
 
@@ -227,14 +227,14 @@ impl Source {
         }
         let path = self.file.with_file_name(name);
         let is_users =
-            self.is_bare || matches!(section.get("file"), Some(Node { origin: Origin::Flag(_), .. }));
+            self.is_model_only || matches!(section.get("file"), Some(Node { origin: Origin::Flag(_), .. }));
         let (named, beside) = match &self.files {
             // What the user named may lie anywhere, and what it names beside it.
             Files::Disk(Some(_)) if is_users => (Files::Disk(None), Files::beside(&path)),
             files => (files.clone(), files.clone()),
         };
         reading.files = named;
-        let bytes = reading.read(&path, limits::OBJ_BYTES).map_err(|message| match self.is_bare {
+        let bytes = reading.read(&path, limits::OBJ_BYTES).map_err(|message| match self.is_model_only {
             true => Error::input(&path, message),
             false => section.fault_at("file", format!("{:?} {message}", path.display())),
         })?;
@@ -242,7 +242,7 @@ impl Source {
         read_obj(reading, &path, bytes)
     }
 
-    /// Adds a camera that fits where there is none, and a light where there can be none: beside a bare model.
+    /// Adds a camera that fits where there is none, and a light where there can be none: beside a uncovered model.
     pub(super) fn complete(
         &mut self,
         view: impl FnOnce() -> fit::View,
@@ -254,7 +254,7 @@ impl Source {
         };
         let no_camera = is_empty(self.root.get("camera"));
         let no_light = is_empty(self.root.get("light"));
-        if no_light && !self.is_bare {
+        if no_light && !self.is_model_only {
             return Err(Error::input(
                 &self.file,
                 "the scene has no light: add [[light]] with kind and position",

@@ -83,7 +83,7 @@ const KEPT: usize = 8;
 /// Weights this small may round to nothing on one side.
 const HAIR: f32 = 1e-4;
 
-/// Checks the list of one pixel; says what became of it: covered, stretched to, or bare and served by the record that fits best.
+/// Checks the list of one pixel; says what became of it: covered, stretched to, or uncovered and served by the record that fits best.
 fn check_pixel(
     world: &World,
     pixel: &PixelSurface,
@@ -110,7 +110,7 @@ fn check_pixel(
         && weight_of(only.record) <= 0.0
         && reference.iter().all(|&(_, weight)| weight < HAIR)
     {
-        assert_eq!(only.weight, -1.0, "a bare pixel has one record");
+        assert_eq!(only.weight, -1.0, "a uncovered pixel has one record");
         let fitness = |point: &CachePoint| cpu::splat::fitness(pixel, point);
         let best = points.iter().map(fitness).fold(f32::NEG_INFINITY, f32::max);
         let chosen = fitness(&points[only.record as usize]);
@@ -190,7 +190,7 @@ fn every_pixel_has_the_records_that_brute_force_finds() {
 
 /// More than 65 535 turns of loops of one invocation end on some devices, and nobody says so.
 #[test]
-fn many_bare_pixels_among_many_records_have_the_one_that_fits_best() {
+fn many_uncovered_pixels_among_many_records_have_the_one_that_fits_best() {
     let world = World::room();
     let mut random = Random::new(82);
     let mut points = world.cache_points(&mut random, 100_000, 1e-6);

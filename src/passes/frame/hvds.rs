@@ -96,7 +96,7 @@ const LIGHTS: usize = 4;
 pub const MIN_VERTICES: u32 = 48;
 
 /// By what holds so many times that may be expected of a cluster: its own number is chance, and where it decided, clusters that got many by
-/// chance would keep them while the others take the mean: 2 % too much light in a bare box at 100 000 entry points.
+/// chance would keep them while the others take the mean: 2 % too much light in a empty box at 100 000 entry points.
 pub const VERTICES_AROUND: u32 = 16;
 
 /// But a cluster that holds less than that number over this one lies darker than what is around.

@@ -186,7 +186,7 @@ pub struct Splat {
     pub(super) tally: Buffer,
     /// Pixels that no record covers, nor stretches to: workgroups along each axis that take one each; their number; which these are, in
     /// any order.
-    pub(super) bare: Buffer,
+    pub(super) uncovered: Buffer,
     /// Tiles with pixels of more weights than registers hold, likewise.
     crowded: Buffer,
     /// Indirect irradiance of each pixel, W/m²; three floats.
@@ -236,7 +236,7 @@ impl Splat {
             weights: Buffer::storage(context, "splat weights", 8 * u64::from(weight_capacity))?,
             weight_capacity,
             tally: Buffer::from_slice(context, "splat tally", &[SplatTally::zeroed()])?,
-            bare: list("bare pixels", u64::from(pixel_count))?,
+            uncovered: list("uncovered pixels", u64::from(pixel_count))?,
             crowded: list("crowded tiles", tile_count)?,
             irradiance: Buffer::storage(context, "indirect irradiance", 12 * u64::from(pixel_count))?,
         })
@@ -271,7 +271,7 @@ impl Splat {
                 ("TileCounts", &self.first_pairs),
                 ("Tally", &self.tally),
                 ("TileBoxes", &self.tile_boxes),
-                ("BarePixels", &self.bare),
+                ("UncoveredPixels", &self.uncovered),
                 ("CrowdedTiles", &self.crowded),
             ],
         );
@@ -315,7 +315,7 @@ impl Splat {
             ("WeightRuns", &self.weight_runs),
             ("Weights", &self.weights),
             ("Tally", &self.tally),
-            ("BarePixels", &self.bare),
+            ("UncoveredPixels", &self.uncovered),
             ("CrowdedTiles", &self.crowded),
         ];
         pass.dispatch(&self.all_tiles, [TILE * TILE * tiles[0] * tiles[1], 1, 1], &push, &bindings);
@@ -330,14 +330,14 @@ impl Splat {
         pass.barrier(COMPUTE_TO_INDIRECT);
         pass.dispatch_indirect(
             &self.nearest,
-            (&self.bare, 0),
+            (&self.uncovered, 0),
             &SplatNearestPush { record_count: self.record_count, weight_capacity: self.weight_capacity },
             &[
                 ("Pixels", pixels),
                 ("CachePoints", cache_points),
                 ("BlockBoxes", &self.block_boxes),
                 ("WeightRuns", &self.weight_runs),
-                ("BarePixels", &self.bare),
+                ("UncoveredPixels", &self.uncovered),
                 ("Weights", &self.weights),
             ],
         );

@@ -63,7 +63,7 @@ impl Splat {
     /// # Errors
     /// The device failed.
     pub fn uncovered(&self) -> Result<[u32; 2]> {
-        Ok([self.tally.read::<SplatTally>()?[0].stretched, self.bare.read_range::<u32>(3, 1)?[0]])
+        Ok([self.tally.read::<SplatTally>()?[0].stretched, self.uncovered.read_range::<u32>(3, 1)?[0]])
     }
 }
 

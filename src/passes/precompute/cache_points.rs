@@ -244,11 +244,11 @@ impl Attempt<'_> {
             let mut probes = self.probes();
             looked_at += probes.len() as u64;
             let seed = hash(self.seed ^ 0x5eed ^ round);
-            let bare = self.uncovered(records, &mut probes, seed, Cover::ANY);
-            if bare.len() as f64 <= UNCOVERED_SHARE * probes.len() as f64 {
+            let uncovered = self.uncovered(records, &mut probes, seed, Cover::ANY);
+            if uncovered.len() as f64 <= UNCOVERED_SHARE * probes.len() as f64 {
                 break;
             }
-            has_room = self.accept(records, known, bare, Cover::DENSE)?;
+            has_room = self.accept(records, known, uncovered, Cover::DENSE)?;
         }
         Ok(Placement {
             points: std::mem::take(&mut records.points),

@@ -125,7 +125,7 @@ void main() {
     float sum = 0.0;
     // Twice only where some pixel of the tile has no record after the first time.
     Tolerance tolerance = VALID;
-    bool is_stretched = false;
+    bool is_relaxed = false;
     for (uint turn = 0u; turn < 2u; ++turn) {
         wants_records = wants_records && count == 0u;
         barrier();
@@ -167,10 +167,10 @@ void main() {
                 }
             }
         }
-        is_stretched = wants_records && turn == 1u;
-        tolerance = STRETCHED;
+        is_relaxed = wants_records && turn == 1u;
+        tolerance = RELAXED;
     }
-    if (is_stretched) sum = -sum;
+    if (is_relaxed) sum = -sum;
     if (CROWDED == 1u) {
         for (uint i = first; i < min(first + count, push.weight_capacity); ++i) weights[i].weight /= sum;
         if (!loops_still_turn(push.width)) tally.is_cut_short = 1u;
@@ -178,9 +178,9 @@ void main() {
     }
     // With pairs missing nobody knows who is uncovered; the host makes room and repeats the frame.
     bool is_complete = first_pairs[push.record_count] <= push.pair_capacity;
-    bool is_uncovered = is_stretched && count == 0u && push.record_count > 0u && is_complete;
+    bool is_uncovered = is_relaxed && count == 0u && push.record_count > 0u && is_complete;
     if (is_uncovered) list_uncovered(index);
-    if (is_stretched && count > 0u) atomicAdd(tally.stretched, 1u);
+    if (is_relaxed && count > 0u) atomicAdd(tally.relaxed, 1u);
 
     uint room = is_uncovered ? 1u : count;
     if (room > 0u) first = atomicAdd(tile_weights, room);

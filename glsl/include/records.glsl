@@ -18,7 +18,7 @@ struct Tolerance {
 // the record stands on, as a table does under the rim of a plate. [Tabellion §4; Ward]
 const Tolerance VALID = Tolerance(0.04, 0.004, FACETS_ALIKE, 8.1131);
 // Where no other record does: 45° over the plane, 30° under it, 60° between facets, 30° between normals.
-const Tolerance STRETCHED = Tolerance(0.5, 0.25, 0.5, 2.7321);
+const Tolerance RELAXED = Tolerance(0.5, 0.25, 0.5, 2.7321);
 
 // Height of a point, by d from a record, over the plane between both: by shading normals none on a sphere, by facets none on a facet whose shading
 // normals lean.

@@ -49,7 +49,7 @@ struct WeightRun {
 // What a view asks for.
 struct SplatTally {
     uint weights;    // of all pixels
-    uint stretched;  // pixels that records stretch to
+    uint relaxed;  // pixels that relaxed records reach
     uint is_cut_short;  // 1: the device ended the loops of some invocation before they were done
 };
 

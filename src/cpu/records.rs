@@ -24,7 +24,7 @@ impl Tolerance {
     pub const VALID: Self =
         Self { above2: 0.04, below2: 0.004, facets: FACETS_ALIKE, inverse_normal_error: 8.1131 };
     /// Where no other record does: 45° over the plane, 30° under it, 60° between facets, 30° between normals.
-    pub const STRETCHED: Self = Self { above2: 0.5, below2: 0.25, facets: 0.5, inverse_normal_error: 2.7321 };
+    pub const RELAXED: Self = Self { above2: 0.5, below2: 0.25, facets: 0.5, inverse_normal_error: 2.7321 };
 }
 
 /// Height of a point, by `d` from a record, over the plane between both: by shading normals none on a sphere, by facets none on a facet

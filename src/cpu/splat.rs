@@ -16,7 +16,7 @@ pub fn splat(
     weights.filter(|&(_, weight)| weight > 0.0).collect()
 }
 
-/// How well a record fits a pixel that none covers or stretches to; mirrors `splat_nearest`, which takes the best. The further and the more
+/// How well a record fits a pixel that none covers or reaches when relaxed; mirrors `splat_nearest`, which takes the best. The further and the more
 /// turned, the worse.
 pub fn fitness(pixel: &PixelSurface, record: &CachePoint) -> f32 {
     -pixel.position.distance(record.position) * (20.0 - 19.0 * pixel.normal.dot(record.normal))

@@ -81,11 +81,11 @@ impl Renderer {
         statistics.peak_memory_bytes = memory.peak_bytes;
         statistics.largest_binding_bytes = memory.largest_binding_bytes;
         let (pairs, weights) = self.splat.list_lengths()?;
-        let [stretched, uncovered] = self.splat.uncovered()?;
+        let [relaxed, uncovered] = self.splat.uncovered()?;
         let counts = [
             ("pixels", self.size()[0] * self.size()[1]),
             ("edge pixels", self.antialias.edge_count()?),
-            ("pixels without a covering record", stretched + uncovered),
+            ("pixels without a covering record", relaxed + uncovered),
             ("pixels that take the nearest record", uncovered),
             ("splat tile pairs", pairs),
             ("splat weights", weights),

@@ -97,7 +97,7 @@ fn check_pixel(
     }
     let facet = world.geometry().normal(pixel.side);
     let is_covered = shares.first().is_none_or(|share| share.weight > 0.0);
-    let within = if is_covered { Tolerance::VALID } else { Tolerance::STRETCHED };
+    let within = if is_covered { Tolerance::VALID } else { Tolerance::RELAXED };
     let reference = cpu::splat::splat(pixel, facet, points, within);
     if !is_covered {
         let covering = cpu::splat::splat(pixel, facet, points, Tolerance::VALID);

@@ -49,8 +49,8 @@ gpu_struct! {
     pub struct SplatTally {
         /// Weights of all pixels.
         pub weights: u32,
-        /// Pixels that records stretch to.
-        pub stretched: u32,
+        /// Pixels that relaxed records reach.
+        pub relaxed: u32,
         /// 1: the device ended the loops of some invocation before they were done.
         pub is_cut_short: u32,
     }
@@ -184,7 +184,7 @@ pub struct Splat {
     pub(super) weights: Buffer,
     pub(super) weight_capacity: u32,
     pub(super) tally: Buffer,
-    /// Pixels that no record covers, nor stretches to: workgroups along each axis that take one each; their number; which these are, in
+    /// Pixels that no record covers, nor reaches when relaxed: workgroups along each axis that take one each; their number; which these are, in
     /// any order.
     pub(super) uncovered: Buffer,
     /// Tiles with pixels of more weights than registers hold, likewise.

@@ -58,12 +58,12 @@ impl Splat {
         [self.sort.input().bytes(), self.weights.bytes()]
     }
 
-    /// Pixels of the last view that no record covers: those that records stretch to, and those that take the nearest one.
+    /// Pixels of the last view that no record covers: those that relaxed records reach, and those that take the nearest one.
     ///
     /// # Errors
     /// The device failed.
     pub fn uncovered(&self) -> Result<[u32; 2]> {
-        Ok([self.tally.read::<SplatTally>()?[0].stretched, self.uncovered.read_range::<u32>(3, 1)?[0]])
+        Ok([self.tally.read::<SplatTally>()?[0].relaxed, self.uncovered.read_range::<u32>(3, 1)?[0]])
     }
 }
 

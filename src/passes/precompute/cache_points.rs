@@ -27,7 +27,7 @@ use std::sync::Arc;
 const CANDIDATES_PER_RECORD: f64 = 24.0;
 /// Expected records, in budgets, from which on no length will do.
 const HOPELESS: f64 = 1.5;
-/// Where the budget does not suffice, all surface gets a record that stretches to it before some gets those that it asks for.
+/// Where the budget does not suffice, all surface gets a record that reaches when relaxed it before some gets those that it asks for.
 const SPARSE_FIRST: [Cover; 2] = [Cover::SPARSE, Cover::DENSE];
 /// Candidates of the first batch, and batches at least.
 const MIN_BATCH: usize = 4096;

@@ -29,7 +29,7 @@ impl Cover {
     /// Records overlap enough to blend.
     pub(super) const DENSE: Self = Self { within: Tolerance::VALID, above: COVERED };
     /// Some record stretches there.
-    pub(super) const SPARSE: Self = Self { within: Tolerance::STRETCHED, above: 0.0 };
+    pub(super) const SPARSE: Self = Self { within: Tolerance::RELAXED, above: 0.0 };
 }
 
 /// Clearances measured all over the surface: no record may claim more than its surroundings, growing with distance.

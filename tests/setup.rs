@@ -19,7 +19,7 @@ struct Machine {
 static TURN: Mutex<()> = Mutex::new(());
 
 impl Machine {
-    fn uncovered() -> Self {
+    fn empty() -> Self {
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let machine = Self { root: tempfile::tempdir().unwrap(), _turn: turn };
         machine.program("cargo", "");
@@ -87,7 +87,7 @@ fn outcome(output: Output) -> (Option<i32>, String, String) {
 
 #[test]
 fn a_complete_machine_is_left_alone_in_silence() {
-    let machine = Machine::uncovered();
+    let machine = Machine::empty();
     machine.complete();
     for arguments in [&[][..], &["--tests"]] {
         assert_eq!(machine.run(arguments), (Some(0), String::new(), String::new()));
@@ -96,7 +96,7 @@ fn a_complete_machine_is_left_alone_in_silence() {
 
 #[test]
 fn each_package_manager_gets_its_own_packages() {
-    let machine = Machine::uncovered();
+    let machine = Machine::empty();
     machine.program("cc", "exit 1");
     for (manager, expected) in [
         (
@@ -135,7 +135,7 @@ fn each_package_manager_gets_its_own_packages() {
 
 #[test]
 fn only_what_is_missing_is_installed() {
-    let machine = Machine::uncovered();
+    let machine = Machine::empty();
     machine.complete();
     machine.program("apt-get", "");
     fs::remove_file(machine.path("usr/share/vulkan/explicit_layer.d/VkLayer_khronos_validation.json"))
@@ -154,7 +154,7 @@ fn only_what_is_missing_is_installed() {
 
 #[test]
 fn a_driver_for_absent_hardware_does_not_count() {
-    let machine = Machine::uncovered();
+    let machine = Machine::empty();
     machine.complete();
     machine.program("apt-get", "");
     fs::remove_file(machine.path("usr/share/vulkan/icd.d/lvp_icd.x86_64.json")).unwrap();
@@ -166,7 +166,7 @@ fn a_driver_for_absent_hardware_does_not_count() {
 
 #[test]
 fn without_root_the_one_command_is_printed() {
-    let machine = Machine::uncovered();
+    let machine = Machine::empty();
     machine.program("id", "echo 1000");
     machine.program("dnf", "");
     let (code, out, err) = machine.run(&[]);
@@ -186,7 +186,7 @@ fn without_root_the_one_command_is_printed() {
 
 #[test]
 fn a_failed_installation_is_a_failure() {
-    let machine = Machine::uncovered();
+    let machine = Machine::empty();
     machine.program("dnf", "exit 1");
     let (code, out, err) = outcome(machine.command(&[]).env_remove("SETUP_DRY_RUN").output().unwrap());
     assert_eq!((code, out.as_str()), (Some(1), ""));
@@ -199,7 +199,7 @@ fn a_failed_installation_is_a_failure() {
 
 #[test]
 fn what_cannot_be_installed_is_named() {
-    let machine = Machine::uncovered();
+    let machine = Machine::empty();
     machine.complete();
     let hidden = machine.command(&[]).env("VK_DRIVER_FILES", "/nonexistent").output().unwrap();
     let (code, _, err) = outcome(hidden);
@@ -215,7 +215,7 @@ fn what_cannot_be_installed_is_named() {
 
 #[test]
 fn without_a_package_manager_the_needs_are_listed() {
-    let (code, _, err) = Machine::uncovered().run(&[]);
+    let (code, _, err) = Machine::empty().run(&[]);
     assert_eq!(code, Some(1));
     assert!(err.contains("no package manager") && err.contains("libvulkan.so.1"), "{err}");
 }

@@ -32,7 +32,7 @@ pub struct LoadOptions {
 }
 
 impl Scene {
-    /// Loads a scene file, a bare OBJ file (a camera and a light are then chosen to fit), or a built-in scene by name.
+    /// Loads a scene file, an OBJ file alone (a camera and a light are then chosen to fit), or a built-in scene by name.
     ///
     /// Paths in a file are relative to that file, and lead to its folder or below it unless the options allow more. What was repaired or chosen is in [`Scene::warnings`].
     ///
@@ -108,7 +108,7 @@ pub(super) struct Source {
     pub(super) files: Files,
     /// The file that the user named; the built-in's file name.
     pub(super) file: PathBuf,
-    /// What is in the file; what it would say, for a bare OBJ file.
+    /// What is in the file; what it would say, for an OBJ file alone.
     pub(super) text: String,
     pub(super) root: Node,
     /// The user named an OBJ file: `root` only says so.
@@ -242,7 +242,7 @@ impl Source {
         read_obj(reading, &path, bytes)
     }
 
-    /// Adds a camera that fits where there is none, and a light where there can be none: beside a uncovered model.
+    /// Adds a camera that fits where there is none, and a light where there can be none: beside a model alone.
     pub(super) fn complete(
         &mut self,
         view: impl FnOnce() -> fit::View,

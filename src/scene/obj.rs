@@ -173,13 +173,13 @@ fn read_meshes(
     if meshes.is_empty() {
         return Err(Error::input(path, "holds no face: an OBJ file with `v` and `f` lines was expected"));
     }
-    let is_model_only = |mesh: &&Mesh| {
+    let has_no_coordinates = |mesh: &&Mesh| {
         mesh.coordinates.is_empty() && definitions[mesh.material as usize].material.texture.is_some()
     };
-    let uncovered: usize = meshes.iter().filter(is_model_only).map(|mesh| mesh.indices.len() / 3).sum();
+    let without_coordinates: usize = meshes.iter().filter(has_no_coordinates).map(|mesh| mesh.indices.len() / 3).sum();
     let what =
         "triangles of materials with an image have no texture coordinates: they show its lower left corner";
-    reading.notes.add_total(uncovered, what, || shown(path));
+    reading.notes.add_total(without_coordinates, what, || shown(path));
     let what =
         "polygons cross themselves, are bent or have too many corners, and no triangles cover them exactly";
     reading.notes.add_total(triangulator.inexact, what, || shown(path));

@@ -60,7 +60,7 @@ impl Node {
         Ok(Self::table(document.as_table(), Origin::Line(1), &line_of))
     }
 
-    /// Parses one value from the command line; a uncovered word counts as a string, since shells eat quotes.
+    /// Parses one value from the command line; an unquoted word counts as a string, since shells eat quotes.
     pub(super) fn parse_flag(flag: &str, text: &str) -> Result<Self> {
         let is_word = text.starts_with(char::is_alphabetic)
             && text.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.'));

@@ -83,7 +83,7 @@ const KEPT: usize = 8;
 /// Weights this small may round to nothing on one side.
 const HAIR: f32 = 1e-4;
 
-/// Checks the list of one pixel; says what became of it: covered, stretched to, or uncovered and served by the record that fits best.
+/// Checks the list of one pixel; says what became of it: covered, reached by a relaxed record, or uncovered and served by the record that fits best.
 fn check_pixel(
     world: &World,
     pixel: &PixelSurface,
@@ -110,7 +110,7 @@ fn check_pixel(
         && weight_of(only.record) <= 0.0
         && reference.iter().all(|&(_, weight)| weight < HAIR)
     {
-        assert_eq!(only.weight, -1.0, "a uncovered pixel has one record");
+        assert_eq!(only.weight, -1.0, "an uncovered pixel has one record");
         let fitness = |point: &CachePoint| cpu::splat::fitness(pixel, point);
         let best = points.iter().map(fitness).fold(f32::NEG_INFINITY, f32::max);
         let chosen = fitness(&points[only.record as usize]);
@@ -160,7 +160,7 @@ fn every_pixel_has_the_records_that_brute_force_finds() {
     ] {
         let mut points = world.cache_points(&mut random, count, radius);
         if size[0] == 50 {
-            // Some of them so far that they only stretch to the surface around.
+            // Some of them so far that only their relaxed radius reaches the surface around.
             points.iter_mut().for_each(|point| {
                 point.normal = (point.normal + 0.4 * random.cube()).normalize();
             });

@@ -112,8 +112,8 @@ fn materials_without_a_name_are_the_default() {
     let obj = format!("mtllib m.mtl\nusemtl\n{SQUARE}");
     let named = load(obj.as_bytes(), &[("m.mtl", b"newmtl\nKd 0.2 0.2 0.2\n")]);
     assert_eq!((named.materials[0].diffuse.x, named.triangles[0].material), (0.2, 0));
-    let uncovered = load(obj.as_bytes(), &[("m.mtl", b"")]);
-    assert_eq!((uncovered.materials[0].diffuse.x, uncovered.warnings.len()), (0.7, 0));
+    let lone = load(obj.as_bytes(), &[("m.mtl", b"")]);
+    assert_eq!((lone.materials[0].diffuse.x, lone.warnings.len()), (0.7, 0));
 }
 
 #[test]

@@ -345,7 +345,7 @@ fn settings_find_the_camera_they_mean() {
 }
 
 #[test]
-fn a_bare_model_gets_camera_and_light() {
+fn a_model_alone_gets_camera_and_light() {
     let box_obj = box_model::obj();
     let mtl = include_bytes!("../../assets/box.mtl");
     let files: [(&str, &[u8]); 2] = [("box.obj", box_obj.as_bytes()), ("box.mtl", mtl)];

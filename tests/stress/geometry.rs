@@ -176,7 +176,7 @@ fn slivers_make_no_firefly() {
 }
 
 /// Needles wide enough to be met by many rays, and too small for many entry points: pictures of three seeds differ by little more than
-/// those of the uncovered room do.
+/// those of the empty room do.
 #[test]
 fn slivers_make_no_noise() {
     let mut scene = shapes::closed_box(Vec3::ONE, 0.5);

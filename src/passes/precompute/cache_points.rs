@@ -132,7 +132,7 @@ pub fn place(
         if placement.is_covering || is_last {
             return Ok(placement);
         }
-        // The estimate is rarely far off; where it is, longer radii blur more than records that stretch.
+        // The estimate is rarely far off; where it is, longer radii blur more than relaxed records.
         is_last = unit > first;
         unit *= 1.1;
     }

@@ -28,7 +28,7 @@ impl Cover {
     pub(super) const ANY: Self = Self { within: Tolerance::VALID, above: 0.0 };
     /// Records overlap enough to blend.
     pub(super) const DENSE: Self = Self { within: Tolerance::VALID, above: COVERED };
-    /// Some record stretches there.
+    /// Some relaxed record reaches there.
     pub(super) const SPARSE: Self = Self { within: Tolerance::RELAXED, above: 0.0 };
 }
 

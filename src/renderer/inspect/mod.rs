@@ -71,7 +71,7 @@ impl Renderer {
     }
 
     /// The records that serve a pixel of the last frame; none where [`Self::surface_at`] finds nothing. Where no record covers the
-    /// pixel, those that stretch to it, or the nearest one.
+    /// pixel, relaxed ones that reach it, or the nearest one.
     ///
     /// # Errors
     /// The device failed.

@@ -25,7 +25,7 @@ pub mod lights;
 pub mod lit_scene;
 pub mod math;
 pub mod near_field;
-pub mod near_lamps;
+pub mod near_lights;
 pub mod needed_records;
 pub mod accessibility;
 pub mod path_scan;

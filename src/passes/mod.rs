@@ -33,7 +33,7 @@ pub fn layouts() -> Vec<Layout> {
         frame::direct::LAYOUTS,
         frame::antialias::LAYOUTS,
         frame::form_factors::LAYOUTS,
-        frame::near_lamps::LAYOUTS,
+        frame::near_lights::LAYOUTS,
         frame::light_sum::LAYOUTS,
         frame::path_scan::LAYOUTS,
         frame::hvds::LAYOUTS,

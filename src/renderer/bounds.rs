@@ -5,7 +5,7 @@ use crate::cpu::blend::is_limited as blend_is_limited;
 use crate::cpu::direct::sample_weight;
 use crate::cpu::lights::{lattice_point, sample_light};
 use crate::error::Result;
-use crate::passes::frame::near_lamps::NearFactor;
+use crate::passes::frame::near_lights::NearFactor;
 use crate::passes::frame::splat::{SplatWeight, WeightRun};
 use crate::passes::precompute::neighbours::Neighbour;
 use crate::types::{CachePoint, LIGHT_AREA, LightSource, NO_SIDE, PixelSurface, Record};
@@ -26,7 +26,7 @@ impl Renderer {
         for (light, [factors, layer], number) in self.lights.traced() {
             let power = f64::from(light.emission.element_sum());
             let found: Vec<f32> = factors.read()?;
-            // Beside a lamp that is nearer than entry points are apart, nothing is taken away.
+            // Beside a light that is nearer than entry points are apart, nothing is taken away.
             let mut is_exact = vec![false; points.len()];
             if let Some((near, count)) = self.lights.near(number) {
                 let near: Vec<NearFactor> = near.read_range(0, *count as usize)?;

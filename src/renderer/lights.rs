@@ -1,6 +1,6 @@
 //! The lights as the renderer keeps them: the device's table, and for each light what was traced of it, free of its colour.
 
-use super::near_lamps::NearFactors;
+use super::near_lights::NearFactors;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::antialias::Antialias;

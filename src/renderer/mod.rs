@@ -11,7 +11,7 @@ mod film;
 mod inspect;
 mod lights;
 mod memory_hint;
-mod near_lamps;
+mod near_lights;
 mod needs;
 mod outputs;
 mod precompute;
@@ -42,7 +42,7 @@ use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TR
 use crate::gpu::{Context, Recorder};
 use crate::passes::frame::{
     antialias::Antialias, blend::Blend, compose::Compose, direct::Direct, form_factors::FormFactors,
-    gather::Gather, hvds::Pyramid, near_lamps::NearLamps, path_scan::PathScan, pixel_colours::PixelColours,
+    gather::Gather, hvds::Pyramid, near_lights::NearLights, path_scan::PathScan, pixel_colours::PixelColours,
     primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 use crate::passes::precompute::path_orders::PathGroup;
@@ -76,7 +76,7 @@ pub struct Renderer {
     /// Edge pixels of the last view.
     edge_count: u32,
     form_factors: FormFactors,
-    near_lamps: NearLamps,
+    near_lights: NearLights,
     path_scan: PathScan,
     /// Paths by which editable materials reflect them.
     path_groups: Vec<PathGroup>,
@@ -134,7 +134,7 @@ impl Renderer {
         let form_factors = FormFactors::new(context, &made.buffers, &made.entry_points, made.area_m2)?;
         let factor_count = form_factors.point_count();
         let is_glossy = made.gloss.is_some();
-        let near_lamps = near_lamps::near_lamps(context, &scene, &made)?;
+        let near_lights = near_lights::near_lights(context, &scene, &made)?;
         let (paths, bits) = ((factor_count, made.area_m2), made.code.cluster_bits);
         let gloss = |tables| GlossPasses::new(context, &scene, &made.buffers, tables, paths, bits);
         let gloss = made.gloss.as_ref().map(gloss).transpose()?;
@@ -171,7 +171,7 @@ impl Renderer {
             antialias,
             edge_count: 0,
             form_factors,
-            near_lamps,
+            near_lights,
             path_scan: PathScan::new(
                 context,
                 &made.paths.steps,
@@ -222,7 +222,7 @@ impl Renderer {
             self.force(Work::Everything);
         }
         let watch = FrameWatch::start(&self.context);
-        let near_lamps_ms = self.find_near_lamps()?;
+        let near_lights_ms = self.find_near_lights()?;
         self.scopes.prepare(self.skips)?;
         let stages = Stages::new(self.changes, &self.lights);
         let gathering = self.needs.of(stages, self.skips);
@@ -235,7 +235,7 @@ impl Renderer {
         };
         let [frame_ms, pipelines_ms] = watch.stop(&self.context);
         if let Some(pass) = passes.iter_mut().find(|pass| pass.name == FormFactors::STEM) {
-            pass.ms += near_lamps_ms;
+            pass.ms += near_lights_ms;
         }
         if stages.view {
             self.edge_count = self.antialias.edge_count()?;
@@ -285,7 +285,7 @@ impl Renderer {
                 self.form_factors.record(&mut pass, &self.buffers, light, factors);
                 if let Some((near, count)) = self.lights.near(light.index) {
                     pass.barrier(COMPUTE_TO_COMPUTE);
-                    self.near_lamps.record(&mut pass, near, *count, factors);
+                    self.near_lights.record(&mut pass, near, *count, factors);
                 }
             }
             pass.barrier(COMPUTE_TO_COMPUTE);

@@ -140,7 +140,7 @@ impl Renderer {
         if reach.is_empty() {
             return Ok(());
         }
-        self.find_near_lamps()?;
+        self.find_near_lights()?;
         let mut lights = self.lights.without_factors();
         lights.truncate(LIGHTS);
         self.context.run(|rec| {
@@ -149,7 +149,7 @@ impl Renderer {
                 self.form_factors.record(&mut pass, &self.buffers, light, factors);
                 pass.barrier(COMPUTE_TO_COMPUTE);
                 if let Some((near, count)) = self.lights.near(light.index) {
-                    self.near_lamps.record(&mut pass, near, *count, factors);
+                    self.near_lights.record(&mut pass, near, *count, factors);
                 }
                 pass.barrier(COMPUTE_TO_TRANSFER);
             }

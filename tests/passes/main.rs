@@ -30,7 +30,7 @@ mod light_paths;
 mod lights;
 mod near_field;
 mod near_hits;
-mod near_lamps;
+mod near_lights;
 mod needed_records;
 mod accessibility;
 mod path_scan;

@@ -142,7 +142,7 @@ fn many_random_materials_and_powers_give_finite_pictures() {
 }
 
 #[test]
-fn a_dark_lamp_leaves_everything_black() {
+fn a_dark_light_leaves_everything_black() {
     let renderer = render(with_intensity(the_box(&[]), 0.0), FEW);
     assert!(renderer.layer(Layer::Beauty).unwrap().iter().all(|pixel| *pixel == [0.0; 3]));
     assert_silent(&context());

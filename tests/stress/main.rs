@@ -13,7 +13,7 @@ mod edits;
 mod extremes;
 mod film;
 mod geometry;
-mod lamps;
+mod near_lights;
 mod rays;
 mod single_edits;
 mod turns;

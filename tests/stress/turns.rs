@@ -201,7 +201,7 @@ fn atrium_of_lamps(count: u16) -> Scene {
 }
 
 #[test]
-fn more_lamps_than_a_vertex_asks_are_no_picture() {
+fn more_lights_than_a_vertex_asks_are_no_picture() {
     let context = context();
     let path = |lamps| sampled(PathTracer::new(&context, atrium_of_lamps(lamps), &mut Silent), 2);
     let photon = |lamps| sampled(PhotonMapper::new(&context, atrium_of_lamps(lamps), &mut Silent), 2);

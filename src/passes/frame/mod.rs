@@ -15,7 +15,7 @@ pub mod highlights;
 pub mod hvds;
 pub mod light_sum;
 pub mod near_field;
-pub mod near_lamps;
+pub mod near_lights;
 pub mod needed_records;
 pub mod path_scan;
 pub mod pixel_colours;

@@ -1,10 +1,10 @@
-//! Lamps that surface is near to: looked for when form factors are due, before the frame is recorded.
+//! Lights that surface is near to: looked for when form factors are due, before the frame is recorded.
 
 use super::Renderer;
 use super::precompute::Precomputed;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
-use crate::passes::frame::near_lamps::NearLamps;
+use crate::passes::frame::near_lights::NearLights;
 use crate::scene::Scene;
 use std::sync::Arc;
 
@@ -12,14 +12,14 @@ use std::sync::Arc;
 pub(super) type NearFactors = (Buffer, u32);
 
 /// Entry points by place.
-pub(super) fn near_lamps(context: &Arc<Context>, scene: &Scene, made: &Precomputed) -> Result<NearLamps> {
+pub(super) fn near_lights(context: &Arc<Context>, scene: &Scene, made: &Precomputed) -> Result<NearLights> {
     let may_be_glossy = |material: u32| scene.materials[material as usize].may_be_glossy();
-    NearLamps::new(context, &made.entry_points, &made.surfaces, may_be_glossy, made.area_m2)
+    NearLights::new(context, &made.entry_points, &made.surfaces, may_be_glossy, made.area_m2)
 }
 
 impl Renderer {
-    /// Finds what becomes of the form factors beside such lamps. Device time, milliseconds.
-    pub(super) fn find_near_lamps(&mut self) -> Result<f64> {
+    /// Finds what becomes of the form factors beside such lights. Device time, milliseconds.
+    pub(super) fn find_near_lights(&mut self) -> Result<f64> {
         let mut device_ms = 0.0;
         let (surfaces, gloss) = (&self.surfaces, &self.gloss);
         let is_diffuse = |side: u32| {
@@ -27,7 +27,7 @@ impl Renderer {
             let may_be_glossy = gloss.as_ref().is_some_and(|gloss| gloss.may_be_glossy(surface.material as usize));
             surface.side_is_active(side % 2 == 1) && !may_be_glossy
         };
-        let near = &self.near_lamps;
+        let near = &self.near_lights;
         let tracer = (&self.closed.rays, &self.buffers);
         for (light, factors) in self.lights.near_due() {
             let (found, ms) = near.find(tracer, surfaces, is_diffuse, light)?;

@@ -1,4 +1,4 @@
-// A lamp's form factors beside a surface that it is nearer to than entry points are apart: what rays from the lamp found takes the place of
+// A light's form factors beside a surface that it is nearer to than entry points are apart: what rays from the light found takes the place of
 // what entry points did. Deterministic. One invocation = one entry point. In: what becomes of each. Out: the light's row.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -13,13 +13,13 @@ struct NearFactor {
     float added;  // 1/m²
 };
 
-struct NearLampsPush {
+struct NearLightsPush {
     uint count;  // form factors that change
 };
 
 layout(scalar, binding = 0) readonly buffer NearFactors { NearFactor near_factors[]; };
 layout(scalar, binding = 1) buffer FormFactors { float form_factors[]; };
-layout(scalar, push_constant) uniform Push { NearLampsPush push; };
+layout(scalar, push_constant) uniform Push { NearLightsPush push; };
 
 void main() {
     uint index = flat_invocation();

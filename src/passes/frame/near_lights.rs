@@ -1,5 +1,5 @@
-//! Lamps nearer to a surface than entry points are apart: what they light beside them lies between entry points, which find it by chance or not
-//! at all. Rays from the lamp find it instead, and entry points around share it.
+//! Lights nearer to a surface than entry points are apart: what they light beside them lies between entry points, which find it by chance or not
+//! at all. Rays from the light find it instead, and entry points around share it.
 //! In: entry points, a point or spot light. Out: what its form factors near it become; then its row with these.
 
 use crate::cpu::lights::{lattice_point, sample_light};
@@ -27,21 +27,21 @@ gpu_struct! {
 
 gpu_struct! {
     /// Push constants.
-    pub struct NearLampsPush {
+    pub struct NearLightsPush {
         /// Form factors that change.
         pub count: u32,
     }
 }
 
 /// What this pass shares with its shader.
-pub const LAYOUTS: &[Layout] = &[NearFactor::LAYOUT, NearLampsPush::LAYOUT];
+pub const LAYOUTS: &[Layout] = &[NearFactor::LAYOUT, NearLightsPush::LAYOUT];
 
-/// Lamps so near to a surface are taken care of altogether, and from there on not at all, in mean spacings of entry points, which the bound
+/// Lights so near to a surface are taken care of altogether, and from there on not at all, in mean spacings of entry points, which the bound
 /// of 1/d² goes by.
 const CLOSE: [f32; 2] = [2.0, 4.0];
-/// Rays find what is lit within half of this, and entry points what is lit beyond this, metres from the lamp in mean spacings.
+/// Rays find what is lit within half of this, and entry points what is lit beyond this, metres from the light in mean spacings.
 const REACH: f32 = 8.0;
-/// Entry points within so many spacings, as they are beside the lamp, of a lit place share its light: with fewer, light from there is of single paths.
+/// Entry points within so many spacings, as they are beside the light, of a lit place share its light: with fewer, light from there is of single paths.
 const SHARED: f32 = 16.0;
 /// And see it over what stands between from so high above the surface, in spacings; none is higher over that place, or further below it.
 /// Where something is closer over the place, from half-way to that.
@@ -50,11 +50,11 @@ const OVER: f32 = 2.0;
 const OFF: f32 = 0.01;
 /// Those that face alike, that is: cosine between their normals.
 const ALIKE: f32 = 0.7;
-/// Rays from a lamp.
+/// Rays from a light.
 const RAYS: u32 = 1024;
 
 /// The entry points by place.
-pub struct NearLamps {
+pub struct NearLights {
     context: Arc<Context>,
     pipeline: Pipeline,
     /// Along the rows of a grid.
@@ -76,9 +76,9 @@ struct Point {
     area_m2: f32,
 }
 
-impl NearLamps {
+impl NearLights {
     /// Stem of shader, reference and timing.
-    pub const STEM: &str = "near_lamps";
+    pub const STEM: &str = "near_lights";
 
     /// Sorts entry points, each of which stands for `area_m2` in the mean, by place. Those on what may be glossy are left out: beams find what they send.
     ///
@@ -144,16 +144,16 @@ impl NearLamps {
         points.filter(move |point| point.position.distance(place) < reach)
     }
 
-    /// How far apart entry points are beside a lamp, metres; none where no surface is so near that this matters. They are denser in gaps and corners.
-    fn spacing_at(&self, lamp: Vec3) -> Option<f32> {
+    /// How far apart entry points are beside a light, metres; none where no surface is so near that this matters. They are denser in gaps and corners.
+    fn spacing_at(&self, light_position: Vec3) -> Option<f32> {
         // Where a surface is as near as that, one of the entry points is hardly further.
-        let beside = self.within(lamp, (CLOSE[1] + 1.5) * self.spacing);
+        let beside = self.within(light_position, (CLOSE[1] + 1.5) * self.spacing);
         let (count, area_m2) =
             beside.fold((0.0, 0.0), |(count, area), point| (count + 1.0, area + point.area_m2));
         (count > 0.0).then(|| (area_m2 / count).sqrt())
     }
 
-    /// What becomes of a light's form factors, nothing of those of a lamp away from all surface; and the device time of its rays, milliseconds.
+    /// What becomes of a light's form factors, nothing of those of a light away from all surface; and the device time of its rays, milliseconds.
     /// `is_diffuse` tells of a side whether it takes part in transport and is diffuse.
     ///
     /// # Errors
@@ -165,13 +165,13 @@ impl NearLamps {
         is_diffuse: impl Fn(u32) -> bool,
         light: &LightSource,
     ) -> Result<(Vec<NearFactor>, f64)> {
-        let lamp = light.position;
-        let is_lamp = [LIGHT_POINT, LIGHT_SPOT].contains(&light.kind);
-        let Some(spacing) = self.spacing_at(lamp).filter(|_| is_lamp) else { return Ok((Vec::new(), 0.0)) };
+        let light_position = light.position;
+        let is_small = [LIGHT_POINT, LIGHT_SPOT].contains(&light.kind);
+        let Some(spacing) = self.spacing_at(light_position).filter(|_| is_small) else { return Ok((Vec::new(), 0.0)) };
         let directions = directions(light);
         let queries: Vec<RayQuery> = directions
             .iter()
-            .map(|(direction, _)| RayQuery { origin: lamp, direction: *direction })
+            .map(|(direction, _)| RayQuery { origin: light_position, direction: *direction })
             .collect();
         let (answers, lamp_ms) = rays.trace_timed(scene, &queries)?;
         let met = |t: f32, side: u32| side != NO_SIDE && t > 0.0 && is_diffuse(side);
@@ -179,7 +179,7 @@ impl NearLamps {
             .iter()
             .zip(&directions)
             .filter(|(answer, _)| met(answer.t, answer.side))
-            .map(|(answer, (direction, flux))| (answer.t, answer.side, lamp + answer.t * *direction, *flux))
+            .map(|(answer, (direction, flux))| (answer.t, answer.side, light_position + answer.t * *direction, *flux))
             .collect();
         let height = hits.iter().fold(f32::INFINITY, |least, hit| least.min(hit.0)) / self.spacing;
         let care = ((CLOSE[1] - height) / (CLOSE[1] - CLOSE[0])).clamp(0.0, 1.0);
@@ -189,13 +189,13 @@ impl NearLamps {
         let reach = REACH * self.spacing;
         // Share of the light at that distance that rays find.
         let by_rays = |distance: f32| care * (2.0 - 2.0 * distance / reach).clamp(0.0, 1.0);
-        let around: Vec<&Point> = self.within(lamp, reach + SHARED * spacing).collect();
+        let around: Vec<&Point> = self.within(light_position, reach + SHARED * spacing).collect();
         let hits: Vec<_> = hits.into_iter().filter(|hit| hit.0 < reach).collect();
         let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
         let places = hits.iter().map(|hit| (hit.2, normal(hit.1)));
         let (rooms, rooms_ms) = self.rooms((rays, scene), spacing, places)?;
         let height = rooms.iter().copied().fold(OVER * spacing, f32::min);
-        let (seen, seen_ms) = self.seen((rays, scene), lamp, &around, height)?;
+        let (seen, seen_ms) = self.seen((rays, scene), light_position, &around, height)?;
         let mut added = vec![0.0_f64; around.len()];
         let mut shares = Vec::new();
         for (&(distance, side, place, flux), room) in hits.iter().zip(rooms) {
@@ -214,7 +214,7 @@ impl NearLamps {
             }
         }
         let factor = |(point, added): (&&Point, f64)| {
-            let distance = point.position.distance(lamp);
+            let distance = point.position.distance(light_position);
             let by_rays = if distance < reach { by_rays(distance) } else { 0.0 };
             // What the bounded form takes away is no longer in its place.
             let excess = if distance < reach { care * self.area_m2 / PI / distance.powi(2) } else { 0.0 };
@@ -243,18 +243,18 @@ impl NearLamps {
         Ok((answers.iter().map(|answer| room(answer.t)).collect(), ms))
     }
 
-    /// Those that nothing hides from the lamp, as seen from so high above the surface that they are on: a wall that stands between parts light; and device
+    /// Those that nothing hides from the light, as seen from so high above the surface that they are on: a wall that stands between parts light; and device
     /// time, milliseconds.
     fn seen(
         &self,
         (rays, scene): (&Rays, &SceneBuffers),
-        lamp: Vec3,
+        light_position: Vec3,
         around: &[&Point],
         height: f32,
     ) -> Result<(Vec<u32>, f64)> {
         let segment = |point: &&Point| {
             let over = height * point.normal;
-            RayQuery { origin: lamp + over, direction: point.position - lamp }
+            RayQuery { origin: light_position + over, direction: point.position - light_position }
         };
         let queries: Vec<RayQuery> = around.iter().map(segment).collect();
         let (answers, ms) = rays.trace_timed(scene, &queries)?;
@@ -273,7 +273,7 @@ impl NearLamps {
     /// Changes a light's row. Records into an open pass.
     pub fn record(&self, pass: &mut PassScope<'_>, found: &Buffer, count: u32, factors: &Buffer) {
         let bindings = [("NearFactors", found), ("FormFactors", factors)];
-        pass.dispatch(&self.pipeline, [count, 1, 1], &NearLampsPush { count }, &bindings);
+        pass.dispatch(&self.pipeline, [count, 1, 1], &NearLightsPush { count }, &bindings);
     }
 }
 

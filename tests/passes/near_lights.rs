@@ -1,11 +1,11 @@
-//! Lamps nearer to a surface than entry points are apart.
+//! Lights nearer to a surface than entry points are apart.
 
 use crate::common::{assert_silent, context};
 use crate::world::{FLOAT, Random, World};
 use glam::Vec3;
 use lightpaths::cpu;
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::frame::near_lamps::{NearFactor, NearLamps};
+use lightpaths::passes::frame::near_lights::{NearFactor, NearLights};
 use lightpaths::passes::precompute::rays::Rays;
 use lightpaths::scene::shapes;
 use lightpaths::types::{LIGHT_SPOT, LightSource, PathVertex};
@@ -34,11 +34,11 @@ fn world() -> (World, Vec<PathVertex>) {
     (world, points)
 }
 
-fn near_lamps(world: &World, points: &[PathVertex]) -> NearLamps {
-    NearLamps::new(&world.context, points, &world.surfaces, |_| false, AREA_M2).unwrap()
+fn near_lights(world: &World, points: &[PathVertex]) -> NearLights {
+    NearLights::new(&world.context, points, &world.surfaces, |_| false, AREA_M2).unwrap()
 }
 
-fn find(world: &World, near: &NearLamps, light: &LightSource) -> Vec<NearFactor> {
+fn find(world: &World, near: &NearLights, light: &LightSource) -> Vec<NearFactor> {
     let rays = Rays::new(&world.context).unwrap();
     let is_diffuse = |side: u32| world.surfaces[side as usize / 2].side_is_active(side % 2 == 1);
     near.find((&rays, &world.buffers), &world.surfaces, is_diffuse, light).unwrap().0
@@ -47,7 +47,7 @@ fn find(world: &World, near: &NearLamps, light: &LightSource) -> Vec<NearFactor>
 #[test]
 fn form_factors_change_as_the_reference_says() {
     let (world, _) = world();
-    let near = near_lamps(&world, &[]);
+    let near = near_lights(&world, &[]);
     let mut random = Random::new(8);
     for count in [0, 1, 63, 64, 65, 997_u32] {
         // Every other one, from the last.
@@ -57,11 +57,11 @@ fn form_factors_change_as_the_reference_says() {
         let before: Vec<f32> = (0..2 * count).map(|_| random.unit()).collect();
         let factors = Buffer::from_slice(&world.context, "factors", &before).unwrap();
         let found = near.upload(&changes).unwrap();
-        world.context.run(|rec| near.record(&mut rec.pass("near_lamps"), &found, count, &factors)).unwrap();
+        world.context.run(|rec| near.record(&mut rec.pass("near_lights"), &found, count, &factors)).unwrap();
         let after: Vec<f32> = factors.read().unwrap();
         let mut expected: Vec<f64> = before.iter().map(|&factor| f64::from(factor)).collect();
         for NearFactor { point, kept, added } in changes {
-            expected[point as usize] = cpu::near_lamps::near_factor(before[point as usize], kept, added);
+            expected[point as usize] = cpu::near_lights::near_factor(before[point as usize], kept, added);
         }
         for (&after, expected) in after.iter().zip(expected) {
             assert!((f64::from(after) - expected).abs() <= FLOAT * expected.abs(), "{after}, {expected}");
@@ -70,8 +70,8 @@ fn form_factors_change_as_the_reference_says() {
     assert_silent(&context());
 }
 
-/// What the entry points get of a lamp over the floor at that height, per unit of its intensity: in all, and at most of those behind the wall, sr.
-fn received(world: &World, points: &[PathVertex], near: &NearLamps, light: &LightSource) -> [f64; 2] {
+/// What the entry points get of a light over the floor at that height, per unit of its intensity: in all, and at most of those behind the wall, sr.
+fn received(world: &World, points: &[PathVertex], near: &NearLights, light: &LightSource) -> [f64; 2] {
     let mut factors: Vec<f64> = Vec::new();
     for point in points {
         let geometry = world.geometry();
@@ -80,7 +80,7 @@ fn received(world: &World, points: &[PathVertex], near: &NearLamps, light: &Ligh
     }
     for NearFactor { point, kept, added } in find(world, near, light) {
         let factor = &mut factors[point as usize];
-        *factor = cpu::near_lamps::near_factor(*factor as f32, kept, added);
+        *factor = cpu::near_lights::near_factor(*factor as f32, kept, added);
     }
     let behind = points.iter().zip(&factors).filter(|(point, _)| point.position.x > 0.0);
     let behind = behind.fold(0.0, |most: f64, (_, factor)| most.max(*factor));
@@ -88,9 +88,9 @@ fn received(world: &World, points: &[PathVertex], near: &NearLamps, light: &Ligh
 }
 
 #[test]
-fn a_lamp_beside_a_floor_lights_it_wherever_entry_points_are() {
+fn a_light_beside_a_floor_lights_it_wherever_entry_points_are() {
     let (world, points) = world();
-    let near = near_lamps(&world, &points);
+    let near = near_lights(&world, &points);
     // Where entry points reach far to all sides, but for the wall.
     for height in [1e-6, 1e-4, 1e-3, 5e-3, 2e-2, 3e-2] {
         let position = Vec3::new(-0.25, FLOOR + height, 0.02);
@@ -116,9 +116,9 @@ fn a_lamp_beside_a_floor_lights_it_wherever_entry_points_are() {
 }
 
 #[test]
-fn lamps_away_from_all_surface_change_nothing() {
+fn lights_away_from_all_surface_change_nothing() {
     let (world, points) = world();
-    let near = near_lamps(&world, &points);
+    let near = near_lights(&world, &points);
     let place = |height: f32| Vec3::new(-0.25, FLOOR + height, 0.02);
     assert!(find(&world, &near, &LightSource::point(place(4.1 * SPACING), Vec3::ONE)).is_empty());
     assert!(!find(&world, &near, &LightSource::point(place(3.9 * SPACING), Vec3::ONE)).is_empty());

@@ -1,6 +1,6 @@
 // Clearance of candidate cache points: distance to the nearest surface that their gather hemisphere sees, the R_i of
 // the error metric. [Tabellion] Deterministic. One workgroup = one candidate; rays within 10° of the tangent plane
-// do not count. In: candidates. Out: metres, or the scene's size where no ray hits, or BURIED or UNKNOWN; and the wall that was hit.
+// do not count. In: candidates. Out: metres, or the scene's size where no ray hits, or INTERIOR or UNKNOWN; and the wall that was hit.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -17,10 +17,10 @@ layout(constant_id = 0) const uint RINGS = 0;
 layout(constant_id = 1) const uint SECTORS = 0;
 
 struct Clearance {
-    float distance;  // metres; BURIED in a solid
+    float distance;  // metres; INTERIOR in a solid
     vec3 wall;       // plane of the nearest hit as in CachePoint, if it faces 45° or more away from the surface; else zero
 };
-const float BURIED = -1.0;
+const float INTERIOR = -1.0;
 const float UNKNOWN = -2.0;  // the device ended the loops
 
 struct ClearancePush {
@@ -89,7 +89,7 @@ void main() {
         bool back = dot(plane, direction) > 0.0;
         if (dot(back ? -plane : plane, point.normal) < 0.7071 && distance != 0.0) wall = plane / distance;
         // What is nearest to the inside of a solid is that inside, which takes no part.
-        if (!side_is_active(surface_at(hit.triangle).sides, back)) nearest[0] = BURIED;
+        if (!side_is_active(surface_at(hit.triangle).sides, back)) nearest[0] = INTERIOR;
     }
     if (nearest[0] == UNKNOWN || !loops_still_turn(push.candidate_count)) clearances[index] = Clearance(UNKNOWN, vec3(0.0));
     else clearances[index] = Clearance(nearest[0], wall);

@@ -126,7 +126,7 @@ pub(super) fn precompute(
         }
         let geometry = geometry(&scene.triangles, &surfaces, &solids, &hvds, lengths);
         let open = open_shares::open_shares(&geometry, (&tracer, &buffers), seed)?;
-        hvds.leave_out_buried(&open);
+        hvds.leave_out_interior(&open);
         Ok::<_, Error>(hvds)
     };
     let cells = build(quality.cells)?;

@@ -21,7 +21,7 @@ pub struct Piece {
     pub cluster: u32,
     /// Exact area, m².
     pub area_m2: f64,
-    /// Share of it that is not buried in a solid, 0..=1.
+    /// Share of it outside of solids, 0..=1.
     pub open: f32,
     /// Corners of the convex polygon, on the surface.
     pub corners: Vec<Vec3>,
@@ -203,9 +203,9 @@ impl Hvds {
         self.sum_levels(self.with_wholes(of_base))
     }
 
-    /// Takes away what is buried in solids: `open` is the share, 0..=1, that is left of each piece. Clusters stay where they are, even those
+    /// Takes away interior surface: `open` is the share, 0..=1, that is left of each piece. Clusters stay where they are, even those
     /// of which nothing is left.
-    pub fn leave_out_buried(&mut self, open: &[f32]) {
+    pub fn leave_out_interior(&mut self, open: &[f32]) {
         if open.iter().all(|&open| open == 1.0) {
             return;
         }

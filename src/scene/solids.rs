@@ -1,4 +1,4 @@
-//! Solids: surfaces without a border that are wound outwards. Parts of a scene may reach into each other; what is buried in a solid
+//! Solids: surfaces without a border that are wound outwards. Parts of a scene may reach into each other; interior surface
 //! is no surface, for no light ever comes there.
 
 use crate::scene::Triangle;

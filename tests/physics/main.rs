@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod antialias;
-mod buried;
+mod interior;
 #[path = "../common/mod.rs"]
 mod common;
 mod corner;

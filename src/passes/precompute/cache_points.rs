@@ -75,7 +75,7 @@ impl SizeField {
         progress.stage("clearances", pieces.len() as u64);
         let samples = shares::each(pieces.len(), |index| geometry.draw(pieces[index], 0, seed));
         let measured = probe.measure(buffers, &samples, Some(progress))?;
-        // What is buried in a solid is no surface.
+        // Interior surface is no surface.
         let open = samples.into_iter().zip(measured).filter(|(_, measured)| measured.distance >= 0.0);
         let (samples, clearances) = open.map(|(sample, measured)| (sample, measured.distance)).unzip();
         Ok(Self { probe, samples, clearances })
@@ -148,7 +148,7 @@ pub struct Geometry<'a> {
     pub hvds: &'a Hvds,
     /// Diagonal of the scene, metres.
     pub scene_size: f32,
-    /// What surface may be buried in.
+    /// What solids that surface may lie in.
     pub solids: &'a Solids,
     /// How far ray origins stay off surfaces, metres.
     pub clear_distance: f32,
@@ -156,7 +156,7 @@ pub struct Geometry<'a> {
 
 impl Geometry<'_> {
     /// Whether a solid holds a point of the surface.
-    pub(super) fn is_buried(&self, point: &CachePoint) -> bool {
+    pub(super) fn is_interior(&self, point: &CachePoint) -> bool {
         self.solids.hold(point.position + self.clear_distance * point.facet)
     }
 
@@ -330,7 +330,7 @@ impl Attempt<'_> {
             });
             let is_open = |(candidate, point): &(&Candidate, CachePoint)| {
                 let piece = &self.geometry.hvds.pieces[candidate.piece as usize];
-                !records.cover(point, cover) && (piece.open == 1.0 || !self.geometry.is_buried(point))
+                !records.cover(point, cover) && (piece.open == 1.0 || !self.geometry.is_interior(point))
             };
             drawn.filter(is_open).collect()
         });

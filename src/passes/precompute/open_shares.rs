@@ -28,7 +28,7 @@ pub fn open_shares(
     (rays, buffers): (&Rays, &SceneBuffers),
     seed: u32,
 ) -> Result<Vec<f32>> {
-    let mut open = unburied(geometry, seed);
+    let mut open = outside_solids(geometry, seed);
     let cell = geometry.hvds.grid.cell_size() as f32;
     let origin = |piece: usize, index: u32| {
         let point = geometry.draw(piece, index, seed);
@@ -60,13 +60,13 @@ pub fn open_shares(
 }
 
 /// The share of each piece that no solid holds.
-fn unburied(geometry: &Geometry<'_>, seed: u32) -> Vec<f32> {
+fn outside_solids(geometry: &Geometry<'_>, seed: u32) -> Vec<f32> {
     let pieces = &geometry.hvds.pieces;
     if geometry.solids.is_empty() {
         return vec![1.0; pieces.len()];
     }
     shares::each(pieces.len(), |piece| {
-        let is_open = |index: &u32| !geometry.is_buried(&geometry.draw(piece, *index, seed));
+        let is_open = |index: &u32| !geometry.is_interior(&geometry.draw(piece, *index, seed));
         let open = (0..POINTS).filter(is_open).count() as u32;
         if open == 0 || open == POINTS {
             return (open / POINTS) as f32;

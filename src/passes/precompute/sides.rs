@@ -114,7 +114,7 @@ pub fn deactivate_unreachable(
     let viewpoints = scene.viewpoints();
     queries.extend(viewpoints.iter().flat_map(|&point| rays_around(point)));
     let answers = rays.trace(buffers, &queries)?;
-    // What is buried in a solid sees its inside, which must not join it with all else that does.
+    // Interior surface sees its inside, which must not join it with all else that does.
     let target = |side: u32| match side {
         NO_SIDE => Some(outside),
         side => Some(side as usize).filter(|&side| is_active(surfaces, side)),

@@ -1,4 +1,4 @@
-//! Parts that reach into each other: what is buried in a solid is no surface. And what is small.
+//! Parts that reach into each other: interior surface is no surface. And what is small.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_close, render};
@@ -8,7 +8,7 @@ use lightpaths::renderer::{Exact, Layer, Stage};
 use lightpaths::scene::{Quality, Scene, Triangle, shapes};
 use lightpaths::types::Record;
 
-/// A cube of 2 m from inside, on whose floor a slab of 2 cm lies, sunk to half its height: nearly all of the floor is buried, in the
+/// A cube of 2 m from inside, on whose floor a slab of 2 cm lies, sunk to half its height: nearly all of the floor is inside, in the
 /// same cells as the slab's top.
 fn tiled_room() -> Scene {
     let mut scene = shapes::closed_box(Vec3::splat(2.0), 0.5);
@@ -51,7 +51,7 @@ fn error(scene: Scene, quality: Quality) -> f32 {
 }
 
 #[test]
-fn what_is_buried_in_a_solid_takes_no_light_away() {
+fn what_is_inside_a_solid_takes_no_light_away() {
     // Few entry points to a cell: what a cell holds must not be judged by their paths.
     let rooms = [
         ("one slab", tiled_room(), 16),

@@ -1,6 +1,6 @@
 // Layers of the base level of the volumetric hierarchy: each cluster adds up what the light paths deposit in it of one light, or of
 // four, per unit of the light's emission: light that comes straight from the light apart from light that comes from surfaces. [Yue §2]
-// Vertices count as they show to readers from afar, but in wholes.
+// Vertices count as they show to readers from afar, but not in unweighted clusters.
 // Where surfaces may be glossy, what a path carries on from its entry point is not the form factor there, but a colour.
 // Deterministic: the lists have a fixed order, and a light's bits are the same alone and among four. One invocation = one listed
 // base cluster. In: deposits, form factors, what paths carry on. Out: layers.
@@ -58,7 +58,7 @@ void main() {
     const ClusterLayer DARK = ClusterLayer(0.0, vec3(0.0));
     ClusterLayer sum_0 = DARK, sum_1 = DARK, sum_2 = DARK, sum_3 = DARK;
     DepositRun run = deposit_run_at(DepositRuns, cluster);
-    bool is_whole = run.is_whole != 0u;
+    bool is_unweighted = run.is_unweighted != 0u;
     if (push.first_deposit > 0u) {
         if (run.end <= push.first_deposit || run.first >= push.end_deposit) return;
         sum_0 = layer_0[cluster];
@@ -72,7 +72,7 @@ void main() {
     for (uint i = first; i < end; ++i) {
         Deposit deposit = deposit_at(Deposits, i - push.first_bound);
         // Nothing has reflected the path yet: its channels are alike.
-        float throughput = share_of(deposit, is_whole) * deposit.throughput.x;
+        float throughput = share_of(deposit, is_unweighted) * deposit.throughput.x;
         uint path = path_of(deposit);
         add_direct(sum_0, throughput, number_at(Factors0, path));
         if (LIGHTS == 1u) continue;
@@ -84,7 +84,7 @@ void main() {
     end = min(run.end, push.end_deposit);
     for (uint i = first; i < end; ++i) {
         Deposit deposit = deposit_at(Deposits, i - push.first_bound);
-        vec3 throughput = share_of(deposit, is_whole) * deposit.throughput;
+        vec3 throughput = share_of(deposit, is_unweighted) * deposit.throughput;
         uint path = path_of(deposit);
         add(sum_0, throughput, IS_GLOSSY != 0u ? carried_0[path] : vec3(number_at(Factors0, path)));
         if (LIGHTS == 1u) continue;

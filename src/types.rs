@@ -151,7 +151,7 @@ gpu_struct! {
         /// Behind the last.
         pub end: u32,
         /// 1: all of each counts, open or not.
-        pub is_whole: u32,
+        pub is_unweighted: u32,
     }
 }
 

@@ -1,6 +1,6 @@
 // Light straight from a light to a surface, free of its colour. Include after types.glsl, math.glsl, bvh.glsl and lights.glsl.
 
-// Area lights are taken as wholes by what is nearer than twice so many of the widest spacings of their samples, and in part from once.
+// Area lights are integrated in closed form by what is nearer than twice so many of the widest spacings of their samples, and in part from once.
 const float NEAR = 4.0;
 // But for those of a smaller solid angle, sr: f32 has no such sum of arcs.
 const float LARGE = 1e-4;

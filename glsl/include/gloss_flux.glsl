@@ -25,13 +25,13 @@ void add(inout vec3 sum, vec3 first, vec3 second) {
 
 // π times the lobes' radiance, times the cluster's area, W per unit of a light's emission: of light straight from it (ENTRY_POINTS == 1)
 // or from surfaces, at every `step`th of a run of deposits, each of which stands for `area_m2`, added up. `shift` turns the index of a deposit
-// into that of its vertex; in a whole all of each counts.
-void add_gloss_flux(inout GlossFlux flux, uvec2 run, uint step, float area_m2, bool is_whole, uint shift, vec3 toward, GlossPart part) {
+// into that of its vertex; in an unweighted cluster all of each counts.
+void add_gloss_flux(inout GlossFlux flux, uvec2 run, uint step, float area_m2, bool is_unweighted, uint shift, vec3 toward, GlossPart part) {
     for (uint i = run.x; i < run.y; i += step) {
         GlossVertex vertex = gloss_vertices[i + shift];
         Reflectance material = materials[vertex.material];
         Deposit deposit = deposits[i];
-        vec3 throughput = area_m2 * share_of(deposit, is_whole) * deposit.throughput;
+        vec3 throughput = area_m2 * share_of(deposit, is_unweighted) * deposit.throughput;
         if (ENTRY_POINTS == 0u) {
             vec3 share = throughput * lobe_share(material, vertex.mirror, toward);
             uint path = path_of(deposit);
@@ -79,7 +79,7 @@ GlossFlux gloss_flux_below(uint cluster, vec3 toward, GlossPart part, uint seed)
         uint count = (ENTRY_POINTS == 1u ? deposits_here.first_other : deposits_here.end) - first;
         uvec2 run = clamp(uvec2(part.first, part.end), passed, passed + count) - passed;
         if (is_sampled) run = uvec2((first_asked + step - passed % step) % step, count);
-        add_gloss_flux(flux, first + run, step, area_m2, deposits_here.is_whole != 0u, shift, toward, part);
+        add_gloss_flux(flux, first + run, step, area_m2, deposits_here.is_unweighted != 0u, shift, toward, part);
         passed += count;
     }
     return flux;

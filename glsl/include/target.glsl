@@ -1,7 +1,7 @@
 // The cluster that a ray reads where it hits. Include after bvh.glsl and grid.glsl. The including shader binds
-// `ClusterLink links[]` and `uint wholes[]`, of base clusters; its push block `push` has `grid` and `min_entry_points`.
+// `ClusterLink links[]` and `uint unweighted_clusters[]`, of base clusters; its push block `push` has `grid` and `min_entry_points`.
 
-// What is so near, in base cells, shows its whole.
+// What is so near, in base cells, shows its unweighted cluster.
 const float NEARBY = 2.0;
 // No light comes to covered surface, and what covers it sees no further than that, in base cells (`open_shares`).
 const float COVERED_SIGHT = 0.5;
@@ -22,7 +22,7 @@ uint cluster_for(Hit hit, vec3 direction, float footprint) {
     bool is_covered = links[cluster].entry_points == 0.0 && hit.t * push.grid.inverse_cell < COVERED_SIGHT;
     if (is_covered) return NO_CLUSTER;
     bool is_near = hit.t * push.grid.inverse_cell < NEARBY;
-    if (is_near && wholes[cluster] != NO_CLUSTER) cluster = wholes[cluster];
+    if (is_near && unweighted_clusters[cluster] != NO_CLUSTER) cluster = unweighted_clusters[cluster];
 
     float size = footprint * inversesqrt(max(abs(facing), 0.1)) * push.grid.inverse_cell;
     for (; size >= 1.41421356 && links[cluster].parent != NO_CLUSTER; size *= 0.5) {

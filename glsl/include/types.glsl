@@ -61,13 +61,13 @@ struct DepositRun {
     uint first;        // by an entry point
     uint first_other;  // by another vertex
     uint end;
-    uint is_whole;     // 1: all of each counts, open or not
+    uint is_unweighted;     // 1: all of each counts, open or not
 };
 
 uint path_of(Deposit deposit) { return deposit.what & 0xffffffu; }
 
 // What the throughput of a deposit counts for in a run.
-float share_of(Deposit deposit, bool is_whole) { return is_whole ? 1.0 : float(deposit.what >> 24) / 255.0; }
+float share_of(Deposit deposit, bool is_unweighted) { return is_unweighted ? 1.0 : float(deposit.what >> 24) / 255.0; }
 
 // A point where indirect irradiance is gathered; its record is splatted to pixels.
 struct CachePoint {

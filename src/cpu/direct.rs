@@ -6,7 +6,7 @@ use crate::types::{LIGHT_AREA, LightSource, NO_SIDE, PixelSurface};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
-/// Area lights are taken as wholes by what is nearer than twice so many of the widest spacings of their samples, and in part from once.
+/// Area lights are integrated in closed form by what is nearer than twice so many of the widest spacings of their samples, and in part from once.
 const NEAR: f64 = 4.0;
 /// But for those of a smaller solid angle, sr: f32 has no such sum of arcs.
 const LARGE: f64 = 1e-4;

@@ -3,7 +3,7 @@
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::cpu::rays::{Geometry, Hit};
 use crate::cpu::sampling::hash_pair;
-use crate::scene::{hvds::Hvds, wholes::NEARBY};
+use crate::scene::{hvds::Hvds, unweighted::NEARBY};
 use crate::types::{CachePoint, NO_CLUSTER};
 use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::{PI, SQRT_2};
@@ -92,8 +92,8 @@ impl Tracing<'_> {
             return None;
         }
         if is_near(NEARBY) && cluster != NO_CLUSTER {
-            let whole = self.hvds.wholes[cluster as usize];
-            cluster = if whole == NO_CLUSTER { cluster } else { whole };
+            let unweighted = self.hvds.unweighted[cluster as usize];
+            cluster = if unweighted == NO_CLUSTER { cluster } else { unweighted };
         }
         let facing = surface.normal.as_dvec3().dot(direction).abs().max(0.1);
         (cluster != NO_CLUSTER).then(|| (self.coarsen(cluster, footprint / facing.sqrt()), surface.material))

@@ -36,7 +36,7 @@ impl ClusterTables {
             cell_first: Buffer::from_slice(context, "cell first", &hvds.cell_first)?,
             cell_clusters: Buffer::from_slice(context, "cell clusters", &hvds.cell_clusters)?,
             links: Buffer::from_slice(context, "cluster links", &links)?,
-            wholes: Buffer::from_slice(context, "wholes", &hvds.wholes)?,
+            unweighted: Buffer::from_slice(context, "unweighted clusters", &hvds.unweighted)?,
             base_count: hvds.levels[0].len() as u32,
         })
     }
@@ -54,7 +54,7 @@ impl ClusterBuffers {
             cell_first: list("cell first", &[0; 2])?,
             cell_clusters: list("cell clusters", &[])?,
             links: list("cluster links", &[])?,
-            wholes: list("wholes", &[])?,
+            unweighted: list("unweighted clusters", &[])?,
             base_count: 0,
         })
     }
@@ -71,7 +71,7 @@ pub struct ClusterBuffers {
     /// `ClusterLink` of each cluster: its parent, if that may stand for it.
     pub links: Buffer,
     /// Whole of each base cluster, or `NO_CLUSTER`.
-    pub wholes: Buffer,
+    pub unweighted: Buffer,
     /// Clusters of the base level.
     pub base_count: u32,
 }

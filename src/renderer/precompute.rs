@@ -26,7 +26,7 @@ use crate::passes::precompute::{
 };
 use crate::passes::{ClusterBuffers, ClusterTables, SceneBuffers};
 use crate::scene::directions::Directions;
-use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces, wholes::NEARBY};
+use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces, unweighted::NEARBY};
 use crate::types::{CachePoint, PathVertex, Surface};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -141,11 +141,11 @@ pub(super) fn precompute(
     progress.stage("entry points", 1);
     let cell_size = cells.grid.cell_size() as f32;
     let clearances = size_field.clearances_of(&geometry, &hvds);
-    let mut has_whole = vec![false; hvds.levels[0].len()];
+    let mut has_unweighted = vec![false; hvds.levels[0].len()];
     for (piece, &clearance) in hvds.pieces.iter().zip(&clearances) {
-        has_whole[piece.cluster as usize] |= clearance < NEARBY * hvds.grid.cell_size() as f32;
+        has_unweighted[piece.cluster as usize] |= clearance < NEARBY * hvds.grid.cell_size() as f32;
     }
-    hvds.add_wholes(&has_whole);
+    hvds.add_unweighted(&has_unweighted);
     let densities: Vec<f32> = clearances.iter().map(|&c| entry_points::density(c, cell_size)).collect();
     let strata = Strata::new(&hvds, &densities, quality.entry_points);
     let mut trusted = strata.in_clusters.clone();

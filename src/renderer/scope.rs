@@ -145,7 +145,7 @@ pub(super) fn unread(made: &Precomputed, reads: &Reads, directions: Directions) 
     note("small clusters beside records that nothing reads", near, made.near_clusters.len());
     let first = &made.paths.first_deposits;
     let vertices = |cluster: usize| (first[2 * cluster + 2] - first[2 * cluster]) as usize;
-    let wholes = &made.hvds.wholes;
+    let wholes = &made.hvds.unweighted;
     let is_taken = |&cluster: &usize| {
         reads.flux[cluster] || reads.flux.get(wholes[cluster] as usize).is_some_and(|is_taken| *is_taken)
     };

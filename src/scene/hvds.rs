@@ -45,12 +45,12 @@ pub struct Hvds {
     pub cell_first: Vec<u32>,
     /// Clusters of the base cells: `code << 26 | cluster`; behind one that a wall splits, the wall's plane ([`Self::clusters_in`]).
     pub cell_clusters: Vec<u32>,
-    /// Exact surface area of each cluster, m²; a whole has that of its cluster.
+    /// Exact surface area of each cluster, m²; an unweighted cluster has that of its cluster.
     pub areas_m2: Vec<f32>,
     /// Area for which each shows, m²: less where a part of it does not show to readers from afar.
     pub shown_m2: Vec<f32>,
-    /// Of each base cluster that is not read by readers from nearby, the one that is ([`Self::add_wholes`]); else [`types::NO_CLUSTER`].
-    pub wholes: Vec<u32>,
+    /// Of each base cluster that is not read by readers from nearby, the one that is ([`Self::add_unweighted`]); else [`types::NO_CLUSTER`].
+    pub unweighted: Vec<u32>,
     /// The cluster one level up; [`types::NO_CLUSTER`] at the root.
     pub parents: Vec<u32>,
     /// First child of each cluster one level down, and the end; zero for base clusters.
@@ -131,7 +131,7 @@ impl Hvds {
             cell_clusters: Vec::new(),
             areas_m2: Vec::new(),
             shown_m2: Vec::new(),
-            wholes: Vec::new(),
+            unweighted: Vec::new(),
             parents: Vec::new(),
             first_children: vec![0],
             pieces: pieces.into_iter().map(|(_, piece)| piece).collect(),
@@ -161,7 +161,7 @@ impl Hvds {
         }
         hvds.link_children();
         hvds.shown_m2.clone_from(&hvds.areas_m2);
-        hvds.wholes = vec![types::NO_CLUSTER; hvds.levels[0].len()];
+        hvds.unweighted = vec![types::NO_CLUSTER; hvds.levels[0].len()];
         hvds
     }
 
@@ -174,7 +174,7 @@ impl Hvds {
             cell_clusters: self.cell_clusters.clone(),
             areas_m2: self.areas_m2.clone(),
             shown_m2: self.shown_m2.clone(),
-            wholes: self.wholes.clone(),
+            unweighted: self.unweighted.clone(),
             parents: self.parents.clone(),
             first_children: self.first_children.clone(),
             pieces: Vec::new(),
@@ -200,7 +200,7 @@ impl Hvds {
         for (piece, value) in self.pieces.iter().zip(of_pieces) {
             of_base[piece.cluster as usize] += value;
         }
-        self.sum_levels(self.with_wholes(of_base))
+        self.sum_levels(self.with_unweighted(of_base))
     }
 
     /// Takes away interior surface: `open` is the share, 0..=1, that is left of each piece. Clusters stay where they are, even those

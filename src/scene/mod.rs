@@ -43,7 +43,7 @@ pub mod surfaces;
 pub mod texture;
 mod value;
 pub mod walls;
-pub mod wholes;
+pub mod unweighted;
 mod words;
 
 pub use builtin::Memory;

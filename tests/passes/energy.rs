@@ -29,7 +29,7 @@ fn two_levels(count: u32) -> Hvds {
         cell_clusters: Vec::new(),
         shown_m2: areas_m2.clone(),
         areas_m2,
-        wholes: vec![NO_CLUSTER; count as usize],
+        unweighted: vec![NO_CLUSTER; count as usize],
         parents,
         first_children,
         pieces: Vec::new(),

@@ -89,7 +89,7 @@ fn holds_pieces(world: &World, cluster: usize) -> bool {
     while base >= world.hvds.levels[0].len() {
         base = world.hvds.first_children[base] as usize;
     }
-    base < world.hvds.wholes.len()
+    base < world.hvds.unweighted.len()
 }
 
 /// ∫ f dA over all pieces, each cut into small triangles.

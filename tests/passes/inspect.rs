@@ -190,7 +190,7 @@ fn gather_rays_bring_what_records_gathered() {
 /// Clusters of a path's deposits, and what they hold, in a fixed order.
 fn deposited(deposits: &[Deposit], runs: &[DepositRun], path: u32) -> Vec<(u32, [u32; 3])> {
     let mut found = Vec::new();
-    for (cluster, run) in (0..).zip(runs).filter(|(_, run)| run.is_whole == 0) {
+    for (cluster, run) in (0..).zip(runs).filter(|(_, run)| run.is_unweighted == 0) {
         let own = &deposits[run.first as usize..run.end as usize];
         let of_path = own.iter().filter(|deposit| deposit.path() == path);
         found.extend(of_path.map(|deposit| (cluster, bits(deposit.throughput))));

@@ -133,7 +133,7 @@ fn cluster(world: &World, clearances: &[f32], index: u32) -> Cluster {
             }
             at == index
         };
-        if around(piece.cluster) || around(world.hvds.wholes[piece.cluster as usize]) {
+        if around(piece.cluster) || around(world.hvds.unweighted[piece.cluster as usize]) {
             let corners = piece.corners.iter().map(|corner| corner.as_dvec3());
             area += piece.area_m2;
             room += piece.area_m2 * f64::from(clearance);

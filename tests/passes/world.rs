@@ -102,7 +102,7 @@ impl World {
             SceneBuffers::new(&context, &bvh, &triangles, &surfaces, &coordinates, &materials).unwrap();
         let mut hvds = Hvds::build_split(&triangles, &surfaces, grid, cells);
         let every_third: Vec<bool> = hvds.levels[0].clone().map(|cluster| cluster % 3 == 0).collect();
-        hvds.add_wholes(&every_third);
+        hvds.add_unweighted(&every_third);
         let densities: Vec<f32> =
             (0..hvds.pieces.len()).map(|piece| 1.0 + 7.0 * (piece as f32 * 0.618_034).fract()).collect();
         let in_clusters = Strata::new(&hvds, &densities, ENTRY_POINTS).in_clusters;

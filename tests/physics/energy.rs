@@ -44,12 +44,12 @@ fn received(renderer: &Renderer) -> [DVec3; 2] {
     let path_flux = renderer.path_flux().unwrap();
     let deposits: Vec<Deposit> = renderer.stages().deposits.read().unwrap();
     let runs: Vec<DepositRun> = renderer.stages().deposit_runs.read().unwrap();
-    assert!(runs.iter().any(|run| run.is_whole == 1), "something is near something");
+    assert!(runs.iter().any(|run| run.is_unweighted == 1), "something is near something");
     let flux = |d: &Deposit| d.throughput.as_dvec3() * path_flux[d.path() as usize].as_dvec3();
     let sum = |range: Range<u32>| -> DVec3 {
         deposits[range.start as usize..range.end as usize].iter().map(flux).sum()
     };
-    let own = runs.iter().filter(|run| run.is_whole == 0);
+    let own = runs.iter().filter(|run| run.is_unweighted == 0);
     let emission_scale = renderer.stages().emission_scale.as_dvec3();
     let [direct, indirect]: [fn(&DepositRun) -> Range<u32>; 2] =
         [|run| run.first..run.first_other, |run| run.first_other..run.end];

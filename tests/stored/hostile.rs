@@ -26,7 +26,7 @@ const POINTERS: &[(&str, usize, usize)] = &[
     ("levels", 2, 0),
     ("levels", 2, 1),
     ("cell first", 1, 0),
-    ("wholes", 1, 0),
+    ("unweighted clusters", 1, 0),
     ("parents", 1, 0),
     ("entry points", 10, 3),
     ("entry points", 10, 8),

@@ -66,7 +66,7 @@ fn energies(renderer: &Renderer) -> [f64; 3] {
     let flux = |d: &Deposit| f64::from(d.throughput.x) * f64::from(entering[d.path() as usize].x);
     let deposited = deposits.iter().map(flux).sum();
     let runs: Vec<DepositRun> = stages.deposit_runs.read().unwrap();
-    let counts = |run: &DepositRun, d: &Deposit| match run.is_whole {
+    let counts = |run: &DepositRun, d: &Deposit| match run.is_unweighted {
         0 => f64::from(d.accessibility()) / f64::from(OPEN),
         _ => 1.0,
     };

@@ -29,7 +29,7 @@ fn box_and_speck() -> Scene {
 /// Direct and indirect flux of the deposits of a run, W, as it shows.
 fn shown(renderer: &Renderer, run: &DepositRun, deposits: &[Deposit], entering: &[Vec3]) -> [DVec3; 2] {
     let flux = |deposit: &Deposit| {
-        let share = if run.is_whole == 1 { 1.0 } else { f64::from(deposit.accessibility()) / f64::from(OPEN) };
+        let share = if run.is_unweighted == 1 { 1.0 } else { f64::from(deposit.accessibility()) / f64::from(OPEN) };
         share * deposit.throughput.as_dvec3() * entering[deposit.path() as usize].as_dvec3()
     };
     let sum = |items: Range<u32>| -> DVec3 {

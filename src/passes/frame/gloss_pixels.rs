@@ -302,7 +302,7 @@ impl GlossPixels {
                 ("CellFirst", &clusters.cell_first),
                 ("CellClusters", &clusters.cell_clusters),
                 ("ClusterLinks", &clusters.links),
-                ("Wholes", &clusters.wholes),
+                ("UnweightedClusters", &clusters.wholes),
                 ("Pixels", pixels),
                 ("GlossOffsets", &self.offsets),
                 ("GlossPixels", &self.pixels),

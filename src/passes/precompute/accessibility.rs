@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::{SceneBuffers, turns};
-use crate::scene::{hvds::Hvds, wholes::NEARBY};
+use crate::scene::{hvds::Hvds, unweighted::NEARBY};
 use crate::types::{CUT_SHORT, NO_CLUSTER, OPEN};
 use glam::Vec3;
 use std::sync::Arc;
@@ -50,7 +50,7 @@ const RAYS: [u32; 2] = [16, 4];
 /// What a vertex counts for whose rays all end nearby, of what an open one does: where all are like that, they count alike.
 const MIN_WEIGHT: f32 = 1.0 / 16.0;
 
-/// Finds the accessibility, within [`NEARBY`], of vertices in clusters that have wholes, and with it the area for which these clusters show.
+/// Finds the accessibility, within [`NEARBY`], of vertices in clusters with an unweighted one, and with it the area for which these clusters show.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -63,7 +63,7 @@ pub fn measure(
 ) -> Result<()> {
     let reach = NEARBY * hvds.grid.cell_size() as f32;
     let is_asked =
-        |vertex: &Vertex| vertex.cluster != NO_CLUSTER && hvds.wholes[vertex.cluster as usize] != NO_CLUSTER;
+        |vertex: &Vertex| vertex.cluster != NO_CLUSTER && hvds.unweighted[vertex.cluster as usize] != NO_CLUSTER;
     for (is_entry, rays) in [true, false].into_iter().zip(RAYS) {
         let mut asked: Vec<&mut Vertex> =
             vertices.iter_mut().filter(|vertex| vertex.is_entry() == is_entry && is_asked(vertex)).collect();
@@ -75,7 +75,7 @@ pub fn measure(
             vertex.accessibility = (counts * OPEN as f32).round() as u32;
         }
     }
-    let mut samples = vec![[0.0; 2]; hvds.wholes.len()];
+    let mut samples = vec![[0.0; 2]; hvds.unweighted.len()];
     for vertex in vertices.iter().filter(|vertex| vertex.is_entry() && is_asked(vertex)) {
         let weight = f64::from(vertex.weight);
         let [shown, all] = &mut samples[vertex.cluster as usize];

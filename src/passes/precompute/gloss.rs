@@ -185,7 +185,7 @@ impl GlossTables {
         for (index, entry) in (0..).zip(&self.entries) {
             entry_of_path[entry.path as usize] = index;
         }
-        let mut is_glossy = vec![false; sources.hvds.wholes.len()];
+        let mut is_glossy = vec![false; sources.hvds.unweighted.len()];
         for piece in &sources.hvds.pieces {
             let material = sources.surfaces[piece.side as usize / 2].material;
             is_glossy[piece.cluster as usize] |= sources.materials[material as usize].may_be_glossy();
@@ -210,11 +210,11 @@ impl GlossTables {
                 });
             }
         }
-        // A whole has its cluster's vertices.
+        // An unweighted cluster has the vertices of its cluster.
         self.shifts.resize(sources.hvds.levels[0].len(), NO_ENTRY);
-        for (cluster, &whole) in sources.hvds.wholes.iter().enumerate() {
-            if whole != NO_CLUSTER {
-                self.shifts[whole as usize] = self.shifts[cluster];
+        for (cluster, &unweighted) in sources.hvds.unweighted.iter().enumerate() {
+            if unweighted != NO_CLUSTER {
+                self.shifts[unweighted as usize] = self.shifts[cluster];
             }
         }
     }

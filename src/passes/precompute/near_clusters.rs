@@ -70,7 +70,7 @@ impl Patch {
     };
 }
 
-/// The clusters of so many levels from the finest, in order; a whole is where its cluster is. `clearances` of the pieces, metres; `normal` of a side.
+/// The clusters of so many levels from the finest, in order; an unweighted cluster is where its cluster is. `clearances` of the pieces, metres; `normal` of a side.
 pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3, levels: usize) -> Vec<Patch> {
     let end = end(hvds, levels);
     let mut patches = vec![Patch { clearance: 0.0, ..Patch::EMPTY }; end];
@@ -80,7 +80,7 @@ pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3, le
         let [low, high] = [Vec3::min, Vec3::max]
             .map(|bound| piece.corners[1..].iter().fold(piece.corners[0], |a, &b| bound(a, b)));
         let area = piece.open_area_m2() as f32;
-        for base in [piece.cluster, hvds.wholes[piece.cluster as usize]] {
+        for base in [piece.cluster, hvds.unweighted[piece.cluster as usize]] {
             let mut cluster = base as usize;
             while cluster < end {
                 let patch = &mut patches[cluster];

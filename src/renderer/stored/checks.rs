@@ -71,9 +71,9 @@ fn hierarchy(hvds: &Hvds) -> Result<(), Refusal> {
     let roots = &hvds.levels[hvds.levels.len() - 1];
     demand(hvds.parents[roots.start as usize..].iter().all(|&parent| parent == NO_CLUSTER), "roots")?;
 
-    let (base, own) = (hvds.levels[0].len(), hvds.wholes.len());
-    let is_whole = |&whole: &u32| whole == NO_CLUSTER || (own..base).contains(&(whole as usize));
-    demand(own <= base && hvds.wholes.iter().all(is_whole), "wholes")?;
+    let (base, own) = (hvds.levels[0].len(), hvds.unweighted.len());
+    let is_unweighted = |&unweighted: &u32| unweighted == NO_CLUSTER || (own..base).contains(&(unweighted as usize));
+    demand(own <= base && hvds.unweighted.iter().all(is_unweighted), "unweighted clusters")?;
     let cells = hvds.grid.cell_count();
     demand(cuts(&hvds.cell_first, cells, hvds.cell_clusters.len()), "cells")?;
     let is_list = |cell: usize| {

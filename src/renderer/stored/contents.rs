@@ -54,7 +54,7 @@ impl Contents {
             cell_clusters: file.list("cell clusters")?,
             shown_m2: file.list("shown areas")?,
             areas_m2,
-            wholes: file.list("wholes")?,
+            unweighted: file.list("unweighted clusters")?,
             parents: file.list("parents")?,
             first_children: Vec::new(),
             pieces: Vec::new(),

@@ -33,10 +33,10 @@ pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     for (cluster, &shift) in gloss.shifts.iter().enumerate() {
         demand(holds(shift, cluster), "shifts")?;
     }
-    // A whole has the deposits of its cluster, and so its vertices.
-    for (cluster, &whole) in hvds.wholes.iter().enumerate() {
-        if let Some(&shift) = gloss.shifts.get(whole as usize) {
-            demand(shift == gloss.shifts[cluster], "shifts of wholes")?;
+    // An unweighted cluster has the deposits of its cluster, and so its vertices.
+    for (cluster, &unweighted) in hvds.unweighted.iter().enumerate() {
+        if let Some(&shift) = gloss.shifts.get(unweighted as usize) {
+            demand(shift == gloss.shifts[cluster], "shifts of unweighted clusters")?;
         }
     }
 

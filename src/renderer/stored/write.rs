@@ -91,7 +91,7 @@ impl Tables {
         writer.add("cell clusters", &hvds.cell_clusters[..]);
         writer.add("areas", &hvds.areas_m2[..]);
         writer.add("shown areas", &hvds.shown_m2[..]);
-        writer.add("wholes", &hvds.wholes[..]);
+        writer.add("unweighted clusters", &hvds.unweighted[..]);
         writer.add("parents", &hvds.parents[..]);
         writer.add("mixed", hvds.mixed.iter().map(|&mixed| u8::from(mixed)).collect::<Vec<_>>());
         writer.add("trusted", &made.cluster_tables.entry_points[..]);

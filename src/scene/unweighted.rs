@@ -1,5 +1,5 @@
 //! A cluster does not look the same from afar and from nearby: rays from afar meet its open parts more often than its crevices, which less
-//! light comes to. Where the two differ a cluster stands for what shows from afar, and its *whole*, a cluster of its own, for all of
+//! light comes to. Where the two differ a cluster stands for what shows from afar, and its *unweighted* cluster, for all of
 //! it. Wholes have a hierarchy of their own: on each level they stand behind the others.
 
 use crate::scene::hvds::Hvds;
@@ -9,23 +9,23 @@ use crate::types::NO_CLUSTER;
 pub const NEARBY: f32 = 2.0;
 
 impl Hvds {
-    /// Gives those base clusters wholes. Pieces lie in the clusters; their wholes hold the same.
-    pub fn add_wholes(&mut self, has_whole: &[bool]) {
+    /// Gives those base clusters unweighted. Pieces lie in the clusters; the unweighted ones hold the same.
+    pub fn add_unweighted(&mut self, has_unweighted: &[bool]) {
         let levels = std::mem::take(&mut self.levels);
         let parents = std::mem::take(&mut self.parents);
         let areas_m2 = std::mem::take(&mut self.areas_m2);
-        // What has a whole on the level at hand.
-        let base = (0..).zip(has_whole).filter(|(_, has)| **has);
+        // What has an unweighted cluster on the level at hand.
+        let base = (0..).zip(has_unweighted).filter(|(_, has)| **has);
         let mut divided: Vec<u32> = base.map(|(cluster, _)| cluster).collect();
-        for (whole, &cluster) in (levels[0].end..).zip(&divided) {
-            self.wholes[cluster as usize] = whole;
+        for (unweighted, &cluster) in (levels[0].end..).zip(&divided) {
+            self.unweighted[cluster as usize] = unweighted;
         }
         let mut first = 0;
         for (depth, level) in levels.iter().enumerate() {
             let end = first + (level.len() + divided.len()) as u32;
             self.areas_m2.extend(&areas_m2[level.start as usize..level.end as usize]);
             self.areas_m2.resize(end as usize, 0.0);
-            // The next level begins where this one ends, and its wholes stand behind its own clusters.
+            // The next level begins where this one ends, and its unweighted clusters stand behind its own clusters.
             let own_up = levels.get(depth + 1).map_or(0, |up| up.len() as u32);
             let moved = |parent: u32| if parent == NO_CLUSTER { parent } else { end + (parent - level.end) };
             self.parents.extend(level.clone().map(|cluster| moved(parents[cluster as usize])));
@@ -41,27 +41,27 @@ impl Hvds {
         }
         self.link_children();
         let exact = self.areas_m2[..self.levels[0].len()].iter().map(|&area| f64::from(area));
-        self.areas_m2 = self.sum_levels(self.with_wholes(exact.collect()));
+        self.areas_m2 = self.sum_levels(self.with_unweighted(exact.collect()));
         self.shown_m2.clone_from(&self.areas_m2);
     }
 
-    /// Takes clusters that have wholes for as much area as shows from afar. `samples` of each: how much of its sample points shows, and of
+    /// Takes clusters with an unweighted one for as much area as shows from afar. `samples` of each: how much of its sample points shows, and of
     /// how much; without any, all of it does.
     pub fn show(&mut self, samples: &[[f64; 2]]) {
         let areas = self.areas_m2[..self.levels[0].len()].iter().map(|&area| f64::from(area));
         let mut shown: Vec<f64> = areas.collect();
         for (cluster, &[open, all]) in samples.iter().enumerate() {
-            if self.wholes[cluster] != NO_CLUSTER && all > 0.0 {
+            if self.unweighted[cluster] != NO_CLUSTER && all > 0.0 {
                 shown[cluster] *= open / all;
             }
         }
         self.shown_m2 = self.sum_levels(shown);
     }
 
-    /// Of base clusters, for which wholes hold what their clusters hold.
-    pub(super) fn with_wholes(&self, mut of_base: Vec<f64>) -> Vec<f64> {
-        for (cluster, &whole) in self.wholes.iter().enumerate().filter(|(_, whole)| **whole != NO_CLUSTER) {
-            of_base[whole as usize] = of_base[cluster];
+    /// Of base clusters, for which unweighted clusters hold what their clusters hold.
+    pub(super) fn with_unweighted(&self, mut of_base: Vec<f64>) -> Vec<f64> {
+        for (cluster, &unweighted) in self.unweighted.iter().enumerate().filter(|(_, unweighted)| **unweighted != NO_CLUSTER) {
+            of_base[unweighted as usize] = of_base[cluster];
         }
         of_base
     }
@@ -96,9 +96,9 @@ mod tests {
         let (low, high) = (Vec3::splat(-1.0), Vec3::splat(1.0));
         let plain = Hvds::build(&triangles, &surfaces, grid::grid(low, high, 8), 8);
         let base = plain.levels[0].len();
-        let has_whole: Vec<bool> = (0..base).map(|cluster| cluster % 5 != 1).collect();
+        let has_unweighted: Vec<bool> = (0..base).map(|cluster| cluster % 5 != 1).collect();
         let mut hvds = plain.clone();
-        hvds.add_wholes(&has_whole);
+        hvds.add_unweighted(&has_unweighted);
 
         let area = |hvds: &Hvds, cluster: u32| f64::from(hvds.areas_m2[cluster as usize]);
         for (level, before) in hvds.levels.iter().zip(&plain.levels) {
@@ -106,8 +106,8 @@ mod tests {
             for (now, before) in own.clone().zip(before.clone()) {
                 assert!((area(&hvds, now) - area(&plain, before)).abs() < 1e-6);
             }
-            let wholes: f64 = (own.end..level.end).map(|cluster| area(&hvds, cluster)).sum();
-            let divided = (0..base as u32).filter(|cluster| has_whole[*cluster as usize]);
+            let unweighted: f64 = (own.end..level.end).map(|cluster| area(&hvds, cluster)).sum();
+            let divided = (0..base as u32).filter(|cluster| has_unweighted[*cluster as usize]);
             let held: f64 = divided.map(|cluster| area(&plain, cluster)).sum();
             assert!(wholes > 0.0 && (wholes - held).abs() < 1e-4 * held, "{wholes} of {held}");
         }
@@ -123,11 +123,11 @@ mod tests {
         let samples: Vec<[f64; 2]> =
             (0..base).map(|c| if c % 2 == 0 { [1.5, 3.0] } else { [0.0; 2] }).collect();
         hvds.show(&samples);
-        for (cluster, &has_whole) in has_whole.iter().enumerate() {
-            let share = if cluster % 2 == 0 && has_whole { 0.5 } else { 1.0 };
+        for (cluster, &has_unweighted) in has_unweighted.iter().enumerate() {
+            let share = if cluster % 2 == 0 && has_unweighted { 0.5 } else { 1.0 };
             assert!((hvds.shown_m2[cluster] - share * plain.areas_m2[cluster]).abs() < 1e-6);
-            if has_whole {
-                assert_eq!(hvds.shown_m2[hvds.wholes[cluster] as usize], plain.areas_m2[cluster]);
+            if has_unweighted {
+                assert_eq!(hvds.shown_m2[hvds.unweighted[cluster] as usize], plain.areas_m2[cluster]);
             }
         }
         let root = hvds.levels.last().unwrap().clone();

@@ -85,11 +85,7 @@ pub(crate) fn read(path: &Path, max_bytes: u64) -> Result<Vec<u8>, Unread> {
     let mut bytes = room_for(about.len()).map_err(Unread::Because)?;
     // It may have grown since, and some that the system makes up say that they have no length.
     File::open(path)?.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > max_bytes {
-        Err(Unread::Because(too_long("more", max_bytes)))
-    } else {
-        Ok(bytes)
-    }
+    if bytes.len() as u64 > max_bytes { Err(Unread::Because(too_long("more", max_bytes))) } else { Ok(bytes) }
 }
 
 thread_local! {

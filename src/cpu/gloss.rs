@@ -23,6 +23,6 @@ pub fn reflected_flux(material: &Reflectance, colour: DVec3, beams: &[Beam], dep
 }
 
 /// π times what the Phong lobes at vertices send towards a unit direction, W; for each vertex its material and its beam.
-pub fn gloss<'a>(vertices: impl IntoIterator<Item = (&'a Reflectance, Beam)>, toward: DVec3) -> DVec3 {
+pub fn lobe_sum<'a>(vertices: impl IntoIterator<Item = (&'a Reflectance, Beam)>, toward: DVec3) -> DVec3 {
     vertices.into_iter().map(|(material, beam)| beam.flux * lobe_share(material, beam.mirror, toward)).sum()
 }

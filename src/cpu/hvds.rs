@@ -6,7 +6,8 @@ use glam::{DVec3, Vec3};
 
 /// What a deposit hands on to its cluster, per unit of the path's flux.
 fn share(deposit: &Deposit, run: &DepositRun) -> DVec3 {
-    let counts = if run.is_unweighted == 1 { 1.0 } else { f64::from(deposit.accessibility()) / f64::from(OPEN) };
+    let counts =
+        if run.is_unweighted == 1 { 1.0 } else { f64::from(deposit.accessibility()) / f64::from(OPEN) };
     counts * deposit.throughput.as_dvec3()
 }
 

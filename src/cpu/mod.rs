@@ -3,6 +3,7 @@
 //! A reference takes what the device was given, f32, and works in f64 from there on. Decisions that the device takes by
 //! integers are integers here, too.
 
+pub mod accessibility;
 pub mod antialias;
 pub mod blend;
 pub mod brdf;
@@ -27,7 +28,6 @@ pub mod math;
 pub mod near_field;
 pub mod near_lights;
 pub mod needed_records;
-pub mod accessibility;
 pub mod path_scan;
 pub mod path_trace;
 pub mod photon_gather;

@@ -122,8 +122,7 @@ fn examine(
 
     let heaps = memory.memory_heaps_as_slice().iter();
     let local = heaps.filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));
-    let texel_bytes =
-        TEXEL_BYTES * u64::from(properties.limits.max_texel_buffer_elements) - MAX_UNUSED_BYTES;
+    let texel_bytes = TEXEL_BYTES * u64::from(properties.limits.max_texel_buffer_elements) - MAX_UNUSED_BYTES;
     let limits = Limits {
         storage_range_bytes: texel_bytes.min(properties.limits.max_storage_buffer_range.into()),
         device_memory_bytes: local.map(|heap| heap.size).max().unwrap_or(0),

@@ -74,8 +74,11 @@ impl Renderer {
                 let change =
                     0.5 * record.translation.transpose() * moved + record.rotation.transpose() * pixel.normal;
                 let is_uncovered = weight.weight < 0.0;
-                let bounded =
-                    if is_uncovered { change.clamp(-0.5 * record.irradiance, record.irradiance) } else { change };
+                let bounded = if is_uncovered {
+                    change.clamp(-0.5 * record.irradiance, record.irradiance)
+                } else {
+                    change
+                };
                 let value = record.irradiance + bounded;
                 extrapolations += u64::from(bounded != change || value.min_element() < 0.0);
                 let share = weight.weight.abs();

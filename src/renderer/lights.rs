@@ -248,7 +248,8 @@ impl Lights {
         } else {
             self.table.write(&sources)?;
         }
-        let changed = [emissions(&self.sources) != emissions(&sources), self.emission_scale != emission_scale];
+        let changed =
+            [emissions(&self.sources) != emissions(&sources), self.emission_scale != emission_scale];
         (self.sources, self.emission_scale) = (sources, emission_scale);
         Ok(changed)
     }

@@ -7,7 +7,7 @@ const HINTS: [(&str, &[&str]); 5] = [
     ("lower quality.entry_points", &["entr", "path", "deposit", "vert", "lobes"]),
     (
         "lower quality.cache_points or quality.gather_rays",
-        &["gather", "merged_ray", "target_index", "record", "cache", "view", "near"],
+        &["gather", "merged ray", "record", "cache", "view", "near"],
     ),
     (
         "make the image smaller with --size, or lower quality.edge_samples",

@@ -24,7 +24,8 @@ impl Renderer {
         let (surfaces, gloss) = (&self.surfaces, &self.gloss);
         let is_diffuse = |side: u32| {
             let surface = &surfaces[side as usize / 2];
-            let may_be_glossy = gloss.as_ref().is_some_and(|gloss| gloss.may_be_glossy(surface.material as usize));
+            let may_be_glossy =
+                gloss.as_ref().is_some_and(|gloss| gloss.may_be_glossy(surface.material as usize));
             surface.side_is_active(side % 2 == 1) && !may_be_glossy
         };
         let near = &self.near_lights;

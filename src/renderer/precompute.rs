@@ -16,17 +16,20 @@ use crate::passes::precompute::gloss::{self, GlossTables};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
 use crate::passes::precompute::{
-    Progress, light_paths, narrow_gaps,
+    Progress, accessibility, light_paths,
+    merged_rays::MergedRays,
+    narrow_gaps,
     near_clusters::{self, Extent},
     near_hits::{self, NearHits},
-    open_shares, accessibility,
-    merged_rays::MergedRays,
+    open_shares,
     rays::Rays,
     separated, sides,
 };
 use crate::passes::{ClusterBuffers, ClusterTables, SceneBuffers};
 use crate::scene::directions::Directions;
-use crate::scene::{Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces, unweighted::NEARBY};
+use crate::scene::{
+    Scene, Triangle, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces, unweighted::NEARBY,
+};
 use crate::types::{CachePoint, PathVertex, Surface};
 use std::borrow::Cow;
 use std::sync::Arc;

@@ -145,12 +145,12 @@ pub(super) fn unread(made: &Precomputed, reads: &Reads, directions: Directions) 
     note("small clusters beside records that nothing reads", near, made.near_clusters.len());
     let first = &made.paths.first_deposits;
     let vertices = |cluster: usize| (first[2 * cluster + 2] - first[2 * cluster]) as usize;
-    let wholes = &made.hvds.unweighted;
+    let unweighted = &made.hvds.unweighted;
     let is_taken = |&cluster: &usize| {
-        reads.flux[cluster] || reads.flux.get(wholes[cluster] as usize).is_some_and(|is_taken| *is_taken)
+        reads.flux[cluster] || reads.flux.get(unweighted[cluster] as usize).is_some_and(|is_taken| *is_taken)
     };
-    let taken = (0..wholes.len()).filter(is_taken).map(vertices).sum();
-    note("path vertices whose flux nothing takes", taken, (0..wholes.len()).map(vertices).sum());
+    let taken = (0..unweighted.len()).filter(is_taken).map(vertices).sum();
+    note("path vertices whose flux nothing takes", taken, (0..unweighted.len()).map(vertices).sum());
     if let Some(gloss) = &made.gloss {
         let all = glossy_clusters(gloss, &made.hvds) * directions.count() as usize;
         note("outgoing directions of glossy clusters that nothing reads", gloss.slots.len().min(all), all);

@@ -41,9 +41,9 @@ pub mod shapes;
 pub mod solids;
 pub mod surfaces;
 pub mod texture;
+pub mod unweighted;
 mod value;
 pub mod walls;
-pub mod unweighted;
 mod words;
 
 pub use builtin::Memory;

@@ -176,7 +176,8 @@ fn read_meshes(
     let has_no_coordinates = |mesh: &&Mesh| {
         mesh.coordinates.is_empty() && definitions[mesh.material as usize].material.texture.is_some()
     };
-    let without_coordinates: usize = meshes.iter().filter(has_no_coordinates).map(|mesh| mesh.indices.len() / 3).sum();
+    let without_coordinates: usize =
+        meshes.iter().filter(has_no_coordinates).map(|mesh| mesh.indices.len() / 3).sum();
     let what =
         "triangles of materials with an image have no texture coordinates: they show its lower left corner";
     reading.notes.add_total(without_coordinates, what, || shown(path));

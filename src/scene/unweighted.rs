@@ -1,6 +1,6 @@
 //! A cluster does not look the same from afar and from nearby: rays from afar meet its open parts more often than its crevices, which less
 //! light comes to. Where the two differ a cluster stands for what shows from afar, and its *unweighted* cluster, for all of
-//! it. Wholes have a hierarchy of their own: on each level they stand behind the others.
+//! it. Unweighted clusters have a hierarchy of their own: on each level they stand behind the others.
 
 use crate::scene::hvds::Hvds;
 use crate::types::NO_CLUSTER;
@@ -31,11 +31,11 @@ impl Hvds {
             self.parents.extend(level.clone().map(|cluster| moved(parents[cluster as usize])));
             let mut divided_up: Vec<u32> = divided.iter().map(|&cluster| parents[cluster as usize]).collect();
             divided_up.dedup();
-            let whole_up = |&cluster: &u32| match parents[cluster as usize] {
+            let unweighted_up = |&cluster: &u32| match parents[cluster as usize] {
                 NO_CLUSTER => NO_CLUSTER,
                 parent => end + own_up + divided_up.partition_point(|&other| other < parent) as u32,
             };
-            self.parents.extend(divided.iter().map(whole_up));
+            self.parents.extend(divided.iter().map(unweighted_up));
             self.levels.push(first..end);
             (first, divided) = (end, divided_up);
         }
@@ -60,7 +60,9 @@ impl Hvds {
 
     /// Of base clusters, for which unweighted clusters hold what their clusters hold.
     pub(super) fn with_unweighted(&self, mut of_base: Vec<f64>) -> Vec<f64> {
-        for (cluster, &unweighted) in self.unweighted.iter().enumerate().filter(|(_, unweighted)| **unweighted != NO_CLUSTER) {
+        for (cluster, &unweighted) in
+            self.unweighted.iter().enumerate().filter(|(_, unweighted)| **unweighted != NO_CLUSTER)
+        {
             of_base[unweighted as usize] = of_base[cluster];
         }
         of_base
@@ -109,7 +111,7 @@ mod tests {
             let unweighted: f64 = (own.end..level.end).map(|cluster| area(&hvds, cluster)).sum();
             let divided = (0..base as u32).filter(|cluster| has_unweighted[*cluster as usize]);
             let held: f64 = divided.map(|cluster| area(&plain, cluster)).sum();
-            assert!(wholes > 0.0 && (wholes - held).abs() < 1e-4 * held, "{wholes} of {held}");
+            assert!(unweighted > 0.0 && (unweighted - held).abs() < 1e-4 * held, "{unweighted} of {held}");
         }
         for cluster in base..hvds.cluster_count() as usize {
             let children = hvds.first_children[cluster]..hvds.first_children[cluster + 1];

@@ -92,10 +92,12 @@ fn pictures_equal_the_reference_in(world: &World) {
         let indirect: Vec<Vec3> = frame.pixels.iter().map(|_| 1.0 + random.cube()).collect();
         let buffer = Buffer::from_slice(&world.context, "indirect", &indirect).unwrap();
         let pass = Compose::new(&world.context, &world.buffers, size, true).unwrap();
-        let gloss =
-            |random: &mut Random| GlossRadiance { direct: 1.0 + random.cube(), indirect: 1.0 + random.cube() };
-        let gloss: Vec<GlossRadiance> = frame.pixels.iter().map(|_| gloss(&mut random)).collect();
-        let gloss = Buffer::from_slice(&world.context, "gloss radiance", &gloss).unwrap();
+        let random_gloss = |random: &mut Random| GlossRadiance {
+            direct: 1.0 + random.cube(),
+            indirect: 1.0 + random.cube(),
+        };
+        let radiances: Vec<GlossRadiance> = frame.pixels.iter().map(|_| random_gloss(&mut random)).collect();
+        let gloss = Buffer::from_slice(&world.context, "gloss radiance", &radiances).unwrap();
         let irradiances = Irradiances {
             pixels: &frame.buffers[0],
             direct: &frame.buffers[1],
@@ -124,7 +126,7 @@ fn pictures_equal_the_reference_in(world: &World) {
             // A pixel's gloss is that of its centre's material.
             let centre = frame.pixels[pixel].side;
             let is_own = centre != NO_SIDE && material_of(centre) == material_of(side);
-            let gloss = gloss[if is_own { pixel } else { source }];
+            let gloss = radiances[if is_own { pixel } else { source }];
             cpu::compose::compose(
                 albedo,
                 share[0] * light * direct,

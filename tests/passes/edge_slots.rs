@@ -19,7 +19,7 @@ fn slots_equal_the_reference() {
     {
         let camera = camera(size, 1.0);
         let edges = Frame::new(world, &[], &camera, most).edge_count();
-        let frame = Frame::with_room(world, &[], &camera, most, [u32::MAX_SAMPLE_FACTOR, slots_each * edges]);
+        let frame = Frame::with_room(world, &[], &camera, most, [u32::MAX, slots_each * edges]);
         let (count, room) = (frame.samples_per_edge(edges) as usize, frame.slots_per_edge());
         assert_eq!((count, room), (most as usize, slots_each as usize));
         let (samples, slots) = (frame.samples(), frame.slots());

@@ -7,8 +7,8 @@ use lightpaths::cpu;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::gpu::{Buffer, Context, Parts};
 use lightpaths::passes::frame::hvds::{
-    ClusterFlux, ClusterLayer, ClusterLight, ClusterLists, MIN_SHARE, MIN_VERTICES, Pyramid,
-    VERTICES_AROUND, deposit_runs, indirect_sources,
+    ClusterFlux, ClusterLayer, ClusterLight, ClusterLists, MIN_SHARE, MIN_VERTICES, Pyramid, VERTICES_AROUND,
+    deposit_runs, indirect_sources,
 };
 use lightpaths::scene::{grid, hvds::Hvds};
 use lightpaths::types::{Deposit, NO_CLUSTER, OPEN};
@@ -114,8 +114,7 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
         let path_flux: Vec<Vec3> = factors.iter().map(|factor| factor * scale).collect();
         let reflected_flux: Vec<Vec3> = carried.iter().map(|carried| carried * scale).collect();
         let reference = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &deposits);
-        let sources =
-            cpu::hvds::indirect_sources(&hvds, &runs, MIN_VERTICES, [VERTICES_AROUND, MIN_SHARE]);
+        let sources = cpu::hvds::indirect_sources(&hvds, &runs, MIN_VERTICES, [VERTICES_AROUND, MIN_SHARE]);
         assert_eq!(indirect_sources(&hvds, &runs, MIN_VERTICES), sources);
         let borrowing = (0..base as u32).zip(&sources).filter(|(cluster, source)| cluster != *source).count();
         assert!(base < 60 || (borrowing > base / 4 && borrowing < base), "{borrowing} of {base} borrow");
@@ -213,8 +212,7 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
         let path_flux = sum(&|light, path| Vec3::splat(rows[light][path]));
         let reflected_flux = sum(&|light, path| carried[light][path]);
         let reference = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &deposits);
-        let sources =
-            cpu::hvds::indirect_sources(&hvds, &runs, MIN_VERTICES, [VERTICES_AROUND, MIN_SHARE]);
+        let sources = cpu::hvds::indirect_sources(&hvds, &runs, MIN_VERTICES, [VERTICES_AROUND, MIN_SHARE]);
         let resolved = cpu::hvds::irradiance(&hvds, &reference, &sources, entry_area_m2);
         let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();
         let flux: Vec<ClusterFlux> = pyramid.flux.read().unwrap();

@@ -10,7 +10,7 @@ use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
 use lightpaths::passes::precompute::merged_rays::MergedRayPacking;
-use lightpaths::types::{CachePoint, GatherRay, NO_TARGET, MergedRay, Record, Reflectance};
+use lightpaths::types::{CachePoint, GatherRay, MergedRay, NO_TARGET, Record, Reflectance};
 
 const CLUSTERS: u32 = 501;
 const ALBEDOS: [Vec3; 3] = [Vec3::new(0.9, 0.5, 0.1), Vec3::ZERO, Vec3::new(0.2, 0.4, 0.8)];

@@ -95,8 +95,8 @@ fn targets_and_gradient_weights_equal_the_reference_in(world: &World) {
                 // The gradient is linear in the radiances: a ray's weight is its gradient when it alone is bright.
                 let alone = |other: u32| f64::from(u8::from(other == ray));
                 let min_distance = f64::from(code.min_distance);
-                let weight = translational_gradient(tracing.strata, &distances, alone, min_distance)
-                    * min_distance;
+                let weight =
+                    translational_gradient(tracing.strata, &distances, alone, min_distance) * min_distance;
                 let stored = unpack(row[ray as usize].gradient);
                 // Half of the last bit of a half, and what f32 distances of grazing rays lack.
                 let bound = weight.abs().max_element() / 1024.0 + 1e-6;

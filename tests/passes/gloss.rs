@@ -8,7 +8,7 @@ use crate::gloss_readers::{
 use crate::world::{Random, SUM, World, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu::direct::lit_samples;
-use lightpaths::cpu::gloss::{Beam, reflected_flux, gloss};
+use lightpaths::cpu::gloss::{Beam, lobe_sum, reflected_flux};
 use lightpaths::cpu::hemisphere::{Strata, frame};
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
@@ -335,7 +335,7 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
                     }
                 }
             }
-            gloss(vertices, toward)
+            lobe_sum(vertices, toward)
         };
     for (index, (slot, device)) in glossy.tables.slots.iter().zip(&fluxes).enumerate().step_by(7) {
         coarse += usize::from(slot.cluster >= world.hvds.levels[0].end);
@@ -388,14 +388,9 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
 fn a_light_of_many_samples_adds_up_over_dispatches() {
     let glossy = Glossy::new(World::glossy_room());
     let context = &glossy.world.context;
-    let gloss = Gloss::new(
-        context,
-        &glossy.world.buffers,
-        &glossy.tables,
-        glossy.entry_points.len() as u32,
-        0.017,
-    )
-    .unwrap();
+    let gloss =
+        Gloss::new(context, &glossy.world.buffers, &glossy.tables, glossy.entry_points.len() as u32, 0.017)
+            .unwrap();
     let mut random = Random::new(63);
     let beams: Vec<GlossBeam> = (0..glossy.tables.entries.len())
         .map(|_| GlossBeam { mirror: random.cube().normalize(), factor: random.unit() })

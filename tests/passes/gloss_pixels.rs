@@ -1,7 +1,7 @@
 //! Pixels that gloss: their samples, their rays, and the light that comes back along them.
 
 use crate::common::assert_silent;
-use crate::gloss::{HEMISPHERE, SEED, Glossy, lights};
+use crate::gloss::{Glossy, HEMISPHERE, SEED, lights};
 use crate::world::{FLOAT, Random, World, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu::gather_rays::Tracing;
@@ -11,7 +11,9 @@ use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::gloss::Gloss;
-use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, GlossRadiance, LOBE_RAYS, Surroundings};
+use lightpaths::passes::frame::gloss_pixels::{
+    GlossPixels, GlossRadiance, GlossRay, LOBE_RAYS, Surroundings,
+};
 use lightpaths::passes::frame::hvds::deposit_runs;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::frame::slot_reads::SlotReads;

@@ -1,6 +1,6 @@
 //! Who reads what surfaces send by their lobes: gather rays, through slots, and rays of glossy pixels.
 
-use crate::gloss::{DIRECTIONS, HEMISPHERE, SEED, Glossy};
+use crate::gloss::{DIRECTIONS, Glossy, HEMISPHERE, SEED};
 use crate::world::{Random, SUM, assert_near};
 use glam::{DVec2, DVec3, Vec3};
 use lightpaths::cpu::gather;
@@ -10,7 +10,7 @@ use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::gloss::{Gloss, GlossLight};
 use lightpaths::passes::frame::gloss_pixels::{
-    GlossPixels, GlossRay, GlossRadiance, LOBE_RAYS, NO_SLOT, Surroundings,
+    GlossPixels, GlossRadiance, GlossRay, LOBE_RAYS, NO_SLOT, Surroundings,
 };
 use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::frame::primary::Primary;
@@ -18,7 +18,7 @@ use lightpaths::passes::frame::slot_reads::SlotReads;
 use lightpaths::passes::precompute::gather_rays::RayTable;
 use lightpaths::passes::precompute::merged_rays::MergedRayPacking;
 use lightpaths::scene::Camera;
-use lightpaths::types::{NO_CLUSTER, NO_TARGET, PixelSurface, MergedRay, Record, View};
+use lightpaths::types::{MergedRay, NO_CLUSTER, NO_TARGET, PixelSurface, Record, View};
 use std::f64::consts::PI;
 
 /// What records gather where rays read slots: albedo times irradiance of the slot's cluster, and what the slot has over its area.
@@ -71,8 +71,7 @@ pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss,
         let strata = Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors };
         let rows = glossy.packed.chunks_exact(strata.rays() as usize);
         let colour_rows = colours.chunks_exact(strata.rays() as usize);
-        for ((record, point), (row, colours)) in
-            records.iter().zip(&glossy.points).zip(rows.zip(colour_rows))
+        for ((record, point), (row, colours)) in records.iter().zip(&glossy.points).zip(rows.zip(colour_rows))
         {
             let colours = if has_colours { colours } else { &[] };
             let (merged_rays, colours): (Vec<MergedRay>, Vec<u32>) =

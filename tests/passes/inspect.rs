@@ -105,8 +105,10 @@ fn stored(renderer: &Renderer, point: u32) -> BTreeMap<u32, u32> {
     let list: Vec<MergedRay> = part.merged_rays.read().unwrap();
     let mut counts = BTreeMap::new();
     for merged_ray in &list[first[row] as usize..first[row + 1] as usize] {
-        let [count, target_index] =
-            [merged_ray.target_index >> merged_rays.target_bits, merged_ray.target_index % (1 << merged_rays.target_bits)];
+        let [count, target_index] = [
+            merged_ray.target_index >> merged_rays.target_bits,
+            merged_ray.target_index % (1 << merged_rays.target_bits),
+        ];
         *counts.entry(target_index).or_insert(0) += count + 1;
     }
     counts
@@ -114,7 +116,7 @@ fn stored(renderer: &Renderer, point: u32) -> BTreeMap<u32, u32> {
 
 /// Where nothing but clusters is read, those that rays meet when they are traced again are those of the merged rays.
 #[test]
-fn gather_rays_meet_the_clusters_that_bundles_name() {
+fn gather_rays_meet_the_clusters_that_merged_rays_name() {
     let mut scene = the_box();
     (scene.quality.occlusion, scene.quality.gap_rounds) = (false, 0);
     let renderer = render(scene);
@@ -171,8 +173,10 @@ fn gather_rays_bring_what_records_gathered() {
             let found = radiance * (std::f32::consts::PI / 64.0);
             sum += expected;
             error += (found - expected).abs();
-            unread +=
-                segments.iter().filter(|found| found.cluster.is_some() && found.target_index.is_none()).count();
+            unread += segments
+                .iter()
+                .filter(|found| found.cluster.is_some() && found.target_index.is_none())
+                .count();
             let mut left = stored(&renderer, point);
             rays += left.values().sum::<u32>();
             for target_index in segments.iter().filter_map(|segment| segment.target_index) {

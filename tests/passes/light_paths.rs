@@ -237,7 +237,8 @@ fn paths_are_stored_whole_in(world: &World) {
             PathGroup { materials: 0, steps: 0..first_edited as u32 },
             PathGroup { materials: 1, steps: first_edited as u32..paths.steps.len() as u32 },
         ];
-        let groups: Vec<_> = groups.into_iter().filter(|group| is_glossy && !group.steps.is_empty()).collect();
+        let groups: Vec<_> =
+            groups.into_iter().filter(|group| is_glossy && !group.steps.is_empty()).collect();
         assert_eq!(paths.groups, groups);
         assert!(count < 1_000 || !is_glossy || groups.len() == 2);
 

@@ -8,6 +8,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod accessibility;
 mod addresses;
 mod antialias;
 mod blend;
@@ -28,11 +29,11 @@ mod irradiance_probe;
 mod kernel_copy;
 mod light_paths;
 mod lights;
+mod merged_rays;
 mod near_field;
 mod near_hits;
 mod near_lights;
 mod needed_records;
-mod accessibility;
 mod path_scan;
 mod path_trace;
 mod photon_gather;
@@ -40,7 +41,6 @@ mod photons;
 mod pixels;
 mod prefix_sum;
 mod preview;
-mod merged_rays;
 mod rays;
 mod reads;
 mod resize;

@@ -9,7 +9,7 @@ use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
 use lightpaths::passes::precompute::merged_rays::{MergedRayPacking, MergedRays};
-use lightpaths::types::{NO_TARGET, MergedRay};
+use lightpaths::types::{MergedRay, NO_TARGET};
 use std::collections::BTreeMap;
 
 /// Rays, gradient and turn, and what these would be were all signs alike.
@@ -17,9 +17,9 @@ type Sums = (u32, [DVec2; 2], [DVec2; 2]);
 
 /// Merged rays hold all rays that meet anything, each once, and the sums of what they count for, but for the rounding.
 #[test]
-fn bundles_add_up_the_rays_that_meet_one_reflector() {
+fn merged_rays_add_up_the_rays_that_meet_one_target() {
     let mut random = Random::new(37);
-    for (rings, clusters, colour_count, targets) in
+    for (rings, clusters, colour_count, min_targets) in
         [(8, 7, 0, 21), (8, 7, 3, 21), (3, 1, 0, 3), (1, 100_000, 0, 9_000)]
     {
         let strata = Strata { rings, sectors: 4 * rings };
@@ -30,7 +30,7 @@ fn bundles_add_up_the_rays_that_meet_one_reflector() {
         let colours: Vec<u32> = tinted.map(|_| random.below(colour_count.max(1))).collect();
         let packing = MergedRayPacking::new(targets(&rays), Hemisphere { rings, sectors: 4 * rings });
         assert!(packing.targets.is_sorted_by(|a, b| a < b));
-        assert!(packing.targets.len() >= targets, "{} targets", packing.targets.len());
+        assert!(packing.targets.len() >= min_targets, "{} targets", packing.targets.len());
         let per_row = strata.rays() as usize;
         for (row, rays) in rays.chunks_exact(per_row).enumerate() {
             let colours = colours.get(row * per_row..(row + 1) * per_row).unwrap_or(&[]);
@@ -71,7 +71,7 @@ fn bundles_add_up_the_rays_that_meet_one_reflector() {
 
 /// However the table is cut, as bindings ask for, each point has its own.
 #[test]
-fn bundles_stand_point_by_point_in_parts() {
+fn merged_rays_stand_point_by_point_in_parts() {
     let (context, mut random) = (context(), Random::new(41));
     let hemisphere = Hemisphere { rings: 2, sectors: 8 };
     let code = GatherCode::new(501, 3, 1.0).unwrap();
@@ -85,8 +85,8 @@ fn bundles_stand_point_by_point_in_parts() {
         let table = RayTable { rows_per_buffer: rows, buffers, colours, has_colours: false };
         let found = MergedRays::new(&context, table, hemisphere).unwrap();
         let packing = MergedRayPacking::new(targets(&rays), hemisphere);
-        let targets: Vec<u32> = found.targets.read_range(0, packing.targets.len()).unwrap();
-        assert_eq!(targets, packing.targets);
+        let listed: Vec<u32> = found.targets.read_range(0, packing.targets.len()).unwrap();
+        assert_eq!(listed, packing.targets);
         assert_eq!(found.ray_count, targets(&rays).len() as u64);
         let mut point = 0;
         for part in &found.parts {

@@ -81,7 +81,7 @@ fn radiance_equals_the_reference() {
             gloss: None,
             antialias: &antialias,
             colours: &colours,
-            tint: Vec3::ONE,
+            emission_scale: Vec3::ONE,
         };
         world.context.run(|rec| pass.record(rec, &world.buffers, irradiances_of, [1.0, 1.0])).unwrap();
         let radiance: Vec<Vec3> = pass.radiance.read().unwrap();

@@ -63,7 +63,9 @@ fn received(renderer: &Renderer) -> [DVec3; 2] {
 fn cluster_flux(renderer: &Renderer) -> Vec<[DVec3; 2]> {
     let flux: Vec<ClusterFlux> = renderer.stages().cluster_flux.read().unwrap();
     let emission_scale = renderer.stages().emission_scale;
-    flux.into_iter().map(|flux| [flux.direct, flux.indirect].map(|part| (emission_scale * part).as_dvec3())).collect()
+    flux.into_iter()
+        .map(|flux| [flux.direct, flux.indirect].map(|part| (emission_scale * part).as_dvec3()))
+        .collect()
 }
 
 /// Direct and indirect flux that the coarsest level holds.

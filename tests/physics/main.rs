@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod antialias;
-mod interior;
 #[path = "../common/mod.rs"]
 mod common;
 mod corner;
@@ -13,6 +12,7 @@ mod few_paths;
 mod form_factors;
 mod gloss;
 mod hidden_light;
+mod interior;
 mod lights;
 mod path_noise;
 mod path_tracer;

@@ -107,7 +107,9 @@ fn bounces_between_plates_equal_their_integral() {
     let emission_scale = renderer.stages().emission_scale.y;
     let at_records: Vec<f64> = records
         .iter()
-        .map(|record| f64::from(tint * record.irradiance.y) / expected(record.position.as_dvec3()) - 1.0)
+        .map(|record| {
+            f64::from(emission_scale * record.irradiance.y) / expected(record.position.as_dvec3()) - 1.0
+        })
         .collect();
     let indirect = renderer.layer(Layer::Indirect).unwrap();
     // The plates' outsides get nothing and are seen by nobody.

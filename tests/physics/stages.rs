@@ -20,7 +20,8 @@ fn exact_irradiance_in_the_integrating_sphere_is_the_closed_form() {
         let means = [0, 1].map(|sequence| {
             let found = renderer.exact_irradiance(Exact { stage, samples: 2, sequence }).unwrap();
             let emission_scale = renderer.stages().emission_scale;
-            let errors: Vec<f64> = found.iter().map(|e| f64::from(tint.y * e.y) / expected - 1.0).collect();
+            let errors: Vec<f64> =
+                found.iter().map(|e| f64::from(emission_scale.y * e.y) / expected - 1.0).collect();
             let count = errors.len() as f64;
             let mean = errors.iter().sum::<f64>() / count;
             let rms = (errors.iter().map(|error| error * error).sum::<f64>() / count).sqrt();

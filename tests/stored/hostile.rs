@@ -39,7 +39,7 @@ const POINTERS: &[(&str, usize, usize)] = &[
     ("cache points", 16, 7),
     ("first neighbours", 1, 0),
     ("neighbours", 2, 0),
-    ("targets", 1, 0),
+    ("gather targets", 1, 0),
     ("merged ray counts", 1, 0),
     ("merged rays", 2, 0),
     ("near clusters", 6, 0),

@@ -58,7 +58,7 @@ fn scale_and_place_change_nothing() {
     assert_silent(&context());
 }
 
-/// Flux that all vertices deposit; what base clusters and their wholes should hold of it, as it shows; and what a level does hold, W.
+/// Flux that all vertices deposit; what base clusters and their unweighted ones should hold of it, as it shows; and what a level does hold, W.
 fn energies(renderer: &Renderer) -> [f64; 3] {
     let stages = renderer.stages();
     let entering = renderer.path_flux().unwrap();

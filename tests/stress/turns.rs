@@ -9,8 +9,8 @@ use crate::{SMALL, count, prepare, relative_mse, render, room};
 use glam::{DVec3, Vec3};
 use lightpaths::Result;
 use lightpaths::passes::frame::hvds::ClusterFlux;
-use lightpaths::passes::precompute::gather_rays::Hemisphere;
 use lightpaths::passes::precompute::accessibility::{AccessibilityPoint, open_rays};
+use lightpaths::passes::precompute::gather_rays::Hemisphere;
 use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::reference::{PathTracer, PhotonMapper, Progressive, TracedScene};
 use lightpaths::renderer::{Layer, Renderer, Silent};
@@ -29,7 +29,8 @@ fn box_and_speck() -> Scene {
 /// Direct and indirect flux of the deposits of a run, W, as it shows.
 fn shown(renderer: &Renderer, run: &DepositRun, deposits: &[Deposit], entering: &[Vec3]) -> [DVec3; 2] {
     let flux = |deposit: &Deposit| {
-        let share = if run.is_unweighted == 1 { 1.0 } else { f64::from(deposit.accessibility()) / f64::from(OPEN) };
+        let share =
+            if run.is_unweighted == 1 { 1.0 } else { f64::from(deposit.accessibility()) / f64::from(OPEN) };
         share * deposit.throughput.as_dvec3() * entering[deposit.path() as usize].as_dvec3()
     };
     let sum = |items: Range<u32>| -> DVec3 {

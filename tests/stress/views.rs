@@ -14,7 +14,8 @@ fn seen(renderer: &Renderer) -> usize {
 
 #[track_caller]
 fn assert_no_hole(renderer: &Renderer) {
-    let (uncovered, pixels) = (count(renderer, "pixels without a covering record"), count(renderer, "pixels"));
+    let (uncovered, pixels) =
+        (count(renderer, "pixels without a covering record"), count(renderer, "pixels"));
     assert!(1000 * uncovered <= pixels, "{uncovered} of {pixels} pixels have no covering record");
 }
 

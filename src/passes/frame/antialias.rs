@@ -35,7 +35,7 @@ pub const DENSITY: u32 = 32;
 /// But so many times what every edge pixel has at most.
 pub const MAX_SAMPLE_FACTOR: u32 = 16;
 /// Number of a pixel that shows no edge.
-pub const NO_EDGE: u32 = u32::MAX_SAMPLE_FACTOR;
+pub const NO_EDGE: u32 = u32::MAX;
 /// Slots of an edge pixel at most.
 pub const MAX_SLOTS: u32 = 4;
 /// An average pixel has room for the share 1/`SHARE` of the samples that an edge pixel asks for.
@@ -103,7 +103,8 @@ impl Antialias {
         let mut no_edges = vec![NO_EDGE; pixel_count as usize];
         no_edges.push(0);
         let creases = [("CREASE", CREASE.to_bits()), ("STEP", STEP.to_bits())];
-        let more = [("SPREAD", SPREAD.to_bits()), ("DENSITY", DENSITY), ("MAX_SAMPLE_FACTOR", MAX_SAMPLE_FACTOR)];
+        let more =
+            [("SPREAD", SPREAD.to_bits()), ("DENSITY", DENSITY), ("MAX_SAMPLE_FACTOR", MAX_SAMPLE_FACTOR)];
         let stored =
             |name, count: u32, bytes: usize| Buffer::storage(context, name, u64::from(count) * bytes as u64);
         let pixels = |name| stored(name, pixel_count, size_of::<u32>());

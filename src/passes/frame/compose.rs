@@ -68,7 +68,12 @@ impl Compose {
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
-    pub fn new(context: &Arc<Context>, scene: &SceneBuffers, size: [u32; 2], is_glossy: bool) -> Result<Self> {
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &SceneBuffers,
+        size: [u32; 2],
+        is_glossy: bool,
+    ) -> Result<Self> {
         let pipeline = |at_edges: u32| {
             let constants =
                 [("IS_GLOSSY", u32::from(is_glossy)), ("AT_EDGES", at_edges), scene.textures.constant()];

@@ -102,7 +102,7 @@ impl Gather {
         Self::of_merged_rays(context, cache_points, point_count, merged_rays, hemisphere, code, is_glossy)
     }
 
-    /// The same, of rays that are bundled.
+    /// The same, of rays that are merged.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.

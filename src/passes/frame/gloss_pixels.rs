@@ -302,7 +302,7 @@ impl GlossPixels {
                 ("CellFirst", &clusters.cell_first),
                 ("CellClusters", &clusters.cell_clusters),
                 ("ClusterLinks", &clusters.links),
-                ("UnweightedClusters", &clusters.wholes),
+                ("UnweightedClusters", &clusters.unweighted),
                 ("Pixels", pixels),
                 ("GlossOffsets", &self.offsets),
                 ("GlossPixels", &self.pixels),

@@ -369,10 +369,16 @@ impl Pyramid {
 /// The deposits of each base cluster. `first_deposits`: the first of each cluster by an entry point, then its first by another vertex, and the
 /// end; an unweighted cluster has those of its cluster.
 pub fn deposit_runs(hvds: &Hvds, first_deposits: &[u32]) -> Vec<DepositRun> {
-    let run =
-        |first: &[u32]| DepositRun { first: first[0], first_other: first[1], end: first[2], is_unweighted: 0 };
+    let run = |first: &[u32]| DepositRun {
+        first: first[0],
+        first_other: first[1],
+        end: first[2],
+        is_unweighted: 0,
+    };
     let mut runs: Vec<DepositRun> = first_deposits.windows(3).step_by(2).map(run).collect();
-    for (cluster, &unweighted) in hvds.unweighted.iter().enumerate().filter(|(_, unweighted)| **unweighted != NO_CLUSTER) {
+    for (cluster, &unweighted) in
+        hvds.unweighted.iter().enumerate().filter(|(_, unweighted)| **unweighted != NO_CLUSTER)
+    {
         runs[unweighted as usize] = DepositRun { is_unweighted: 1, ..runs[cluster] };
     }
     runs

@@ -102,7 +102,9 @@ impl NearLights {
         };
         let mut sorted: Vec<(u64, Point)> = (0..)
             .zip(entry_points)
-            .filter(|(_, point)| point.weight > 0.0 && !may_be_glossy(surfaces[point.side as usize / 2].material))
+            .filter(|(_, point)| {
+                point.weight > 0.0 && !may_be_glossy(surfaces[point.side as usize / 2].material)
+            })
             .map(|(index, point)| {
                 let normal = surfaces[point.side as usize / 2].normal_of(point.side % 2 == 1);
                 let area_m2 = point.weight * area_m2;
@@ -167,7 +169,9 @@ impl NearLights {
     ) -> Result<(Vec<NearFactor>, f64)> {
         let light_position = light.position;
         let is_small = [LIGHT_POINT, LIGHT_SPOT].contains(&light.kind);
-        let Some(spacing) = self.spacing_at(light_position).filter(|_| is_small) else { return Ok((Vec::new(), 0.0)) };
+        let Some(spacing) = self.spacing_at(light_position).filter(|_| is_small) else {
+            return Ok((Vec::new(), 0.0));
+        };
         let directions = directions(light);
         let queries: Vec<RayQuery> = directions
             .iter()
@@ -179,7 +183,9 @@ impl NearLights {
             .iter()
             .zip(&directions)
             .filter(|(answer, _)| met(answer.t, answer.side))
-            .map(|(answer, (direction, flux))| (answer.t, answer.side, light_position + answer.t * *direction, *flux))
+            .map(|(answer, (direction, flux))| {
+                (answer.t, answer.side, light_position + answer.t * *direction, *flux)
+            })
             .collect();
         let height = hits.iter().fold(f32::INFINITY, |least, hit| least.min(hit.0)) / self.spacing;
         let care = ((CLOSE[1] - height) / (CLOSE[1] - CLOSE[0])).clamp(0.0, 1.0);

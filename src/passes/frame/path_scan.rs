@@ -154,7 +154,8 @@ impl PathScan {
         let most = max_blocks.max(1).saturating_mul(BLOCK_STEPS);
         let scan_group = context.tuning().scan_group;
         let group = ("local_size_x", scan_group);
-        let constants = [group, ("IS_GLOSSY", u32::from(!lobes.is_empty())), has_textures(!colours.is_empty())];
+        let constants =
+            [group, ("IS_GLOSSY", u32::from(!lobes.is_empty())), has_textures(!colours.is_empty())];
         let lobes =
             (!lobes.is_empty()).then(|| Parts::cut(context, "path lobes", lobes, most)).transpose()?;
         let colours =

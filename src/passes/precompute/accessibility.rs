@@ -62,12 +62,14 @@ pub fn measure(
     seed: u32,
 ) -> Result<()> {
     let reach = NEARBY * hvds.grid.cell_size() as f32;
-    let is_asked =
-        |vertex: &Vertex| vertex.cluster != NO_CLUSTER && hvds.unweighted[vertex.cluster as usize] != NO_CLUSTER;
+    let is_asked = |vertex: &Vertex| {
+        vertex.cluster != NO_CLUSTER && hvds.unweighted[vertex.cluster as usize] != NO_CLUSTER
+    };
     for (is_entry, rays) in [true, false].into_iter().zip(RAYS) {
         let mut asked: Vec<&mut Vertex> =
             vertices.iter_mut().filter(|vertex| vertex.is_entry() == is_entry && is_asked(vertex)).collect();
-        let point = |vertex: &&mut Vertex| AccessibilityPoint { position: vertex.position, side: vertex.side };
+        let point =
+            |vertex: &&mut Vertex| AccessibilityPoint { position: vertex.position, side: vertex.side };
         let points: Vec<_> = asked.iter().map(point).collect();
         let open = open_rays(context, scene, &points, Hemisphere::new(rays), reach, seed)?;
         for (vertex, open) in asked.iter_mut().zip(open) {
@@ -103,7 +105,8 @@ pub fn open_rays(
     let bindable = context.limits().storage_range_bytes / size_of::<AccessibilityPoint>() as u64;
     let limit = (points.len() as u64).min(LIMIT).min(bindable).max(1);
     let pipeline = Pipeline::new(context, STEM, &hemisphere.constants())?;
-    let asked = Buffer::storage(context, "accessibility points", limit * size_of::<AccessibilityPoint>() as u64)?;
+    let asked =
+        Buffer::storage(context, "accessibility points", limit * size_of::<AccessibilityPoint>() as u64)?;
     let answered = Buffer::storage(context, "open rays", 4 * limit)?;
     let mut open = Vec::with_capacity(points.len());
     Chunks::new(1 << 13, limit as u32).run(points.len() as u32, |first, count| {

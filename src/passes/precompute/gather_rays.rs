@@ -323,7 +323,7 @@ pub fn trace(
                         ("CellFirst", &clusters.cell_first),
                         ("CellClusters", &clusters.cell_clusters),
                         ("ClusterLinks", &clusters.links),
-                        ("UnweightedClusters", &clusters.wholes),
+                        ("UnweightedClusters", &clusters.unweighted),
                         ("CachePoints", cache_points),
                         ("GatherRays", rays),
                         ("RayColours", colours),

@@ -94,11 +94,8 @@ pub fn build(
     let read = read.map(|(index, (ray, &bin))| (slots[&(ray.target & mask, bin)], directions.back(index)));
     tables.find_directions(read);
     let first_slot = sources.hvds.cluster_count() + sources.view_count;
-    let packed = GatherCode::new(
-        first_slot + tables.slots.len() as u32,
-        sources.materials.len(),
-        code.min_distance,
-    )?;
+    let packed =
+        GatherCode::new(first_slot + tables.slots.len() as u32, sources.materials.len(), code.min_distance)?;
     for (ray, bin) in rows.iter_mut().zip(&wanted) {
         if ray.target == NO_TARGET {
             continue;

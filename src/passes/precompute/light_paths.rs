@@ -135,8 +135,13 @@ pub fn trace(
         (masks, names) =
             group(&mut vertices, entry_points, |side| bits[surfaces[side as usize / 2].material as usize]);
     }
-    let mut paths =
-        LightPaths::from_vertices(vertices, surfaces, &may_be_glossy, entry_points.len(), clusters.base_count);
+    let mut paths = LightPaths::from_vertices(
+        vertices,
+        surfaces,
+        &may_be_glossy,
+        entry_points.len(),
+        clusters.base_count,
+    );
     paths.group_steps(&masks);
     paths.names = names;
     if !is_glossy {

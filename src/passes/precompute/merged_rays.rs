@@ -8,7 +8,7 @@ use super::shares;
 use crate::cpu::gather::unpack;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
-use crate::types::{GatherRay, MOVEMENT_EXPONENT, NO_TARGET, MergedRay};
+use crate::types::{GatherRay, MOVEMENT_EXPONENT, MergedRay, NO_TARGET};
 use glam::{DVec2, Vec2};
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -74,7 +74,7 @@ impl MergedRayPacking {
 }
 
 /// Merged rays of a run of cache points, in one binding each.
-pub struct BundlePart {
+pub struct MergedRayPart {
     /// The cache points.
     pub points: Range<u32>,
     /// First merged ray of each, and the end.
@@ -90,7 +90,7 @@ pub struct MergedRays {
     /// Cache points of each part; the last may have fewer.
     pub rows_per_part: u32,
     /// The parts, in order.
-    pub parts: Vec<BundlePart>,
+    pub parts: Vec<MergedRayPart>,
     /// Target, as gather rays have it, of each gather target.
     pub targets: Buffer,
     /// How many.
@@ -121,7 +121,7 @@ fn max_rows(context: &Context, hemisphere: Hemisphere) -> u32 {
 
 /// Merged rays of all cache points as plain lists.
 #[derive(Debug, PartialEq)]
-pub struct BundleLists {
+pub struct MergedRayLists {
     /// Targets of gather rays that occur, in ascending order.
     pub targets: Vec<u32>,
     /// Merged rays of each cache point.
@@ -142,7 +142,7 @@ impl MergedRays {
         Ok(Self {
             rows_per_part,
             parts: Vec::new(),
-            targets: Buffer::from_slice(context, "targets", &code.targets)?,
+            targets: Buffer::from_slice(context, "gather targets", &code.targets)?,
             target_count: code.targets.len() as u32,
             target_bits: code.target_bits,
             turn_unit: code.turn_unit,
@@ -158,11 +158,11 @@ impl MergedRays {
     /// The device lacks memory or failed.
     pub fn of_lists(
         context: &Arc<Context>,
-        lists: BundleLists,
+        lists: MergedRayLists,
         hemisphere: Hemisphere,
         has_colours: bool,
     ) -> Result<Self> {
-        let BundleLists { targets, counts, merged_rays, colours } = lists;
+        let MergedRayLists { targets, counts, merged_rays, colours } = lists;
         let rows_per_part = (counts.len().max(1) as u32).min(max_rows(context, hemisphere));
         let code = MergedRayPacking::new(targets, hemisphere);
         let mut found = Self::empty(context, &code, rows_per_part, has_colours)?;
@@ -180,10 +180,10 @@ impl MergedRays {
     ///
     /// # Errors
     /// The device failed.
-    pub fn lists(&self) -> Result<BundleLists> {
+    pub fn lists(&self) -> Result<MergedRayLists> {
         let targets = self.targets.read()?;
         let mut lists =
-            BundleLists { targets, counts: Vec::new(), merged_rays: Vec::new(), colours: Vec::new() };
+            MergedRayLists { targets, counts: Vec::new(), merged_rays: Vec::new(), colours: Vec::new() };
         for part in &self.parts {
             let first: Vec<u32> = part.first_merged_rays.read()?;
             lists.counts.extend(first.windows(2).map(|ends| ends[1] - ends[0]));
@@ -259,7 +259,7 @@ impl MergedRays {
             u64::from(merged_ray.target_index.checked_shr(self.target_bits).unwrap_or(0)) + 1
         };
         self.ray_count += merged_rays.iter().map(rays).sum::<u64>();
-        self.parts.push(BundlePart {
+        self.parts.push(MergedRayPart {
             points: first_point..first_point + counts.len() as u32,
             first_merged_rays: Buffer::from_slice(context, "first merged rays", &first_merged_rays)?,
             merged_rays: Buffer::from_slice(context, "merged rays", merged_rays)?,

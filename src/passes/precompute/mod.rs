@@ -1,6 +1,7 @@
 //! Passes that run once, before the first frame. Each keeps its dispatches short, so that no watchdog bites and a
 //! desktop stays usable, and reports its progress.
 
+pub mod accessibility;
 mod budget;
 pub mod cache_points;
 pub mod clearance;
@@ -10,16 +11,15 @@ pub mod entry_points;
 pub mod gather_rays;
 pub mod gloss;
 pub mod light_paths;
+pub mod merged_rays;
 pub mod narrow_gaps;
 pub mod near_clusters;
 pub mod near_hits;
 pub mod neighbours;
 pub mod occlusion;
 pub mod open_shares;
-pub mod accessibility;
 pub mod path_orders;
 mod piece_points;
-pub mod merged_rays;
 pub mod rays;
 mod reaches;
 pub mod reads;

@@ -108,8 +108,8 @@ pub(super) fn group(
     for vertex in &*vertices {
         // A vertex reflects what reaches the next one, if there is one.
         let path = vertex.path as usize;
-        if let Some(target_index) = pending[path] {
-            masks[path] |= target_index;
+        if let Some(reflecting) = pending[path] {
+            masks[path] |= reflecting;
         }
         pending[path] = Some(if vertex.is_entry() { 0 } else { bit(vertex.side) });
     }
@@ -191,8 +191,8 @@ impl LightPaths {
             arrivals.incoming[slot as usize] = vertex.incoming;
             arrivals.sides[slot as usize] = vertex.side;
             let mut material = HEAD;
-            if let Some((target_index, is_entry)) = before.filter(|(before, _)| before.path == vertex.path) {
-                material = surfaces[target_index.side as usize / 2].material;
+            if let Some((reflecting, is_entry)) = before.filter(|(before, _)| before.path == vertex.path) {
+                material = surfaces[reflecting.side as usize / 2].material;
                 if is_entry {
                     arrivals.departures[vertex.path as usize] = vertex.incoming;
                     arrivals.entry_colours[vertex.path as usize] = vertex.colour;

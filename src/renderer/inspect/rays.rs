@@ -126,9 +126,10 @@ impl Renderer {
     fn readings(&self, point: u32) -> Result<Vec<Reading>> {
         let merged_rays = &self.gather.merged_rays;
         let of_point = merged_rays.of_point(point)?;
-        let mut targets: Vec<u32> = of_point.iter().map(|merged_ray| merged_rays.target_index_of(merged_ray)).collect();
-        targets.sort_unstable();
-        targets.dedup();
+        let mut target_indices: Vec<u32> =
+            of_point.iter().map(|merged_ray| merged_rays.target_index_of(merged_ray)).collect();
+        target_indices.sort_unstable();
+        target_indices.dedup();
         let targets: Vec<u32> = merged_rays.targets.read()?;
         let slots: Vec<GlossSlot> = match &self.gloss {
             Some(gloss) => gloss.clusters.slots.read()?,
@@ -156,7 +157,7 @@ impl Renderer {
             };
             Reading { target_index, material: target >> bits, kind, clusters }
         };
-        Ok(targets.into_iter().map(reading).collect())
+        Ok(target_indices.into_iter().map(reading).collect())
     }
 
     /// The gather target that a ray reads that met this cluster and material, seen along `back`.

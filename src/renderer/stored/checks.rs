@@ -72,7 +72,8 @@ fn hierarchy(hvds: &Hvds) -> Result<(), Refusal> {
     demand(hvds.parents[roots.start as usize..].iter().all(|&parent| parent == NO_CLUSTER), "roots")?;
 
     let (base, own) = (hvds.levels[0].len(), hvds.unweighted.len());
-    let is_unweighted = |&unweighted: &u32| unweighted == NO_CLUSTER || (own..base).contains(&(unweighted as usize));
+    let is_unweighted =
+        |&unweighted: &u32| unweighted == NO_CLUSTER || (own..base).contains(&(unweighted as usize));
     demand(own <= base && hvds.unweighted.iter().all(is_unweighted), "unweighted clusters")?;
     let cells = hvds.grid.cell_count();
     demand(cuts(&hvds.cell_first, cells, hvds.cell_clusters.len()), "cells")?;
@@ -184,10 +185,11 @@ fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     };
     demand(
         lists.targets.is_sorted_by(|a, b| a < b) && lists.targets.iter().all(is_target),
-        "targets",
+        "gather targets",
     )?;
     let total: u64 = lists.counts.iter().map(|&count| u64::from(count)).sum();
-    let are_all = lists.counts.len() == contents.cache_points.len() && total == lists.merged_rays.len() as u64;
+    let are_all =
+        lists.counts.len() == contents.cache_points.len() && total == lists.merged_rays.len() as u64;
     demand(are_all && total <= u64::from(u32::MAX), "merged_rays of cache points")?;
     let colours = if has_images(scene) { lists.merged_rays.len() } else { 0 };
     demand(lists.colours.len() == colours, "colours of merged_rays")?;

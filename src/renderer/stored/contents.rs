@@ -5,9 +5,9 @@ use crate::passes::frame::cluster_views::PartCode;
 use crate::passes::frame::near_field::NearCluster;
 use crate::passes::precompute::cluster_views::ViewTables;
 use crate::passes::precompute::gloss::GlossTables;
+use crate::passes::precompute::merged_rays::MergedRayLists;
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::{Arrivals, LightPaths, PathGroup};
-use crate::passes::precompute::merged_rays::BundleLists;
 use crate::scene::hvds::Hvds;
 use crate::stored::{File, Refusal};
 use crate::types::{CachePoint, Deposit, Grid, PathVertex};
@@ -28,7 +28,7 @@ pub(super) struct Contents {
     pub(super) paths: LightPaths,
     pub(super) cache_points: Vec<CachePoint>,
     pub(super) neighbourhoods: Neighbourhoods,
-    pub(super) merged_rays: BundleLists,
+    pub(super) merged_rays: MergedRayLists,
     pub(super) near_clusters: Vec<NearCluster>,
     pub(super) near_parts: Vec<NearCluster>,
     pub(super) views: Option<ViewTables>,
@@ -115,8 +115,8 @@ impl Contents {
                 first: file.list("first neighbours")?,
                 list: file.list("neighbours")?,
             },
-            merged_rays: BundleLists {
-                targets: file.list("targets")?,
+            merged_rays: MergedRayLists {
+                targets: file.list("gather targets")?,
                 counts: file.list("merged ray counts")?,
                 merged_rays: file.list("merged rays")?,
                 colours: file.list("merged ray colours")?,

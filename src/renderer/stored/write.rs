@@ -1,7 +1,7 @@
 //! What is stored of the precomputation, section by section.
 
 use crate::error::Result;
-use crate::passes::precompute::merged_rays::BundleLists;
+use crate::passes::precompute::merged_rays::MergedRayLists;
 use crate::renderer::precompute::Precomputed;
 use crate::stored::Writer;
 use crate::types::CachePoint;
@@ -33,7 +33,7 @@ pub(super) struct Numbers {
 /// Lists that the device holds, or that are stored otherwise than they are kept.
 pub(super) struct Tables {
     cache_points: Vec<CachePoint>,
-    merged_rays: BundleLists,
+    merged_rays: MergedRayLists,
     /// Sides of each triangle, as [`Surface`](crate::types::Surface) has them.
     sides: Vec<u32>,
     /// What each deposit has besides its throughput, which is the scan's.
@@ -112,7 +112,7 @@ impl Tables {
         writer.add("cache points", &self.cache_points[..]);
         writer.add("first neighbours", &made.neighbourhoods.first[..]);
         writer.add("neighbours", &made.neighbourhoods.list[..]);
-        writer.add("targets", &self.merged_rays.targets[..]);
+        writer.add("gather targets", &self.merged_rays.targets[..]);
         writer.add("merged ray counts", &self.merged_rays.counts[..]);
         writer.add("merged rays", &self.merged_rays.merged_rays[..]);
         writer.add("merged ray colours", &self.merged_rays.colours[..]);

@@ -35,7 +35,7 @@ layout(scalar, binding = 3) readonly buffer DirectIrradiance { vec3 direct_irrad
 layout(scalar, binding = 4) readonly buffer IndirectIrradiance { vec3 indirect_irradiance[]; };
 layout(scalar, binding = 5) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(scalar, binding = 6) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
-layout(scalar, binding = 7) readonly buffer GlossRadiance { GlossRadiance gloss_radiance[]; };
+layout(scalar, binding = 7) readonly buffer GlossRadiance { PixelGloss gloss_radiance[]; };
 layout(scalar, binding = 8) writeonly buffer Radiance { vec3 radiance[]; };
 layout(scalar, binding = 9) readonly buffer PixelColours { uint pixel_colours[]; };  // packed; only in scenes with images
 layout(scalar, binding = 10) readonly buffer EdgeColours { uint edge_colours[]; };
@@ -54,7 +54,7 @@ vec3 reflected(uint side, vec3 colour, vec3 direct, uint source, uint gloss_sour
     vec3 radiance = reflectance_at(Materials, material_of(side)).diffuse * irradiance * (1.0 / PI);
     if (HAS_TEXTURES != 0u) radiance *= colour;
     if (IS_GLOSSY == 1u) {
-        GlossRadiance gloss = gloss_radiance[gloss_source];
+        PixelGloss gloss = gloss_radiance[gloss_source];
         radiance += weight * (push.direct_share * gloss.direct + push.indirect_share * gloss.indirect);
     }
     return radiance;

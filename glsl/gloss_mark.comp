@@ -17,7 +17,7 @@ layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 1) readonly buffer Materials { Reflectance materials[]; };
 layout(binding = 2) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 3) writeonly buffer GlossOffsets { uint gloss_offsets[]; };
-layout(scalar, binding = 4) writeonly buffer GlossRadiance { GlossRadiance gloss_radiance[]; };
+layout(scalar, binding = 4) writeonly buffer GlossRadiance { PixelGloss gloss_radiance[]; };
 layout(scalar, push_constant) uniform Push { GlossMarkPush push; };
 
 #include "include/surfaces.glsl"
@@ -28,5 +28,5 @@ void main() {
     uint side = pixel_surface_at(Pixels, index).side;
     bool is_glossy = side != NO_SIDE && any(greaterThan(materials[surface_at(side >> 1).material].specular, vec3(0.0)));
     gloss_offsets[index] = uint(is_glossy);
-    gloss_radiance[index] = GlossRadiance(vec3(0.0), vec3(0.0));
+    gloss_radiance[index] = PixelGloss(vec3(0.0), vec3(0.0));
 }

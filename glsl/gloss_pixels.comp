@@ -33,7 +33,7 @@ layout(scalar, binding = 5) readonly buffer GlossRays { GlossRay gloss_rays[]; }
 layout(scalar, binding = 6) readonly buffer Irradiance { vec3 irradiance[]; };
 layout(scalar, binding = 7) readonly buffer GlossHits { vec3 gloss_hits[]; };  // of each sample: what its rays find on glossy surfaces
 layout(scalar, binding = 8) readonly buffer Highlights { vec3 highlights[]; };  // of each sample, per unit of specular albedo, W/m²/sr
-layout(scalar, binding = 9) writeonly buffer GlossRadiance { GlossRadiance gloss_radiance[]; };
+layout(scalar, binding = 9) writeonly buffer GlossRadiance { PixelGloss gloss_radiance[]; };
 layout(scalar, binding = 10) readonly buffer GlossColours { uint gloss_colours[]; };  // of rays, packed; only in scenes with images
 layout(scalar, binding = 11) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
 layout(scalar, binding = 12) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };
@@ -67,5 +67,5 @@ void main() {
     }
     vec3 specular = materials[surface_at(pixel_surface_at(Pixels, pixel).side >> 1).material].specular;
     float share = 1.0 / float(max(samples, 1u));
-    gloss_radiance[pixel] = GlossRadiance(share * specular * direct, share / (PI * float(LOBE_RAYS)) * specular * sum);
+    gloss_radiance[pixel] = PixelGloss(share * specular * direct, share / (PI * float(LOBE_RAYS)) * specular * sum);
 }

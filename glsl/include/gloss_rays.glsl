@@ -11,7 +11,7 @@ struct GlossRay {
 const uint NO_SLOT = 0xffffffffu;
 
 // What a pixel reflects glossily, W/m²/sr.
-struct GlossRadiance {
+struct PixelGloss {
     vec3 direct;    // of light straight from the lights
     vec3 indirect;  // of light from surfaces
 };

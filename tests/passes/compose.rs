@@ -11,7 +11,7 @@ use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::antialias::{EdgeSample, NO_EDGE};
 use lightpaths::passes::frame::compose::{Compose, Irradiances};
-use lightpaths::passes::frame::gloss_pixels::GlossRadiance;
+use lightpaths::passes::frame::gloss_pixels::PixelGloss;
 use lightpaths::passes::frame::pixel_colours::POINTS;
 use lightpaths::scene::shapes;
 use lightpaths::types::{NO_SIDE, PixelSurface};
@@ -92,11 +92,9 @@ fn pictures_equal_the_reference_in(world: &World) {
         let indirect: Vec<Vec3> = frame.pixels.iter().map(|_| 1.0 + random.cube()).collect();
         let buffer = Buffer::from_slice(&world.context, "indirect", &indirect).unwrap();
         let pass = Compose::new(&world.context, &world.buffers, size, true).unwrap();
-        let random_gloss = |random: &mut Random| GlossRadiance {
-            direct: 1.0 + random.cube(),
-            indirect: 1.0 + random.cube(),
-        };
-        let radiances: Vec<GlossRadiance> = frame.pixels.iter().map(|_| random_gloss(&mut random)).collect();
+        let random_gloss =
+            |random: &mut Random| PixelGloss { direct: 1.0 + random.cube(), indirect: 1.0 + random.cube() };
+        let radiances: Vec<PixelGloss> = frame.pixels.iter().map(|_| random_gloss(&mut random)).collect();
         let gloss = Buffer::from_slice(&world.context, "gloss radiance", &radiances).unwrap();
         let irradiances = Irradiances {
             pixels: &frame.buffers[0],

@@ -11,9 +11,7 @@ use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::gloss::Gloss;
-use lightpaths::passes::frame::gloss_pixels::{
-    GlossPixels, GlossRadiance, GlossRay, LOBE_RAYS, Surroundings,
-};
+use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, LOBE_RAYS, PixelGloss, Surroundings};
 use lightpaths::passes::frame::hvds::deposit_runs;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::frame::slot_reads::SlotReads;
@@ -118,7 +116,7 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
                 pass.record(rec, around, &[], [&[], &highlights]);
             })
             .unwrap();
-        let found: Vec<GlossRadiance> = pass.radiance.read().unwrap();
+        let found: Vec<PixelGloss> = pass.radiance.read().unwrap();
         let points: Vec<PixelSurface> = pass.samples.read().unwrap();
         let rays: Vec<GlossRay> = pass.rays.read().unwrap();
         let colours: Vec<u32> =

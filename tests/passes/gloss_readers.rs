@@ -10,7 +10,7 @@ use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::gloss::{Gloss, GlossLight};
 use lightpaths::passes::frame::gloss_pixels::{
-    GlossPixels, GlossRadiance, GlossRay, LOBE_RAYS, NO_SLOT, Surroundings,
+    GlossPixels, GlossRay, LOBE_RAYS, NO_SLOT, PixelGloss, Surroundings,
 };
 use lightpaths::passes::frame::needed_records::RecordList;
 use lightpaths::passes::frame::primary::Primary;
@@ -129,7 +129,7 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
         .unwrap();
     let pixels: Vec<PixelSurface> = primary.pixels.read().unwrap();
     let rays: Vec<GlossRay> = pass.rays.read().unwrap();
-    let found: Vec<GlossRadiance> = pass.radiance.read().unwrap();
+    let found: Vec<PixelGloss> = pass.radiance.read().unwrap();
     let materials = world.reflectances();
     let is_glossy = |material: u32| materials[material as usize].specular != Vec3::ZERO;
     let listed = (0..count as usize)
@@ -201,7 +201,7 @@ pub(crate) fn pixels_read_the_slots_of_broad_lobes(
         .unwrap();
     let pixels: Vec<PixelSurface> = primary.pixels.read().unwrap();
     let rays: Vec<GlossRay> = pass.rays.read().unwrap();
-    let found: Vec<GlossRadiance> = pass.radiance.read().unwrap();
+    let found: Vec<PixelGloss> = pass.radiance.read().unwrap();
     let is_glossy = |material: u32| materials[material as usize].specular != Vec3::ZERO;
     let listed = (0..count as usize)
         .filter(|&pixel| is_glossy(glossy.material_of(pixels[pixel].side) as u32))

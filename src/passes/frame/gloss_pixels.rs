@@ -47,7 +47,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// What a pixel reflects glossily, W/m²/sr.
-    pub struct GlossRadiance {
+    pub struct PixelGloss {
         /// Of light straight from the lights.
         pub direct: Vec3,
         /// Of light from surfaces.
@@ -116,7 +116,7 @@ gpu_struct! {
 /// What these passes share with their shaders.
 pub const LAYOUTS: &[Layout] = &[
     GlossRay::LAYOUT,
-    GlossRadiance::LAYOUT,
+    PixelGloss::LAYOUT,
     GlossMarkPush::LAYOUT,
     GlossListPush::LAYOUT,
     GlossRaysPush::LAYOUT,
@@ -185,7 +185,7 @@ pub struct GlossPixels {
     hits: Buffer,
     /// What each sample sends to the camera straight from the lights, per unit of specular albedo, W/m²/sr; three floats.
     highlights: Buffer,
-    /// `GlossRadiance` of each pixel.
+    /// `PixelGloss` of each pixel.
     pub radiance: Buffer,
 }
 
@@ -238,7 +238,7 @@ impl GlossPixels {
             radiance: Buffer::storage(
                 context,
                 "gloss radiance",
-                u64::from(pixel_count) * size_of::<GlossRadiance>() as u64,
+                u64::from(pixel_count) * size_of::<PixelGloss>() as u64,
             )?,
         })
     }

@@ -1,7 +1,7 @@
 // Outgoing directions of glossy clusters: π times what the Phong lobes of their path vertices send there of a light, or of each of four,
 // per unit of its emission: of what comes straight from the light, or from surfaces. [Yue §2]
 // Deterministic: the lists have a fixed order, and a light's bits are the same alone and among four. One invocation = one direction of one cluster.
-// In: beams of the light at entry points, or deposits and what paths carry on of it.
+// In: beams of the light at entry points, or contributions and what paths carry on of it.
 // Out: W, as much as a Lambertian surface of albedo 1 would have to receive.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -18,8 +18,8 @@ layout(constant_id = 0) const uint ENTRY_POINTS = 0;  // 1: light straight from 
 layout(constant_id = 1) const uint LIGHTS = 1;        // 1 or 4; where it is 1, the other lights' buffers are any
 
 layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[]; };
-layout(scalar, binding = 1) readonly buffer DepositRuns { DepositRun deposit_runs[]; };  // of each base cluster
-layout(scalar, binding = 2) readonly buffer Deposits { Deposit deposits[]; };
+layout(scalar, binding = 1) readonly buffer ContributionRanges { ContributionRange contribution_ranges[]; };  // of each base cluster
+layout(scalar, binding = 2) readonly buffer Contributions { Contribution contributions[]; };
 layout(scalar, binding = 3) readonly buffer GlossVertices { GlossVertex gloss_vertices[]; };
 layout(scalar, binding = 4) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
 layout(scalar, binding = 5) readonly buffer GlossSlots { GlossSlot gloss_slots[]; };

@@ -1,7 +1,7 @@
 // Glossy pixels, step 4: what the rays of a sample find on glossy surfaces: π times what these send back by their Phong
 // lobes, summed by the rays' weights; of a light, or of each of four, per unit of its emission: of what comes straight from it, or from
 // surfaces. Rays that read a slot of the gather rays are left out; the others meet lobes that the slots blur, or are too few to prepare
-// directions for them. Deterministic. One invocation = one sample. In: rays, beams of a light, or deposits and
+// directions for them. Deterministic. One invocation = one sample. In: rays, beams of a light, or contributions and
 // what paths carry on of it. Out: W/m².
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -24,8 +24,8 @@ layout(scalar, binding = 2) readonly buffer GlossRays { GlossRay gloss_rays[]; }
 layout(scalar, binding = 3) readonly buffer InverseAreas { float inverse_areas[]; };  // of clusters, 1/m²
 layout(scalar, binding = 4) readonly buffer BaseRanges { uvec2 base_ranges[]; };      // base clusters below each cluster
 layout(scalar, binding = 5) readonly buffer GlossShifts { uint gloss_shifts[]; };     // of each base cluster; NO_ENTRY: is not glossy
-layout(scalar, binding = 6) readonly buffer DepositRuns { DepositRun deposit_runs[]; };  // of each base cluster
-layout(scalar, binding = 7) readonly buffer Deposits { Deposit deposits[]; };
+layout(scalar, binding = 6) readonly buffer ContributionRanges { ContributionRange contribution_ranges[]; };  // of each base cluster
+layout(scalar, binding = 7) readonly buffer Contributions { Contribution contributions[]; };
 layout(scalar, binding = 8) readonly buffer GlossVertices { GlossVertex gloss_vertices[]; };
 layout(scalar, binding = 9) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
 layout(scalar, binding = 10) readonly buffer CarriedFlux0 { vec3 carried_flux_0[]; };

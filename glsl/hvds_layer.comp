@@ -1,9 +1,9 @@
-// Layers of the base level of the volumetric hierarchy: each cluster adds up what the light paths deposit in it of one light, or of
+// Layers of the base level of the volumetric hierarchy: each cluster adds up what the light paths contribution in it of one light, or of
 // four, per unit of the light's emission: light that comes straight from the light apart from light that comes from surfaces. [Yue §2]
 // Vertices count as they show to readers from afar, but not in unweighted clusters.
 // Where surfaces may be glossy, what a path carries on from its entry point is not the form factor there, but a colour.
 // Deterministic: the lists have a fixed order, and a light's bits are the same alone and among four. One invocation = one listed
-// base cluster. In: deposits, form factors, what paths carry on. Out: layers.
+// base cluster. In: contributions, form factors, what paths carry on. Out: layers.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -19,9 +19,9 @@ layout(constant_id = 1) const uint IS_GLOSSY = 0;  // 0: paths carry on their fa
 struct HvdsLayerPush {
     uint first_place;  // of the base level, in the list
     uint cluster_count;
-    uint first_deposit;  // that is added; layers hold what those before it brought
-    uint end_deposit;    // end of those that are
-    uint first_bound;    // of the bound part of the deposits
+    uint first_contribution;  // that is added; layers hold what those before it brought
+    uint end_contribution;    // end of those that are
+    uint first_bound;    // of the bound part of the contributions
 };
 
 layout(binding = 0) uniform usamplerBuffer Factors0;
@@ -32,8 +32,8 @@ layout(scalar, binding = 4) readonly buffer Carried0 { vec3 carried_0[]; };
 layout(scalar, binding = 5) readonly buffer Carried1 { vec3 carried_1[]; };
 layout(scalar, binding = 6) readonly buffer Carried2 { vec3 carried_2[]; };
 layout(scalar, binding = 7) readonly buffer Carried3 { vec3 carried_3[]; };
-layout(binding = 8) uniform usamplerBuffer DepositRuns;  // of each base cluster
-layout(binding = 9) uniform usamplerBuffer Deposits;
+layout(binding = 8) uniform usamplerBuffer ContributionRanges;  // of each base cluster
+layout(binding = 9) uniform usamplerBuffer Contributions;
 layout(scalar, binding = 10) readonly buffer SummedClusters { uint summed_clusters[]; };
 layout(scalar, binding = 11) buffer Layer0 { ClusterLayer layer_0[]; };
 layout(scalar, binding = 12) buffer Layer1 { ClusterLayer layer_1[]; };
@@ -57,10 +57,10 @@ void main() {
     uint cluster = summed_clusters[push.first_place + index];
     const ClusterLayer DARK = ClusterLayer(0.0, vec3(0.0));
     ClusterLayer sum_0 = DARK, sum_1 = DARK, sum_2 = DARK, sum_3 = DARK;
-    DepositRun run = deposit_run_at(DepositRuns, cluster);
+    ContributionRange run = contribution_range_at(ContributionRanges, cluster);
     bool is_unweighted = run.is_unweighted != 0u;
-    if (push.first_deposit > 0u) {
-        if (run.end <= push.first_deposit || run.first >= push.end_deposit) return;
+    if (push.first_contribution > 0u) {
+        if (run.end <= push.first_contribution || run.first >= push.end_contribution) return;
         sum_0 = layer_0[cluster];
         if (LIGHTS > 1u) {
             sum_1 = layer_1[cluster];
@@ -68,24 +68,24 @@ void main() {
             sum_3 = layer_3[cluster];
         }
     }
-    uint first = max(run.first, push.first_deposit), end = min(run.first_other, push.end_deposit);
+    uint first = max(run.first, push.first_contribution), end = min(run.first_other, push.end_contribution);
     for (uint i = first; i < end; ++i) {
-        Deposit deposit = deposit_at(Deposits, i - push.first_bound);
+        Contribution contribution = contribution_at(Contributions, i - push.first_bound);
         // Nothing has reflected the path yet: its channels are alike.
-        float throughput = share_of(deposit, is_unweighted) * deposit.throughput.x;
-        uint path = path_of(deposit);
+        float throughput = share_of(contribution, is_unweighted) * contribution.throughput.x;
+        uint path = path_of(contribution);
         add_direct(sum_0, throughput, number_at(Factors0, path));
         if (LIGHTS == 1u) continue;
         add_direct(sum_1, throughput, number_at(Factors1, path));
         add_direct(sum_2, throughput, number_at(Factors2, path));
         add_direct(sum_3, throughput, number_at(Factors3, path));
     }
-    first = max(run.first_other, push.first_deposit);
-    end = min(run.end, push.end_deposit);
+    first = max(run.first_other, push.first_contribution);
+    end = min(run.end, push.end_contribution);
     for (uint i = first; i < end; ++i) {
-        Deposit deposit = deposit_at(Deposits, i - push.first_bound);
-        vec3 throughput = share_of(deposit, is_unweighted) * deposit.throughput;
-        uint path = path_of(deposit);
+        Contribution contribution = contribution_at(Contributions, i - push.first_bound);
+        vec3 throughput = share_of(contribution, is_unweighted) * contribution.throughput;
+        uint path = path_of(contribution);
         add(sum_0, throughput, IS_GLOSSY != 0u ? carried_0[path] : vec3(number_at(Factors0, path)));
         if (LIGHTS == 1u) continue;
         add(sum_1, throughput, IS_GLOSSY != 0u ? carried_1[path] : vec3(number_at(Factors1, path)));

@@ -15,13 +15,13 @@ struct PathScanApplyPush {
     uint first_step;   // of the bound part of the steps
     uint first_block;  // of this dispatch
     uint end_block;
-    uint first_slot;   // of the bound part of the deposits
+    uint first_slot;   // of the bound part of the contributions
     uint end_slot;     // its end
 };
 
 layout(scalar, binding = 0) readonly buffer Steps { PathStep steps[]; };
 layout(scalar, binding = 1) readonly buffer Entering { vec3 entering[]; };
-layout(scalar, binding = 2) buffer Deposits { Deposit deposits[]; };
+layout(scalar, binding = 2) buffer Contributions { Contribution contributions[]; };
 layout(scalar, push_constant) uniform Push { PathScanApplyPush push; };
 
 void main() {
@@ -31,6 +31,6 @@ void main() {
     for (uint i = block * BLOCK_STEPS - push.first_step; i < end && steps[i].material != HEAD; ++i) {
         uint slot = steps[i].slot;
         if (slot < push.first_slot || slot >= push.end_slot) continue;
-        deposits[slot - push.first_slot].throughput *= entering[block];
+        contributions[slot - push.first_slot].throughput *= entering[block];
     }
 }

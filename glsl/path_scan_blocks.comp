@@ -21,14 +21,14 @@ struct PathScanPush {
     uint first_step;   // of the bound part of the steps
     uint first_block;  // of this dispatch
     uint end_block;
-    uint first_slot;   // of the bound part of the deposits
+    uint first_slot;   // of the bound part of the contributions
     uint end_slot;     // its end
 };
 
 layout(binding = 0) uniform usamplerBuffer Materials;
 layout(binding = 1) uniform usamplerBuffer Steps;  // three words each
 layout(scalar, binding = 2) readonly buffer Lobes { float lobes[]; };  // of each step: 1 - cosα off the mirror direction
-layout(scalar, binding = 3) buffer Deposits { Deposit deposits[]; };
+layout(scalar, binding = 3) buffer Contributions { Contribution contributions[]; };
 layout(scalar, binding = 4) writeonly buffer Blocks { Segment blocks[]; };
 layout(scalar, binding = 5) readonly buffer StepColours { uint step_colours[]; };  // packed; only in scenes with images
 layout(scalar, push_constant) uniform Push { PathScanPush push; };
@@ -44,7 +44,7 @@ vec3 factor_of(PathStep path_step, uint place) {
 }
 
 void put(uint slot, vec3 throughput) {
-    if (slot >= push.first_slot && slot < push.end_slot) deposits[slot - push.first_slot].throughput = throughput;
+    if (slot >= push.first_slot && slot < push.end_slot) contributions[slot - push.first_slot].throughput = throughput;
 }
 
 void main() {

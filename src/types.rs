@@ -101,7 +101,7 @@ gpu_struct! {
         pub incoming: Vec3,
         /// cosθ/(π·pdf) over the survival probability of the step that led here; at an entry point, its area over the mean of all.
         pub weight: f32,
-        /// Base cluster that it deposits into.
+        /// Base cluster that it contributions into.
         pub cluster: u32,
         /// 1 − cosα of the step that led here, α between the direction it took and the mirror direction at the vertex before; zero
         /// where that vertex is not glossy or is an entry point.
@@ -111,7 +111,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// What a path vertex adds to its cluster; listed cluster by cluster.
-    pub struct Deposit {
+    pub struct Contribution {
         /// Share of the path's flux that arrives at this vertex, per channel.
         pub throughput: Vec3,
         /// Bits 0–23: index of the path; 24–31: what counts of the vertex for readers from afar, in parts of [`OPEN`].
@@ -121,10 +121,10 @@ gpu_struct! {
 
 /// Accessibility of a path vertex all of which counts.
 pub const OPEN: u32 = 255;
-/// Bits of a deposit that name its path.
+/// Bits of a contribution that name its path.
 const PATH_BITS: u32 = 24;
 
-impl Deposit {
+impl Contribution {
     /// Of a path whose throughput is still to be found.
     pub fn new(path: u32, accessibility: u32) -> Self {
         Self { throughput: Vec3::ZERO, what: path | accessibility << PATH_BITS }
@@ -142,8 +142,8 @@ impl Deposit {
 }
 
 gpu_struct! {
-    /// The deposits of a base cluster: a run of them.
-    pub struct DepositRun {
+    /// The contributions of a base cluster: a run of them.
+    pub struct ContributionRange {
         /// First by an entry point.
         pub first: u32,
         /// First by another vertex.
@@ -344,8 +344,8 @@ pub const LAYOUTS: &[Layout] = &[
     Node::LAYOUT,
     Grid::LAYOUT,
     PathVertex::LAYOUT,
-    Deposit::LAYOUT,
-    DepositRun::LAYOUT,
+    Contribution::LAYOUT,
+    ContributionRange::LAYOUT,
     CachePoint::LAYOUT,
     GatherRay::LAYOUT,
     Record::LAYOUT,

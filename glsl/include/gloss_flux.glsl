@@ -1,5 +1,5 @@
 // What the vertices of a cluster send towards a direction by their Phong lobes. The including shader declares the constant
-// ENTRY_POINTS and LIGHTS and binds Materials, CarriedFlux0 to CarriedFlux3, DepositRuns, Deposits, GlossVertices, GlossBeams,
+// ENTRY_POINTS and LIGHTS and binds Materials, CarriedFlux0 to CarriedFlux3, ContributionRanges, Contributions, GlossVertices, GlossBeams,
 // BaseRanges and GlossShifts.
 
 // What an invocation takes in one dispatch of the vertices below a cluster, those of one base cluster after those of another.
@@ -24,17 +24,17 @@ void add(inout vec3 sum, vec3 first, vec3 second) {
 }
 
 // π times the lobes' radiance, times the cluster's area, W per unit of a light's emission: of light straight from it (ENTRY_POINTS == 1)
-// or from surfaces, at every `step`th of a run of deposits, each of which stands for `area_m2`, added up. `shift` turns the index of a deposit
+// or from surfaces, at every `step`th of a run of contributions, each of which stands for `area_m2`, added up. `shift` turns the index of a contribution
 // into that of its vertex; in an unweighted cluster all of each counts.
 void add_gloss_flux(inout GlossFlux flux, uvec2 run, uint step, float area_m2, bool is_unweighted, uint shift, vec3 toward, GlossPart part) {
     for (uint i = run.x; i < run.y; i += step) {
         GlossVertex vertex = gloss_vertices[i + shift];
         Reflectance material = materials[vertex.material];
-        Deposit deposit = deposits[i];
-        vec3 throughput = area_m2 * share_of(deposit, is_unweighted) * deposit.throughput;
+        Contribution contribution = contributions[i];
+        vec3 throughput = area_m2 * share_of(contribution, is_unweighted) * contribution.throughput;
         if (ENTRY_POINTS == 0u) {
             vec3 share = throughput * lobe_share(material, vertex.mirror, toward);
-            uint path = path_of(deposit);
+            uint path = path_of(contribution);
             add(flux.of_light[0], share, carried_flux_0[path]);
             if (LIGHTS == 1u) continue;
             add(flux.of_light[1], share, carried_flux_1[path]);
@@ -61,9 +61,9 @@ GlossFlux gloss_flux_below(uint cluster, vec3 toward, GlossPart part, uint seed)
     uint step = 1u;
     if (part.most != 0u) {
         base_step = max(1u, (bases.y - bases.x) / (BASES * part.most));
-        // Deposits stand in the order of their base clusters.
-        uint deposit_count = deposit_runs[bases.y - 1u].end - deposit_runs[bases.x].first;
-        step = max(1u, deposit_count / (base_step * part.most));
+        // Contributions stand in the order of their base clusters.
+        uint contribution_count = contribution_ranges[bases.y - 1u].end - contribution_ranges[bases.x].first;
+        step = max(1u, contribution_count / (base_step * part.most));
     }
     bool is_sampled = base_step * step > 1u;
     // They are so few that the first part takes them all.
@@ -74,12 +74,12 @@ GlossFlux gloss_flux_below(uint cluster, vec3 toward, GlossPart part, uint seed)
     for (uint base = bases.x + (seed >> 16) % base_step; base < bases.y; base += base_step) {
         uint shift = gloss_shifts[base];
         if (shift == NO_ENTRY) continue;
-        DepositRun deposits_here = deposit_runs[base];
-        uint first = ENTRY_POINTS == 1u ? deposits_here.first : deposits_here.first_other;
-        uint count = (ENTRY_POINTS == 1u ? deposits_here.first_other : deposits_here.end) - first;
+        ContributionRange contributions_here = contribution_ranges[base];
+        uint first = ENTRY_POINTS == 1u ? contributions_here.first : contributions_here.first_other;
+        uint count = (ENTRY_POINTS == 1u ? contributions_here.first_other : contributions_here.end) - first;
         uvec2 run = clamp(uvec2(part.first, part.end), passed, passed + count) - passed;
         if (is_sampled) run = uvec2((first_asked + step - passed % step) % step, count);
-        add_gloss_flux(flux, first + run, step, area_m2, deposits_here.is_unweighted != 0u, shift, toward, part);
+        add_gloss_flux(flux, first + run, step, area_m2, contributions_here.is_unweighted != 0u, shift, toward, part);
         passed += count;
     }
     return flux;

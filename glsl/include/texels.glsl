@@ -54,14 +54,14 @@ LightSource light_at(usamplerBuffer list, uint index) {
     return LightSource(uintBitsToFloat(a.xyz), a.w, b.xyz, b.w, c.xyz, c.w, d.xyz, d.w, uintBitsToFloat(e.xyz), e.w, f.x, f.y, uvec2(0u));
 }
 
-Deposit deposit_at(usamplerBuffer list, uint index) {
+Contribution contribution_at(usamplerBuffer list, uint index) {
     uvec4 words = texelFetch(list, int(index));
-    return Deposit(uintBitsToFloat(words.xyz), words.w);
+    return Contribution(uintBitsToFloat(words.xyz), words.w);
 }
 
-DepositRun deposit_run_at(usamplerBuffer list, uint index) {
+ContributionRange contribution_range_at(usamplerBuffer list, uint index) {
     uvec4 words = texelFetch(list, int(index));
-    return DepositRun(words.x, words.y, words.z, words.w);
+    return ContributionRange(words.x, words.y, words.z, words.w);
 }
 
 Record record_at(usamplerBuffer list, uint index) {

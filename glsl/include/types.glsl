@@ -46,28 +46,28 @@ struct PathVertex {
     uint side;      // 2·triangle + (1 if the back side)
     vec3 incoming;  // unit direction of travel when it arrived; zero at an entry point
     float weight;   // cosθ/(π·pdf) over the survival probability of the step that led here; at an entry point, its area over the mean
-    uint cluster;   // base cluster that it deposits into
+    uint cluster;   // base cluster that it contributions into
     float lobe;     // 1 - cosα of the step that led here, α off the mirror direction at the vertex before; zero where that is not glossy
 };
 
 // What a path vertex adds to its cluster; listed cluster by cluster.
-struct Deposit {
+struct Contribution {
     vec3 throughput;  // share of the path's flux that arrives at this vertex, per channel
     uint what;        // bits 0-23: path; 24-31: what counts of the vertex for readers from afar, in 255ths
 };
 
-// The deposits of a base cluster: a run of them.
-struct DepositRun {
+// The contributions of a base cluster: a run of them.
+struct ContributionRange {
     uint first;        // by an entry point
     uint first_other;  // by another vertex
     uint end;
     uint is_unweighted;     // 1: all of each counts, open or not
 };
 
-uint path_of(Deposit deposit) { return deposit.what & 0xffffffu; }
+uint path_of(Contribution contribution) { return contribution.what & 0xffffffu; }
 
-// What the throughput of a deposit counts for in a run.
-float share_of(Deposit deposit, bool is_unweighted) { return is_unweighted ? 1.0 : float(deposit.what >> 24) / 255.0; }
+// What the throughput of a contribution counts for in a run.
+float share_of(Contribution contribution, bool is_unweighted) { return is_unweighted ? 1.0 : float(contribution.what >> 24) / 255.0; }
 
 // A point where indirect irradiance is gathered; its record is splatted to pixels.
 struct CachePoint {

@@ -1,37 +1,37 @@
 //! Reference of the volumetric hierarchy of a frame.
 
 use crate::scene::hvds::Hvds;
-use crate::types::{Deposit, DepositRun, NO_CLUSTER, OPEN};
+use crate::types::{Contribution, ContributionRange, NO_CLUSTER, OPEN};
 use glam::{DVec3, Vec3};
 
-/// What a deposit hands on to its cluster, per unit of the path's flux.
-fn share(deposit: &Deposit, run: &DepositRun) -> DVec3 {
+/// What a contribution hands on to its cluster, per unit of the path's flux.
+fn share(contribution: &Contribution, run: &ContributionRange) -> DVec3 {
     let counts =
-        if run.is_unweighted == 1 { 1.0 } else { f64::from(deposit.accessibility()) / f64::from(OPEN) };
-    counts * deposit.throughput.as_dvec3()
+        if run.is_unweighted == 1 { 1.0 } else { f64::from(contribution.accessibility()) / f64::from(OPEN) };
+    counts * contribution.throughput.as_dvec3()
 }
 
 /// Sums of a run, of entry points and of others; `light` of a path at the former and behind.
-fn sums(run: &DepositRun, deposits: &[Deposit], light: [&dyn Fn(usize) -> DVec3; 2]) -> [DVec3; 2] {
+fn sums(run: &ContributionRange, contributions: &[Contribution], light: [&dyn Fn(usize) -> DVec3; 2]) -> [DVec3; 2] {
     let part = |range: std::ops::Range<u32>, light: &dyn Fn(usize) -> DVec3| -> DVec3 {
-        let deposits = &deposits[range.start as usize..range.end as usize];
-        deposits.iter().map(|deposit| share(deposit, run) * light(deposit.path() as usize)).sum()
+        let contributions = &contributions[range.start as usize..range.end as usize];
+        contributions.iter().map(|contribution| share(contribution, run) * light(contribution.path() as usize)).sum()
     };
     [part(run.first..run.first_other, light[0]), part(run.first_other..run.end, light[1])]
 }
 
-/// Flux of every cluster, W, direct and indirect: of a base cluster the sum of its deposits, of a coarser one the sum of all
+/// Flux of every cluster, W, direct and indirect: of a base cluster the sum of its contributions, of a coarser one the sum of all
 /// base clusters below it. `path_flux` of each path at its entry point, and behind it.
 pub fn cluster_flux(
     hvds: &Hvds,
     path_flux: [&[Vec3]; 2],
-    runs: &[DepositRun],
-    deposits: &[Deposit],
+    runs: &[ContributionRange],
+    contributions: &[Contribution],
 ) -> Vec<[DVec3; 2]> {
     let mut flux = vec![[DVec3::ZERO; 2]; hvds.cluster_count() as usize];
     let [at_entry, behind] = path_flux.map(|flux| move |path: usize| flux[path].as_dvec3());
     for (base, run) in runs.iter().enumerate() {
-        let own = sums(run, deposits, [&at_entry, &behind]);
+        let own = sums(run, contributions, [&at_entry, &behind]);
         let mut cluster = base;
         while let Some(sum) = flux.get_mut(cluster) {
             *sum = [sum[0] + own[0], sum[1] + own[1]];
@@ -46,17 +46,17 @@ pub fn cluster_flux(
 pub fn cluster_layer(
     factors: &[f32],
     carried: &[Vec3],
-    runs: &[DepositRun],
-    deposits: &[Deposit],
+    runs: &[ContributionRange],
+    contributions: &[Contribution],
 ) -> Vec<[DVec3; 2]> {
     let direct = |path: usize| DVec3::splat(f64::from(factors[path]));
     let behind = |path: usize| carried[path].as_dvec3();
-    runs.iter().map(|run| sums(run, deposits, [&direct, &behind])).collect()
+    runs.iter().map(|run| sums(run, contributions, [&direct, &behind])).collect()
 }
 
 /// The smallest cluster around each, itself included, that may be expected to hold `least` vertices which are no entry points, by its share of the area
 /// of the smallest around it that holds `around` times as many, and holds a `share`th of them; the root if none.
-pub fn indirect_sources(hvds: &Hvds, runs: &[DepositRun], least: u32, [around, share]: [u32; 2]) -> Vec<u32> {
+pub fn indirect_sources(hvds: &Hvds, runs: &[ContributionRange], least: u32, [around, share]: [u32; 2]) -> Vec<u32> {
     let mut vertices = vec![0; hvds.cluster_count() as usize];
     for (base, run) in runs.iter().enumerate() {
         let mut cluster = base;

@@ -74,7 +74,7 @@ impl Renderer {
         let clusters = self.pyramid.irradiance.bytes();
         let layers_due = self.lights.without_clusters().len() as u64;
         let layer = (size_of::<ClusterLayer>() as u64) * u64::from(self.pyramid.base_count());
-        let deposits = self.path_scan.deposits.bytes();
+        let contributions = self.path_scan.contributions.bytes();
         let carried = if self.gloss.is_some() { 4 + 12 } else { 4 };
         let [steps, once] = self.path_scan.step_bytes();
         let [pixel_colours, edge_colours] =
@@ -90,9 +90,9 @@ impl Renderer {
                 Direct::STEM => due_layers * (surface + 4 * pixels),
                 Direct::SUM_STEM => (4 * lights + 12) * points,
                 FormFactors::STEM => due_factors * 20 * paths,
-                // Steps are read twice, deposits written one vec3 at a time.
-                PathScan::STEM => 2 * steps + once + deposits,
-                Pyramid::LAYERS_STEM => deposits + layers_due * (carried * paths + layer),
+                // Steps are read twice, contributions written one vec3 at a time.
+                PathScan::STEM => 2 * steps + once + contributions,
+                Pyramid::LAYERS_STEM => contributions + layers_due * (carried * paths + layer),
                 Pyramid::STEM => lights * layer + 3 * clusters,
                 ClusterViews::STEM => self.views.bytes(),
                 Gather::STEM => gathered * (self.gather.merged_rays.bytes() + records) / in_all + clusters,

@@ -146,11 +146,11 @@ impl GlossPasses {
         stages: Stages,
         materials: &Buffer,
         pyramid: &Pyramid,
-        deposits: &Buffer,
+        contributions: &Buffer,
         lights: &Lights,
     ) {
         if self.is_glossy || stages.lobes {
-            let paths = (&pyramid.deposit_runs, deposits);
+            let paths = (&pyramid.contribution_ranges, contributions);
             self.clusters.record(rec, materials, paths, &lights.without_slots(), &lights.slots());
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
@@ -163,7 +163,7 @@ impl GlossPasses {
         scene: &SceneBuffers,
         pixels: &Buffer,
         pyramid: &Pyramid,
-        deposits: &Buffer,
+        contributions: &Buffer,
         lights: &Lights,
     ) {
         if !self.is_glossy {
@@ -175,8 +175,8 @@ impl GlossPasses {
             irradiance: &pyramid.irradiance,
             inverse_areas: &pyramid.inverse_areas,
             gloss: &self.clusters,
-            deposit_runs: &pyramid.deposit_runs,
-            deposits,
+            contribution_ranges: &pyramid.contribution_ranges,
+            contributions,
         };
         let of_lights = [&*lights.hits(), &*lights.highlights()];
         self.pixels.record(rec, around, &lights.without_hits(), of_lights);

@@ -4,7 +4,7 @@ use crate::error::Error;
 
 /// Settings, and words of which one stands in the names of the buffers that grow with them. The first that fits is meant.
 const HINTS: [(&str, &[&str]); 5] = [
-    ("lower quality.entry_points", &["entr", "path", "deposit", "vert", "lobes"]),
+    ("lower quality.entry_points", &["entr", "path", "contribution", "vert", "lobes"]),
     (
         "lower quality.cache_points or quality.gather_rays",
         &["gather", "merged ray", "record", "cache", "view", "near"],

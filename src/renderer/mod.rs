@@ -139,7 +139,7 @@ impl Renderer {
         let gloss = |tables| GlossPasses::new(context, &scene, &made.buffers, tables, paths, bits);
         let gloss = made.gloss.as_ref().map(gloss).transpose()?;
         let mut pyramid =
-            Pyramid::new(context, &made.hvds, &made.paths.first_deposits, made.area_m2, is_glossy)?;
+            Pyramid::new(context, &made.hvds, &made.paths.first_contributions, made.area_m2, is_glossy)?;
         let views = Views::new(context, made.views.take(), &made.hvds, &mut pyramid)?;
         pyramid.make_room_for_parts(context, made.near_parts.len() as u32)?;
         let reads = scope::reads(&made, &views, &pyramid)?;
@@ -177,7 +177,7 @@ impl Renderer {
                 &made.paths.steps,
                 &made.paths.colours,
                 &made.paths.arrivals.lobes,
-                &made.paths.deposits,
+                &made.paths.contributions,
             )?,
             path_groups: made.paths.groups,
             path_names: made.paths.names,
@@ -306,8 +306,8 @@ impl Renderer {
             let scope = self.scopes.of(self.skips);
             self.record_flux(rec, scope, &self.lights.without_clusters());
             if let Some(gloss) = &self.gloss {
-                let deposits = self.path_scan.deposits.whole();
-                gloss.record_clusters(rec, stages, materials, &self.pyramid, deposits, &self.lights);
+                let contributions = self.path_scan.contributions.whole();
+                gloss.record_clusters(rec, stages, materials, &self.pyramid, contributions, &self.lights);
             }
             self.record_near_field(rec, scope);
         }
@@ -329,8 +329,8 @@ impl Renderer {
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         if let Some(gloss) = self.gloss.as_ref().filter(|_| stages.gloss) {
-            let deposits = self.path_scan.deposits.whole();
-            gloss.record_pixels(rec, &self.buffers, pixels, &self.pyramid, deposits, &self.lights);
+            let contributions = self.path_scan.contributions.whole();
+            gloss.record_pixels(rec, &self.buffers, pixels, &self.pyramid, contributions, &self.lights);
         }
         if stages.compose {
             self.compose.record(rec, &self.buffers, self.irradiances(), self.shares);

@@ -127,8 +127,8 @@ impl Renderer {
     pub fn stages(&self) -> StageBuffers<'_> {
         StageBuffers {
             emission_scale: self.lights.emission_scale,
-            deposits: &self.path_scan.deposits,
-            deposit_runs: &self.pyramid.deposit_runs,
+            contributions: &self.path_scan.contributions,
+            contribution_ranges: &self.pyramid.contribution_ranges,
             inverse_areas: &self.pyramid.inverse_areas,
             cluster_flux: &self.pyramid.flux,
             cluster_irradiance: &self.pyramid.irradiance,
@@ -145,10 +145,10 @@ impl Renderer {
 pub struct StageBuffers<'a> {
     /// What all light in them is to be multiplied with: where a single light is active, its emission.
     pub emission_scale: Vec3,
-    /// `Deposit`s in cluster order.
-    pub deposits: &'a Parts,
-    /// `DepositRun` of each base cluster.
-    pub deposit_runs: &'a Buffer,
+    /// `Contribution`s in cluster order.
+    pub contributions: &'a Parts,
+    /// `ContributionRange` of each base cluster.
+    pub contribution_ranges: &'a Buffer,
     /// 1/area for which each cluster shows, 1/m².
     pub inverse_areas: &'a Buffer,
     /// `ClusterFlux` of each cluster, W.

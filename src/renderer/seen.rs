@@ -76,11 +76,11 @@ impl Seen {
     /// Which light paths bring light to what is seen, after a reflection at least.
     pub(super) fn paths(&self, made: &Precomputed) -> Vec<bool> {
         let mut reach = vec![false; made.entry_points.len()];
-        for (cluster, runs) in (0..).zip(made.paths.first_deposits.windows(3).step_by(2)) {
+        for (cluster, runs) in (0..).zip(made.paths.first_contributions.windows(3).step_by(2)) {
             let mut around = above(made, cluster).take(1 + LEVELS as usize);
             if around.any(|cluster| self.clusters.contains(&cluster)) {
-                let deposits = &made.paths.deposits[runs[1] as usize..runs[2] as usize];
-                deposits.iter().for_each(|deposit| reach[deposit.path() as usize] = true);
+                let contributions = &made.paths.contributions[runs[1] as usize..runs[2] as usize];
+                contributions.iter().for_each(|contribution| reach[contribution.path() as usize] = true);
             }
         }
         reach

@@ -13,7 +13,7 @@ impl Renderer {
     /// The hierarchy, as far as it is asked for: the layers of the lights for which that is due, and the sum of all lights' layers.
     pub(super) fn record_flux(&self, rec: &mut Recorder, scope: &Scope, due: &[ClusterLight<'_>]) {
         if !due.is_empty() {
-            self.pyramid.record_layers(rec, due, &self.path_scan.deposits, &scope.clusters);
+            self.pyramid.record_layers(rec, due, &self.path_scan.contributions, &scope.clusters);
             rec.barrier(COMPUTE_TO_COMPUTE);
         }
         self.pyramid.record_sum(rec, &self.lights.clusters(), &scope.clusters);

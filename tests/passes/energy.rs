@@ -8,10 +8,10 @@ use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::gpu::{Buffer, Context, Parts};
 use lightpaths::passes::frame::hvds::{
     ClusterFlux, ClusterLayer, ClusterLight, ClusterLists, MIN_SHARE, MIN_VERTICES, Pyramid, VERTICES_AROUND,
-    deposit_runs, indirect_sources,
+    contribution_ranges, indirect_sources,
 };
 use lightpaths::scene::{grid, hvds::Hvds};
-use lightpaths::types::{Deposit, NO_CLUSTER, OPEN};
+use lightpaths::types::{Contribution, NO_CLUSTER, OPEN};
 use std::sync::Arc;
 
 /// A base level of `count` clusters under one root.
@@ -39,18 +39,18 @@ fn two_levels(count: u32) -> Hvds {
 
 const PATHS: u32 = 499;
 
-/// Random deposits in those lists, and one that nobody reads. At entry points nothing has been reflected yet.
-fn deposits(random: &mut Random, first_deposits: &[u32]) -> Vec<Deposit> {
-    let mut deposits = Vec::new();
-    for (list, run) in first_deposits.windows(2).enumerate() {
-        deposits.extend((run[0]..run[1]).map(|_| {
+/// Random contributions in those lists, and one that nobody reads. At entry points nothing has been reflected yet.
+fn contributions(random: &mut Random, first_contributions: &[u32]) -> Vec<Contribution> {
+    let mut contributions = Vec::new();
+    for (list, run) in first_contributions.windows(2).enumerate() {
+        contributions.extend((run[0]..run[1]).map(|_| {
             let colour = 0.5 * (1.0 + random.cube());
             let throughput = if list % 2 == 0 { Vec3::splat(2.0 * random.unit()) } else { colour };
-            Deposit { throughput, ..Deposit::new(random.below(PATHS), random.below(OPEN + 1)) }
+            Contribution { throughput, ..Contribution::new(random.below(PATHS), random.below(OPEN + 1)) }
         }));
     }
-    deposits.push(Deposit::new(0, OPEN));
-    deposits
+    contributions.push(Contribution::new(0, OPEN));
+    contributions
 }
 
 /// What the hierarchy takes of a light, on the device.
@@ -83,27 +83,27 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
     for hvds in [1, 2, 63, 64, 65, 997].map(two_levels).into_iter().chain([room]) {
         let base = hvds.levels[0].len();
         // Two lists a cluster, of very different length, every third of them empty.
-        let mut first_deposits = vec![0];
+        let mut first_contributions = vec![0];
         for list in 0..2 * base as u32 {
             let length = [0, random.below(9), random.below(70)][list as usize % 3];
-            first_deposits.push(first_deposits[list as usize] + length);
+            first_contributions.push(first_contributions[list as usize] + length);
         }
-        let deposits = deposits(&mut random, &first_deposits);
-        let runs = deposit_runs(&hvds, &first_deposits);
+        let contributions = contributions(&mut random, &first_contributions);
+        let runs = contribution_ranges(&hvds, &first_contributions);
         let min_area_m2 = 0.01;
 
         // Behind the entry point paths may carry another light on.
         let factors: Vec<f32> = (0..PATHS).map(|_| 50.0 * random.unit()).collect();
         let carried: Vec<Vec3> = factors.iter().map(|factor| factor * (1.0 + random.cube())).collect();
         let emission = 1.5 + random.cube();
-        let pyramid = Pyramid::new(&context, &hvds, &first_deposits, min_area_m2, true).unwrap();
+        let pyramid = Pyramid::new(&context, &hvds, &first_contributions, min_area_m2, true).unwrap();
         let all = ClusterLists::all(&context, &hvds.levels).unwrap();
         let light = light(&context, &factors, Some(&carried), base as u32);
-        let deposit_buffer = Parts::cut(&context, "deposits", &deposits, 97).unwrap();
+        let contribution_buffer = Parts::cut(&context, "contributions", &contributions, 97).unwrap();
         context.take_redundant_barriers();
         context
             .run(|rec| {
-                pyramid.record_layers(rec, &[light.due()], &deposit_buffer, &all);
+                pyramid.record_layers(rec, &[light.due()], &contribution_buffer, &all);
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 pyramid.record_sum(rec, &[(emission, &light.layer)], &all);
             })
@@ -113,7 +113,7 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
         let scale = min_area_m2 * emission;
         let path_flux: Vec<Vec3> = factors.iter().map(|factor| factor * scale).collect();
         let reflected_flux: Vec<Vec3> = carried.iter().map(|carried| carried * scale).collect();
-        let reference = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &deposits);
+        let reference = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &contributions);
         let sources = cpu::hvds::indirect_sources(&hvds, &runs, MIN_VERTICES, [VERTICES_AROUND, MIN_SHARE]);
         assert_eq!(indirect_sources(&hvds, &runs, MIN_VERTICES), sources);
         let borrowing = (0..base as u32).zip(&sources).filter(|(cluster, source)| cluster != *source).count();
@@ -147,13 +147,13 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
     let mut random = Random::new(29);
     for (count, light_count) in [(1, 1), (63, 2), (64, 3), (65, 4), (997, 5), (131, 9), (40, 0)] {
         let hvds = two_levels(count);
-        let mut first_deposits = vec![0];
+        let mut first_contributions = vec![0];
         for list in 0..2 * count {
             let length = [random.below(70), 0, random.below(9)][list as usize % 3];
-            first_deposits.push(first_deposits[list as usize] + length);
+            first_contributions.push(first_contributions[list as usize] + length);
         }
-        let deposits = deposits(&mut random, &first_deposits);
-        let runs = deposit_runs(&hvds, &first_deposits);
+        let contributions = contributions(&mut random, &first_contributions);
+        let runs = contribution_ranges(&hvds, &first_contributions);
         let entry_area_m2 = 0.01;
         let rows: Vec<Vec<f32>> =
             (0..light_count).map(|_| (0..PATHS).map(|_| 50.0 * random.unit()).collect()).collect();
@@ -164,7 +164,7 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
         let carried: Vec<Vec<Vec3>> = rows.iter().map(&mut behind).collect();
         let emissions: Vec<Vec3> = rows.iter().map(|_| 1.5 + random.cube()).collect();
 
-        let pyramid = Pyramid::new(&context, &hvds, &first_deposits, entry_area_m2, is_glossy).unwrap();
+        let pyramid = Pyramid::new(&context, &hvds, &first_contributions, entry_area_m2, is_glossy).unwrap();
         let all = ClusterLists::all(&context, &hvds.levels).unwrap();
         assert_eq!(pyramid.base_count(), count);
         let lights = || -> Vec<OneLight> {
@@ -172,15 +172,15 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
             rows.map(|(row, carried)| light(&context, row, is_glossy.then_some(carried), count)).collect()
         };
         let (lights, alone) = (lights(), lights());
-        let deposit_buffer = Parts::cut(&context, "deposits", &deposits, u32::MAX).unwrap();
-        let cut = Parts::cut(&context, "deposits", &deposits, 61).unwrap();
+        let contribution_buffer = Parts::cut(&context, "contributions", &contributions, u32::MAX).unwrap();
+        let cut = Parts::cut(&context, "contributions", &contributions, 61).unwrap();
         let due: Vec<ClusterLight<'_>> = lights.iter().map(OneLight::due).collect();
         let lit: Vec<(Vec3, &Buffer)> =
             emissions.iter().copied().zip(lights.iter().map(|l| &l.layer)).collect();
         context.take_redundant_barriers();
         context
             .run(|rec| {
-                pyramid.record_layers(rec, &due, &deposit_buffer, &all);
+                pyramid.record_layers(rec, &due, &contribution_buffer, &all);
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 pyramid.record_sum(rec, &lit, &all);
             })
@@ -189,7 +189,7 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
             assert_eq!(context.take_redundant_barriers(), [""; 0]);
         }
         for ((row, carried), (light, alone)) in rows.iter().zip(&carried).zip(lights.iter().zip(&alone)) {
-            let reference = cpu::hvds::cluster_layer(row, carried, &runs, &deposits);
+            let reference = cpu::hvds::cluster_layer(row, carried, &runs, &contributions);
             let device: Vec<ClusterLayer> = light.layer.read().unwrap();
             for (cluster, (device, reference)) in device.iter().zip(reference).enumerate() {
                 let name = format!("cluster {cluster} of {count}");
@@ -201,7 +201,7 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
             let bits = |light: &OneLight| light.layer.read::<u32>().unwrap();
             assert!(
                 bits(light) == bits(alone),
-                "alone and among others, from deposits in one part and in many"
+                "alone and among others, from contributions in one part and in many"
             );
         }
 
@@ -211,7 +211,7 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
         };
         let path_flux = sum(&|light, path| Vec3::splat(rows[light][path]));
         let reflected_flux = sum(&|light, path| carried[light][path]);
-        let reference = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &deposits);
+        let reference = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &contributions);
         let sources = cpu::hvds::indirect_sources(&hvds, &runs, MIN_VERTICES, [VERTICES_AROUND, MIN_SHARE]);
         let resolved = cpu::hvds::irradiance(&hvds, &reference, &sources, entry_area_m2);
         let irradiance: Vec<Vec3> = pyramid.irradiance.read().unwrap();

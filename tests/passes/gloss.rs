@@ -14,7 +14,7 @@ use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::gloss::{Gloss, GlossBeam, GlossLight};
-use lightpaths::passes::frame::hvds::deposit_runs;
+use lightpaths::passes::frame::hvds::contribution_ranges;
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
 use lightpaths::passes::precompute::gloss::{self, GlossTables};
@@ -204,14 +204,14 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
         Gloss::new(&world.context, &world.buffers, &glossy.tables, path_count as u32, area_m2).unwrap();
     let mut random_factors = |_: &LightSource| (0..path_count).map(|_| random.unit()).collect();
     let factors: Vec<Vec<f32>> = lights.iter().map(&mut random_factors).collect();
-    let mut deposits = glossy.paths.deposits.clone();
-    for deposit in &mut deposits {
-        deposit.throughput = 0.5 * (1.0 + random.cube());
+    let mut contributions = glossy.paths.contributions.clone();
+    for contribution in &mut contributions {
+        contribution.throughput = 0.5 * (1.0 + random.cube());
     }
-    let first = &glossy.paths.first_deposits;
-    let deposits_buffer = Buffer::from_slice(&world.context, "deposits", &deposits).unwrap();
-    let runs = deposit_runs(&world.hvds, first);
-    let runs_buffer = Buffer::from_slice(&world.context, "deposit runs", &runs).unwrap();
+    let first = &glossy.paths.first_contributions;
+    let contributions_buffer = Buffer::from_slice(&world.context, "contributions", &contributions).unwrap();
+    let runs = contribution_ranges(&world.hvds, first);
+    let runs_buffer = Buffer::from_slice(&world.context, "contribution runs", &runs).unwrap();
     let beams: Vec<Buffer> = lights
         .iter()
         .map(|light| Buffer::storage(&world.context, "beams", gloss.beam_bytes(light.samples)).unwrap())
@@ -253,7 +253,7 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
             gloss.record_entries(rec, &world.buffers.materials, &gloss_lights);
             rec.barrier(COMPUTE_TO_COMPUTE);
             let materials = &world.buffers.materials;
-            let paths = (&runs_buffer, &deposits_buffer);
+            let paths = (&runs_buffer, &contributions_buffer);
             gloss.record(rec, materials, paths, &gloss_lights, &emitting("slots"));
         })
         .unwrap();
@@ -317,19 +317,19 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
             let mut vertices = Vec::new();
             for cluster in glossy.base_below(cluster) {
                 let run = runs[cluster as usize];
-                for deposit in run.first..run.end {
-                    let side = arrivals.sides[deposit as usize];
+                for contribution in run.first..run.end {
+                    let side = arrivals.sides[contribution as usize];
                     let material = &materials[glossy.material_of(side)];
                     let (throughput, path) =
-                        (deposits[deposit as usize].throughput, deposits[deposit as usize].path());
-                    if deposit < run.first_other {
+                        (contributions[contribution as usize].throughput, contributions[contribution as usize].path());
+                    if contribution < run.first_other {
                         let beams = of_paths[path as usize].iter();
                         vertices.extend(beams.map(|beam| {
                             (material, Beam { flux: beam.flux * throughput.as_dvec3(), ..*beam })
                         }));
                     } else {
                         let normal = world.geometry().normal(side).as_dvec3();
-                        let mirror = arrivals.incoming[deposit as usize].as_dvec3().reflect(normal);
+                        let mirror = arrivals.incoming[contribution as usize].as_dvec3().reflect(normal);
                         let flux = throughput.as_dvec3() * reflected[path as usize].as_dvec3();
                         vertices.push((material, Beam { mirror, flux }));
                     }
@@ -366,7 +366,7 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
 
     // A light whose part is kept costs a sum, and changes no bit.
     let materials = &world.buffers.materials;
-    let paths = (&runs_buffer, &deposits_buffer);
+    let paths = (&runs_buffer, &contributions_buffer);
     world.context.run(|rec| gloss.record(rec, materials, paths, &[], &emitting("slots"))).unwrap();
     assert!(gloss.fluxes.read::<Vec3>().unwrap() == fluxes);
     // And a light's bits are the same alone and among others.
@@ -377,7 +377,7 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
     }
     assert!(bits() == among_others);
     gathered_slots_equal_the_reference(&glossy, &gloss, &fluxes);
-    let around = (&runs_buffer, &deposits_buffer, &gloss_lights[..]);
+    let around = (&runs_buffer, &contributions_buffer, &gloss_lights[..]);
     pixels_read_the_slots_of_broad_lobes(&glossy, &gloss, (around.0, around.1));
     pixels_of_glossy_surfaces_equal_the_reference(&glossy, &gloss, around, &emitting("hits"), sent);
     assert_silent(&world.context);
@@ -395,11 +395,11 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
     let beams: Vec<GlossBeam> = (0..glossy.tables.entries.len())
         .map(|_| GlossBeam { mirror: random.cube().normalize(), factor: random.unit() })
         .collect();
-    let mut deposits = glossy.paths.deposits.clone();
-    deposits.iter_mut().for_each(|deposit| deposit.throughput = 0.5 * (1.0 + random.cube()));
-    let deposits = Buffer::from_slice(context, "deposits", &deposits).unwrap();
-    let runs = deposit_runs(&glossy.world.hvds, &glossy.paths.first_deposits);
-    let first = Buffer::from_slice(context, "deposit runs", &runs).unwrap();
+    let mut contributions = glossy.paths.contributions.clone();
+    contributions.iter_mut().for_each(|contribution| contribution.throughput = 0.5 * (1.0 + random.cube()));
+    let contributions = Buffer::from_slice(context, "contributions", &contributions).unwrap();
+    let runs = contribution_ranges(&glossy.world.hvds, &glossy.paths.first_contributions);
+    let first = Buffer::from_slice(context, "contribution runs", &runs).unwrap();
     let nothing = vec![Vec3::ZERO; glossy.entry_points.len()];
     let dark_paths = Buffer::from_slice(context, "carried flux", &nothing).unwrap();
     // The same light: all of it comes from the first of its samples.
@@ -419,7 +419,7 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
         };
         context
             .run(|rec| {
-                gloss.record(rec, &glossy.world.buffers.materials, (&first, &deposits), &[light], &[]);
+                gloss.record(rec, &glossy.world.buffers.materials, (&first, &contributions), &[light], &[]);
             })
             .unwrap();
         slots.read::<Vec3>().unwrap()

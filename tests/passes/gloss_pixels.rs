@@ -12,7 +12,7 @@ use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::gloss::Gloss;
 use lightpaths::passes::frame::gloss_pixels::{GlossPixels, GlossRay, LOBE_RAYS, PixelGloss, Surroundings};
-use lightpaths::passes::frame::hvds::deposit_runs;
+use lightpaths::passes::frame::hvds::contribution_ranges;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::frame::slot_reads::SlotReads;
 use lightpaths::passes::precompute::gather_rays;
@@ -53,9 +53,9 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
     let irradiance_buffer = Buffer::from_slice(&world.context, "irradiance", &irradiance).unwrap();
     let inverse_areas =
         Buffer::from_slice(&world.context, "inverse areas", &vec![1.0_f32; clusters]).unwrap();
-    let runs = deposit_runs(&world.hvds, &glossy.paths.first_deposits);
-    let runs = Buffer::from_slice(&world.context, "deposit runs", &runs).unwrap();
-    let deposits = Buffer::from_slice(&world.context, "deposits", &glossy.paths.deposits).unwrap();
+    let runs = contribution_ranges(&world.hvds, &glossy.paths.first_contributions);
+    let runs = Buffer::from_slice(&world.context, "contribution runs", &runs).unwrap();
+    let contributions = Buffer::from_slice(&world.context, "contributions", &glossy.paths.contributions).unwrap();
     let bits = glossy.code.cluster_bits;
     let tracing = Tracing {
         geometry: world.geometry(),
@@ -92,8 +92,8 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
             irradiance: &irradiance_buffer,
             inverse_areas: &inverse_areas,
             gloss: &gloss,
-            deposit_runs: &runs,
-            deposits: &deposits,
+            contribution_ranges: &runs,
+            contributions: &contributions,
         };
         let slots = SlotReads::none(&world.context).unwrap();
         let highlights: Vec<_> = lights.iter().map(|light| light.emission).zip(&layers).collect();

@@ -87,7 +87,7 @@ pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss,
 pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
     glossy: &Glossy,
     gloss: &Gloss,
-    (deposit_runs, deposits, lights): (&Buffer, &Buffer, &[GlossLight<'_>]),
+    (contribution_ranges, contributions, lights): (&Buffer, &Buffer, &[GlossLight<'_>]),
     hits: &[(Vec3, &Buffer)],
     sent: impl Fn(u32, DVec3) -> DVec3,
 ) {
@@ -115,8 +115,8 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
         irradiance: &Buffer::from_slice(context, "irradiance", &vec![Vec3::ZERO; clusters]).unwrap(),
         inverse_areas: &Buffer::from_slice(context, "inverse areas", &inverse_areas).unwrap(),
         gloss,
-        deposit_runs,
-        deposits,
+        contribution_ranges,
+        contributions,
     };
     context
         .run(|rec| {
@@ -187,8 +187,8 @@ pub(crate) fn pixels_read_the_slots_of_broad_lobes(
         irradiance: &irradiance,
         inverse_areas: &inverse_areas,
         gloss,
-        deposit_runs: around.0,
-        deposits: around.1,
+        contribution_ranges: around.0,
+        contributions: around.1,
     };
     context
         .run(|rec| {

@@ -4,7 +4,7 @@ use crate::common::{assert_silent, context};
 use glam::Vec3;
 use lightpaths::renderer::{Layer, PathPoint, Renderer, Silent};
 use lightpaths::scene::{LoadOptions, Quality, Scene};
-use lightpaths::types::{CachePoint, Deposit, DepositRun, MergedRay, Record};
+use lightpaths::types::{CachePoint, Contribution, ContributionRange, MergedRay, Record};
 use std::collections::BTreeMap;
 
 const SMALL: Quality = Quality {
@@ -191,13 +191,13 @@ fn gather_rays_bring_what_records_gathered() {
     assert_silent(&context());
 }
 
-/// Clusters of a path's deposits, and what they hold, in a fixed order.
-fn deposited(deposits: &[Deposit], runs: &[DepositRun], path: u32) -> Vec<(u32, [u32; 3])> {
+/// Clusters of a path's contributions, and what they hold, in a fixed order.
+fn contributed(contributions: &[Contribution], runs: &[ContributionRange], path: u32) -> Vec<(u32, [u32; 3])> {
     let mut found = Vec::new();
     for (cluster, run) in (0..).zip(runs).filter(|(_, run)| run.is_unweighted == 0) {
-        let own = &deposits[run.first as usize..run.end as usize];
-        let of_path = own.iter().filter(|deposit| deposit.path() == path);
-        found.extend(of_path.map(|deposit| (cluster, bits(deposit.throughput))));
+        let own = &contributions[run.first as usize..run.end as usize];
+        let of_path = own.iter().filter(|contribution| contribution.path() == path);
+        found.extend(of_path.map(|contribution| (cluster, bits(contribution.throughput))));
     }
     found.sort_unstable();
     found
@@ -208,14 +208,14 @@ fn bits(value: Vec3) -> [u32; 3] {
 }
 
 #[test]
-fn paths_traced_again_lie_where_they_deposited() {
+fn paths_traced_again_lie_where_their_contributions_went() {
     for (what, scene) in [("diffuse", the_box()), ("glossy", glossy_box())] {
         let mut renderer = render(scene);
         // Materials that are not editable were others when the paths were traced.
         renderer.set_diffuse(0, Vec3::new(0.2, 0.3, 0.1)).unwrap();
         renderer.frame().unwrap();
-        let deposits: Vec<Deposit> = renderer.stages().deposits.read().unwrap();
-        let runs: Vec<DepositRun> = renderer.stages().deposit_runs.read().unwrap();
+        let contributions: Vec<Contribution> = renderer.stages().contributions.read().unwrap();
+        let runs: Vec<ContributionRange> = renderer.stages().contribution_ranges.read().unwrap();
         let mut vertices = 0;
         for path in (11..20_000).step_by(1_777) {
             let points: Vec<PathPoint> = renderer.light_path_of(path).unwrap();
@@ -223,7 +223,7 @@ fn paths_traced_again_lie_where_they_deposited() {
             let held = points.iter().filter_map(|point| Some((point.cluster?, bits(point.throughput))));
             let mut held: Vec<_> = held.collect();
             held.sort_unstable();
-            assert_eq!(held, deposited(&deposits, &runs, path), "{what}, path {path}");
+            assert_eq!(held, contributed(&contributions, &runs, path), "{what}, path {path}");
             let nearest = renderer.entry_point_near(points[0].position).unwrap().unwrap();
             let again = renderer.light_path_of(nearest).unwrap()[0];
             assert_eq!(again.position, points[0].position);

@@ -198,9 +198,9 @@ fn paths_are_stored_whole_in(world: &World) {
         )
         .unwrap();
         // Two lists a cluster: entry points, and other vertices.
-        assert_eq!(paths.first_deposits.len(), 2 * base + 1);
-        assert_eq!(paths.deposits.len(), paths.first_deposits[2 * base] as usize + 1);
-        assert_eq!(paths.steps.len() as u64, u64::from(paths.first_deposits[2 * base]) + paths.lost);
+        assert_eq!(paths.first_contributions.len(), 2 * base + 1);
+        assert_eq!(paths.contributions.len(), paths.first_contributions[2 * base] as usize + 1);
+        assert_eq!(paths.steps.len() as u64, u64::from(paths.first_contributions[2 * base]) + paths.lost);
 
         // The same walk in rounds of our own.
         let mut expected: Vec<Vec<(PathVertex, u32)>> =
@@ -244,7 +244,7 @@ fn paths_are_stored_whole_in(world: &World) {
 
         let (mut steps, mut colours) = (paths.steps.iter(), paths.colours.iter());
         let has_images = !world.coordinates.is_empty();
-        let mut taken = vec![false; paths.deposits.len()];
+        let mut taken = vec![false; paths.contributions.len()];
         for (path, vertices) in expected.iter().enumerate() {
             let mut material = HEAD;
             for (vertex, colour) in vertices {
@@ -273,9 +273,9 @@ fn paths_are_stored_whole_in(world: &World) {
                     material = FROM_ENTRY;
                 }
                 assert_ne!(vertex.cluster, NO_CLUSTER, "no vertex is lost");
-                assert!((paths.first_deposits[list]..paths.first_deposits[list + 1]).contains(&step.slot));
+                assert!((paths.first_contributions[list]..paths.first_contributions[list + 1]).contains(&step.slot));
                 assert!(!std::mem::replace(&mut taken[step.slot as usize], true), "slots are used once");
-                assert_eq!(paths.deposits[step.slot as usize].path(), path as u32);
+                assert_eq!(paths.contributions[step.slot as usize].path(), path as u32);
             }
         }
         assert!(steps.next().is_none() && colours.next().is_none());

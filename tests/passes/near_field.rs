@@ -11,7 +11,7 @@ use lightpaths::passes::frame::near_field::{NearCluster, NearField};
 use lightpaths::passes::precompute::cache_points::Placed;
 use lightpaths::passes::precompute::near_clusters::{self, Extent};
 use lightpaths::scene::hvds::Piece;
-use lightpaths::types::{Deposit, NO_CLUSTER, OPEN, Record};
+use lightpaths::types::{Contribution, NO_CLUSTER, OPEN, Record};
 
 #[test]
 fn irradiance_of_near_clusters_equals_the_reference() {
@@ -20,8 +20,8 @@ fn irradiance_of_near_clusters_equals_the_reference() {
     let base = world.hvds.levels[0].len();
     // One entry point in each base cluster, on a path of its own.
     let lists: Vec<u32> = (0..=2 * base as u32).map(|list| list.div_ceil(2)).collect();
-    let deposits: Vec<Deposit> = (0..=base as u32)
-        .map(|path| Deposit { throughput: Vec3::ONE, ..Deposit::new(path.min(base as u32 - 1), OPEN) })
+    let contributions: Vec<Contribution> = (0..=base as u32)
+        .map(|path| Contribution { throughput: Vec3::ONE, ..Contribution::new(path.min(base as u32 - 1), OPEN) })
         .collect();
     let factors: Vec<f32> = (0..base).map(|_| 1.0 + random.unit()).collect();
     let emission = Vec3::new(0.5, 1.0, 1.5);
@@ -29,7 +29,7 @@ fn irradiance_of_near_clusters_equals_the_reference() {
     let factors = Buffer::from_slice(&world.context, "factors", &factors).unwrap();
     let layer = Pyramid::layer(&world.context, base as u32).unwrap();
     let light = ClusterLight { factors: &factors, carried: None, layer: &layer };
-    let deposits = Parts::cut(&world.context, "deposits", &deposits, u32::MAX).unwrap();
+    let contributions = Parts::cut(&world.context, "contributions", &contributions, u32::MAX).unwrap();
     for count in [0, 1, 63, 64, 65, 997] {
         let record = |_| Record {
             position: random.cube(),
@@ -64,7 +64,7 @@ fn irradiance_of_near_clusters_equals_the_reference() {
         world
             .context
             .run(|rec| {
-                pyramid.record_layers(rec, &[light], &deposits, &all);
+                pyramid.record_layers(rec, &[light], &contributions, &all);
                 rec.barrier(COMPUTE_TO_COMPUTE);
                 pyramid.record_sum(rec, &[(emission, &layer)], &all);
                 rec.barrier(COMPUTE_TO_COMPUTE);

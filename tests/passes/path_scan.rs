@@ -7,7 +7,7 @@ use lightpaths::cpu;
 use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::path_scan::{FROM_ENTRY, HEAD, PathScan, PathStep};
-use lightpaths::types::{Deposit, OPEN, Reflectance};
+use lightpaths::types::{Contribution, OPEN, Reflectance};
 
 /// Steps of paths of those lengths; slots are a permutation. A stride that no length here shares a factor with.
 fn steps(lengths: &[usize], mut step: impl FnMut() -> (u32, f32)) -> Vec<PathStep> {
@@ -37,20 +37,20 @@ fn scan_among(materials: &[Reflectance], steps: &[PathStep], colours: &[u32], lo
     const UNTOUCHED: Vec3 = Vec3::splat(-7.0);
     let context = context();
     let materials = Buffer::from_slice(&context, "materials", materials).unwrap();
-    let deposit = |path: usize| Deposit { throughput: UNTOUCHED, ..Deposit::new(path as u32, OPEN) };
-    let deposits: Vec<_> = (0..=steps.len()).map(deposit).collect();
-    let scan = PathScan::new(&context, steps, colours, lobes, &deposits).unwrap();
+    let contribution = |path: usize| Contribution { throughput: UNTOUCHED, ..Contribution::new(path as u32, OPEN) };
+    let contributions: Vec<_> = (0..=steps.len()).map(contribution).collect();
+    let scan = PathScan::new(&context, steps, colours, lobes, &contributions).unwrap();
     // Two or three parts of each.
-    let most = [1 + steps.len() as u32 / 3_000, 1 + deposits.len() as u32 * 2 / 5];
-    let cut = PathScan::in_parts(&context, steps, colours, lobes, &deposits, most).unwrap();
+    let most = [1 + steps.len() as u32 / 3_000, 1 + contributions.len() as u32 * 2 / 5];
+    let cut = PathScan::in_parts(&context, steps, colours, lobes, &contributions, most).unwrap();
     for _ in 0..2 {
         context.run(|rec| scan.record(rec, &materials, None)).unwrap();
         context.run(|rec| cut.record(rec, &materials, None)).unwrap();
     }
-    let found: Vec<Deposit> = scan.deposits.read().unwrap();
-    let bits = |deposits: &[Deposit]| bytemuck::cast_slice::<Deposit, u8>(deposits).to_vec();
-    assert!(bits(&cut.deposits.read().unwrap()) == bits(&found), "in parts as in one");
-    assert!((0..).zip(&found).all(|(path, deposit)| deposit.path() == path), "paths stay as they are");
+    let found: Vec<Contribution> = scan.contributions.read().unwrap();
+    let bits = |contributions: &[Contribution]| bytemuck::cast_slice::<Contribution, u8>(contributions).to_vec();
+    assert!(bits(&cut.contributions.read().unwrap()) == bits(&found), "in parts as in one");
+    assert!((0..).zip(&found).all(|(path, contribution)| contribution.path() == path), "paths stay as they are");
     assert_eq!(found.last().unwrap().throughput, UNTOUCHED, "nothing is written past the last vertex");
     steps.iter().map(|step| found[step.slot as usize].throughput).collect()
 }
@@ -220,18 +220,18 @@ fn a_part_scanned_again_equals_a_whole_scan() {
     });
     let material = |diffuse| Reflectance { diffuse, exponent: 1.0, specular: Vec3::ZERO, flags: 0 };
     let mut table = [Vec3::splat(0.7), Vec3::new(0.3, 0.5, 0.9), Vec3::splat(0.1)].map(material);
-    let deposits: Vec<_> = (0..=steps.len()).map(|path| Deposit::new(path as u32, OPEN)).collect();
-    let whole = PathScan::new(&context, &steps, &[], &[], &deposits).unwrap();
-    let part = PathScan::new(&context, &steps, &[], &[], &deposits).unwrap();
+    let contributions: Vec<_> = (0..=steps.len()).map(|path| Contribution::new(path as u32, OPEN)).collect();
+    let whole = PathScan::new(&context, &steps, &[], &[], &contributions).unwrap();
+    let part = PathScan::new(&context, &steps, &[], &[], &contributions).unwrap();
     let materials = Buffer::from_slice(&context, "materials", &table).unwrap();
     context.run(|rec| part.record(rec, &materials, None)).unwrap();
-    let before: Vec<Deposit> = part.deposits.read().unwrap();
+    let before: Vec<Contribution> = part.contributions.read().unwrap();
     table[2].diffuse = Vec3::new(0.8, 0.6, 0.4);
     materials.write(&table).unwrap();
     context.run(|rec| part.record(rec, &materials, Some(&parts))).unwrap();
     context.run(|rec| whole.record(rec, &materials, None)).unwrap();
-    let [part, whole] = [part, whole].map(|scan| scan.deposits.read::<Deposit>().unwrap());
-    let same = |a: &[Deposit], b: &[Deposit]| a.iter().zip(b).all(|(a, b)| a.throughput == b.throughput);
+    let [part, whole] = [part, whole].map(|scan| scan.contributions.read::<Contribution>().unwrap());
+    let same = |a: &[Contribution], b: &[Contribution]| a.iter().zip(b).all(|(a, b)| a.throughput == b.throughput);
     assert!(same(&part, &whole) && !same(&part, &before));
     assert_silent(&context);
 }

@@ -6,14 +6,14 @@ use glam::Vec3;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::gpu::{Buffer, Parts};
 use lightpaths::passes::frame::hvds::{
-    ClusterLight, ClusterLists, MIN_VERTICES, Pyramid, deposit_runs, indirect_sources,
+    ClusterLight, ClusterLists, MIN_VERTICES, Pyramid, contribution_ranges, indirect_sources,
 };
 use lightpaths::passes::frame::near_field::NearCluster;
 use lightpaths::passes::precompute::cluster_views::ViewTables;
 use lightpaths::passes::precompute::gather_rays::{GatherCode, RayTable};
 use lightpaths::passes::precompute::reads::Reads;
 use lightpaths::scene::hvds::Hvds;
-use lightpaths::types::{Deposit, GatherRay, NO_CLUSTER, NO_TARGET, OPEN};
+use lightpaths::types::{Contribution, GatherRay, NO_CLUSTER, NO_TARGET, OPEN};
 
 /// Whether a cluster is another one or lies within it.
 fn is_within(hvds: &Hvds, mut cluster: u32, around: u32) -> bool {
@@ -40,17 +40,17 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
     let mut random = Random::new(29);
     let hvds = World::room().hvds;
     let (clusters, base) = (hvds.cluster_count(), hvds.levels[0].len());
-    let mut first_deposits = vec![0];
+    let mut first_contributions = vec![0];
     for list in 0..2 * base {
-        first_deposits.push(first_deposits[list] + random.below(40) * u32::from(list % 3 > 0));
+        first_contributions.push(first_contributions[list] + random.below(40) * u32::from(list % 3 > 0));
     }
-    let deposit =
-        |_| Deposit { throughput: 0.5 * (1.0 + random.cube()), ..Deposit::new(random.below(99), OPEN) };
-    let deposits: Vec<Deposit> = (0..=first_deposits[2 * base]).map(deposit).collect();
+    let contribution =
+        |_| Contribution { throughput: 0.5 * (1.0 + random.cube()), ..Contribution::new(random.below(99), OPEN) };
+    let contributions: Vec<Contribution> = (0..=first_contributions[2 * base]).map(contribution).collect();
     let factors: Vec<f32> = (0..99).map(|_| 1.0 + random.unit()).collect();
-    let deposits = Parts::cut(&context, "deposits", &deposits, u32::MAX).unwrap();
+    let contributions = Parts::cut(&context, "contributions", &contributions, u32::MAX).unwrap();
     let factors = Buffer::from_slice(&context, "factors", &factors).unwrap();
-    let sources = indirect_sources(&hvds, &deposit_runs(&hvds, &first_deposits), MIN_VERTICES);
+    let sources = indirect_sources(&hvds, &contribution_ranges(&hvds, &first_contributions), MIN_VERTICES);
     for (ray_count, view_count, part_count) in [(0, 0, 0), (1, 0, 0), (40, 0, 5), (40, 9, 0), (400, 70, 20)] {
         let taken = clusters + view_count;
         let near_parts: Vec<NearCluster> = (0..part_count)
@@ -101,14 +101,14 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
             assert_eq!(reads.flux[index], read.iter().any(takes), "flux of cluster {cluster}");
         }
 
-        let pyramid = Pyramid::new(&context, &hvds, &first_deposits, 0.01, false).unwrap();
+        let pyramid = Pyramid::new(&context, &hvds, &first_contributions, 0.01, false).unwrap();
         let lists = ClusterLists::new(&context, &hvds.levels, &reads.flux, &reads.irradiance).unwrap();
         let worked_out = |lists| {
             let layer = Pyramid::layer(&context, hvds.levels[0].len() as u32).unwrap();
             let light = ClusterLight { factors: &factors, carried: None, layer: &layer };
             context
                 .run(|rec| {
-                    pyramid.record_layers(rec, &[light], &deposits, lists);
+                    pyramid.record_layers(rec, &[light], &contributions, lists);
                     rec.barrier(COMPUTE_TO_COMPUTE);
                     pyramid.record_sum(rec, &[(Vec3::ONE, &layer)], lists);
                 })

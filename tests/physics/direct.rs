@@ -5,7 +5,7 @@ use crate::{SMALL, assert_close, render};
 use glam::{DVec3, Vec3};
 use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::{LightKind, Scene, shapes};
-use lightpaths::types::{Deposit, Record};
+use lightpaths::types::{Contribution, Record};
 use std::f64::consts::PI;
 
 /// Direct irradiance of each pixel, first channel, W/m².
@@ -78,13 +78,13 @@ fn lights_on_surfaces_are_bounded_and_leave_the_far_field_alone() {
         renderer.frame().unwrap();
         let direct = irradiance(&renderer);
         assert!(direct.iter().all(|value| value.is_finite() && *value >= 0.0), "light at {light}");
-        // In a black room, what enters the paths is all that they deposit; clusters near edges hold some of it twice.
+        // In a black room, what enters the paths is all that they contribution; clusters near edges hold some of it twice.
         black.move_light(0, light).unwrap();
         black.frame().unwrap();
         let flux = black.path_flux().unwrap();
-        let deposits: Vec<Deposit> = black.stages().deposits.read().unwrap();
+        let contributions: Vec<Contribution> = black.stages().contributions.read().unwrap();
         let entering: f64 =
-            deposits.iter().map(|d| f64::from(d.throughput.x) * f64::from(flux[d.path() as usize].x)).sum();
+            contributions.iter().map(|d| f64::from(d.throughput.x) * f64::from(flux[d.path() as usize].x)).sum();
         assert!(
             entering > 0.0 && entering <= 4.0 * PI * 1.01,
             "light at {light}: {entering} W of 4π W enter"

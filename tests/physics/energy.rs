@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use lightpaths::passes::frame::hvds::ClusterFlux;
 use lightpaths::renderer::Renderer;
 use lightpaths::scene::{grid, hvds::Hvds, shapes, surfaces};
-use lightpaths::types::{Deposit, DepositRun, NO_CLUSTER};
+use lightpaths::types::{Contribution, ContributionRange, NO_CLUSTER};
 use std::ops::Range;
 
 const FLUX_W: f32 = 3.0;
@@ -28,30 +28,30 @@ fn hierarchy(renderer: &Renderer) -> Hvds {
     Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, cells), cells)
 }
 
-/// Flux that all vertices deposit, summed in f64.
-fn deposited(renderer: &Renderer) -> DVec3 {
+/// Flux that all vertices contribution, summed in f64.
+fn contributed(renderer: &Renderer) -> DVec3 {
     let path_flux = renderer.path_flux().unwrap();
-    let deposits: Vec<Deposit> = renderer.stages().deposits.read().unwrap();
+    let contributions: Vec<Contribution> = renderer.stages().contributions.read().unwrap();
     // The last one is there for vertices that no cluster holds.
-    let (spare, deposits) = deposits.split_last().unwrap();
+    let (spare, contributions) = contributions.split_last().unwrap();
     assert_eq!(spare.throughput, Vec3::ZERO, "no vertex is outside all clusters");
-    let flux = |d: &Deposit| d.throughput.as_dvec3() * path_flux[d.path() as usize].as_dvec3();
-    renderer.stages().emission_scale.as_dvec3() * deposits.iter().map(flux).sum::<DVec3>()
+    let flux = |d: &Contribution| d.throughput.as_dvec3() * path_flux[d.path() as usize].as_dvec3();
+    renderer.stages().emission_scale.as_dvec3() * contributions.iter().map(flux).sum::<DVec3>()
 }
 
 /// Direct and indirect flux that clusters receive, whether it shows or not.
 fn received(renderer: &Renderer) -> [DVec3; 2] {
     let path_flux = renderer.path_flux().unwrap();
-    let deposits: Vec<Deposit> = renderer.stages().deposits.read().unwrap();
-    let runs: Vec<DepositRun> = renderer.stages().deposit_runs.read().unwrap();
+    let contributions: Vec<Contribution> = renderer.stages().contributions.read().unwrap();
+    let runs: Vec<ContributionRange> = renderer.stages().contribution_ranges.read().unwrap();
     assert!(runs.iter().any(|run| run.is_unweighted == 1), "something is near something");
-    let flux = |d: &Deposit| d.throughput.as_dvec3() * path_flux[d.path() as usize].as_dvec3();
+    let flux = |d: &Contribution| d.throughput.as_dvec3() * path_flux[d.path() as usize].as_dvec3();
     let sum = |range: Range<u32>| -> DVec3 {
-        deposits[range.start as usize..range.end as usize].iter().map(flux).sum()
+        contributions[range.start as usize..range.end as usize].iter().map(flux).sum()
     };
     let own = runs.iter().filter(|run| run.is_unweighted == 0);
     let emission_scale = renderer.stages().emission_scale.as_dvec3();
-    let [direct, indirect]: [fn(&DepositRun) -> Range<u32>; 2] =
+    let [direct, indirect]: [fn(&ContributionRange) -> Range<u32>; 2] =
         [|run| run.first..run.first_other, |run| run.first_other..run.end];
     [
         emission_scale * own.clone().map(|run| sum(direct(run))).sum::<DVec3>(),
@@ -86,7 +86,7 @@ fn all_light_enters_the_paths_and_is_absorbed_in_the_end() {
     let [direct, indirect] = held(&renderer, &hierarchy(&renderer));
     assert_all_close("direct flux", direct, flux, 1e-3);
     assert_all_close("indirect flux", indirect, flux * albedo / (1.0 - albedo), 6e-3);
-    assert_all_close("deposited flux", deposited(&renderer), flux / (1.0 - albedo), 3e-3);
+    assert_all_close("contributed flux", contributed(&renderer), flux / (1.0 - albedo), 3e-3);
     assert_silent(&context());
 }
 
@@ -101,8 +101,8 @@ fn unequally_dense_entry_points_take_in_all_light() {
         triangle.normals = [triangle.geometric_normal(); 3];
     }
     let renderer = render(scene, SMALL);
-    let deposits: Vec<Deposit> = renderer.stages().deposits.read().unwrap();
-    let heaviest = deposits.iter().map(|deposit| deposit.throughput.x).fold(0.0, f32::max);
+    let contributions: Vec<Contribution> = renderer.stages().contributions.read().unwrap();
+    let heaviest = contributions.iter().map(|contribution| contribution.throughput.x).fold(0.0, f32::max);
     assert!(heaviest > 1.5, "densities vary: {heaviest}");
     let flux = 4.0 * std::f64::consts::PI;
     let [direct, indirect] = received(&renderer);
@@ -120,7 +120,7 @@ fn parents_hold_the_sums_of_their_children_and_levels_the_whole() {
     let mut irradiance: Vec<Vec3> = renderer.stages().cluster_irradiance.read().unwrap();
     irradiance.iter_mut().for_each(|irradiance| *irradiance *= renderer.stages().emission_scale);
     assert_eq!(flux.len(), hvds.cluster_count() as usize);
-    let whole = deposited(&renderer);
+    let whole = contributed(&renderer);
     let entry_area = (renderer.scene().area_m2() / f64::from(SMALL.entry_points)) as f32;
     let area = |cluster: usize| {
         let is_root = hvds.parents[cluster] == NO_CLUSTER;
@@ -184,7 +184,7 @@ fn an_edited_albedo_reweights_the_paths_exactly() {
         renderer.set_diffuse(0, Vec3::splat(albedo)).unwrap();
         renderer.frame().unwrap();
         let expected = f64::from(FLUX_W) / (1.0 - f64::from(albedo));
-        assert_all_close(&format!("albedo {albedo}"), deposited(&renderer), expected, tolerance);
+        assert_all_close(&format!("albedo {albedo}"), contributed(&renderer), expected, tolerance);
     }
     assert_silent(&context());
 }

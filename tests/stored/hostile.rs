@@ -32,7 +32,7 @@ const POINTERS: &[(&str, usize, usize)] = &[
     ("entry points", 10, 8),
     ("steps", 3, 0),
     ("steps", 3, 2),
-    ("first deposits", 1, 0),
+    ("first contributions", 1, 0),
     ("path groups", 3, 1),
     ("path groups", 3, 2),
     ("path names", 1, 0),
@@ -79,8 +79,8 @@ const LENGTHS: &[&str] = &[
     "steps",
     "step colours",
     "lobes",
-    "deposits",
-    "first deposits",
+    "contributions",
+    "first contributions",
     "path names",
     "cache points",
     "first neighbours",
@@ -150,8 +150,8 @@ fn no_index_leads_out_of_a_list() {
     }
     // Where another value is further out, or not every element counts.
     let mut tables = all.tables.clone();
-    *tables.word("deposits", 0) = FAR.to_le_bytes();
-    all.assert_refused(&tables, "deposits");
+    *tables.word("contributions", 0) = FAR.to_le_bytes();
+    all.assert_refused(&tables, "contributions");
     let mut tables = all.tables.clone();
     *tables.word("cell clusters", 0) = FAR.to_le_bytes();
     all.assert_refused(&tables, "cell clusters");

@@ -7,7 +7,7 @@ use lightpaths::Error;
 use lightpaths::passes::precompute::entry_points::DENSEST;
 use lightpaths::renderer::{Layer, Renderer, Silent};
 use lightpaths::scene::{Light, LightKind, Quality, Scene, shapes};
-use lightpaths::types::{Deposit, Record};
+use lightpaths::types::{Contribution, Record};
 
 fn with_intensity(mut scene: Scene, watts_per_steradian: f32) -> Scene {
     for light in &mut scene.lights {
@@ -263,9 +263,9 @@ fn scenes_without_any_bounce() {
 #[test]
 fn throughputs_are_shares_of_what_paths_start_with() {
     let renderer = render(the_box(&[]), FEW);
-    let deposits: Vec<Deposit> = renderer.stages().deposits.read().unwrap();
+    let contributions: Vec<Contribution> = renderer.stages().contributions.read().unwrap();
     // The weight of an entry point is the mean density over its own; reflection and roulette never raise it.
     let is_share = |t: Vec3| t.is_finite() && t.cmpge(Vec3::ZERO).all() && t.max_element() <= DENSEST;
-    assert!(deposits.iter().all(|deposit| is_share(deposit.throughput)));
+    assert!(contributions.iter().all(|contribution| is_share(contribution.throughput)));
     assert_silent(&context());
 }

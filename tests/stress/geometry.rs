@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use lightpaths::passes::frame::hvds::ClusterFlux;
 use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::{Light, LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
-use lightpaths::types::{CachePoint, Deposit, DepositRun, OPEN};
+use lightpaths::types::{CachePoint, Contribution, ContributionRange, OPEN};
 
 /// The room, loaded from files with a scale and a place; its lamp as bright on the walls as before.
 fn placed(scale: f64, to: DVec3) -> Scene {
@@ -58,27 +58,27 @@ fn scale_and_place_change_nothing() {
     assert_silent(&context());
 }
 
-/// Flux that all vertices deposit; what base clusters and their unweighted ones should hold of it, as it shows; and what a level does hold, W.
+/// Flux that all vertices contribution; what base clusters and their unweighted ones should hold of it, as it shows; and what a level does hold, W.
 fn energies(renderer: &Renderer) -> [f64; 3] {
     let stages = renderer.stages();
     let entering = renderer.path_flux().unwrap();
-    let deposits: Vec<Deposit> = stages.deposits.read().unwrap();
-    let flux = |d: &Deposit| f64::from(d.throughput.x) * f64::from(entering[d.path() as usize].x);
-    let deposited = deposits.iter().map(flux).sum();
-    let runs: Vec<DepositRun> = stages.deposit_runs.read().unwrap();
-    let counts = |run: &DepositRun, d: &Deposit| match run.is_unweighted {
+    let contributions: Vec<Contribution> = stages.contributions.read().unwrap();
+    let flux = |d: &Contribution| f64::from(d.throughput.x) * f64::from(entering[d.path() as usize].x);
+    let contributed = contributions.iter().map(flux).sum();
+    let runs: Vec<ContributionRange> = stages.contribution_ranges.read().unwrap();
+    let counts = |run: &ContributionRange, d: &Contribution| match run.is_unweighted {
         0 => f64::from(d.accessibility()) / f64::from(OPEN),
         _ => 1.0,
     };
-    let of_run = |run: &DepositRun| -> f64 {
-        deposits[run.first as usize..run.end as usize].iter().map(|d| counts(run, d) * flux(d)).sum()
+    let of_run = |run: &ContributionRange| -> f64 {
+        contributions[run.first as usize..run.end as usize].iter().map(|d| counts(run, d) * flux(d)).sum()
     };
     let shown = runs.iter().map(of_run).sum();
     let clusters: Vec<ClusterFlux> = stages.cluster_flux.read().unwrap();
     let held: f64 = clusters.iter().map(|flux| f64::from(flux.direct.x) + f64::from(flux.indirect.x)).sum();
     // One level is finer than what was asked for.
     let levels = f64::from(renderer.scene().quality.cells.ilog2() + 2);
-    [deposited, shown, held / levels]
+    [contributed, shown, held / levels]
 }
 
 /// Boxes whose walls stand so many whole cells apart, as the grid counts and as a user would: nothing is lost, and their energy is that of
@@ -100,9 +100,9 @@ fn check_walls(steps: impl Iterator<Item = u32>, quality: &Quality) -> (f64, u32
             assert_eq!(count(&renderer, "path vertices outside all clusters"), 0, "{size}");
             let met = renderer.stages().merged_rays.ray_count;
             assert_eq!(met, count(&renderer, "gather rays"), "{size}: gather rays with a target");
-            let [deposited, shown, held] = energies(&renderer);
-            let error = deposited / (8.0 * std::f64::consts::PI) - 1.0;
-            println!("{size}: deposited {:+.3} %, held {:+.1e}", 100.0 * error, held / shown - 1.0);
+            let [contributed, shown, held] = energies(&renderer);
+            let error = contributed / (8.0 * std::f64::consts::PI) - 1.0;
+            println!("{size}: contributed {:+.3} %, held {:+.1e}", 100.0 * error, held / shown - 1.0);
             assert!((held / shown - 1.0).abs() <= 1e-5, "{size}: {held} W of {shown} W");
             if size.min_element() > 0.1 {
                 assert!(error.abs() <= 0.01, "{size}: {:+.3} % of its energy", 100.0 * error);

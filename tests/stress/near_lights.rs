@@ -5,7 +5,7 @@ use crate::{SMALL, assert_finite, positions, prepare, relative_mse, render, room
 use glam::Vec3;
 use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::{LightKind, Quality, Scene, shapes};
-use lightpaths::types::Deposit;
+use lightpaths::types::Contribution;
 use std::f64::consts::PI;
 
 const ALBEDO: f64 = 0.5;
@@ -31,11 +31,11 @@ fn far(renderer: &Renderer, layer: Layer, is_far: &[bool]) -> Vec<[f32; 3]> {
     pixels.into_iter().zip(is_far).filter(|(_, is_far)| **is_far).map(|(pixel, _)| pixel).collect()
 }
 
-/// Flux that all path vertices deposit, W.
-fn deposited(renderer: &Renderer) -> f64 {
+/// Flux that all path vertices contribution, W.
+fn contributed(renderer: &Renderer) -> f64 {
     let entering = renderer.path_flux().unwrap();
-    let deposits: Vec<Deposit> = renderer.stages().deposits.read().unwrap();
-    deposits.iter().map(|d| f64::from(d.throughput.x) * f64::from(entering[d.path() as usize].x)).sum()
+    let contributions: Vec<Contribution> = renderer.stages().contributions.read().unwrap();
+    contributions.iter().map(|d| f64::from(d.throughput.x) * f64::from(entering[d.path() as usize].x)).sum()
 }
 
 /// Pictures of lamps nearer and nearer to a place, without what is within 0.3 m of it: light must be that of a lamp a millimetre off, and all of it has
@@ -55,12 +55,12 @@ fn check(quality: Quality, size: [u32; 2]) {
             renderer.move_light(0, on + distance * inwards).unwrap();
             renderer.frame().unwrap();
             assert_finite(&renderer);
-            // In a black room, what enters the paths is all that they deposit.
+            // In a black room, what enters the paths is all that they contribution.
             black.move_light(0, on + distance * inwards).unwrap();
             black.frame().unwrap();
-            let entered = deposited(&black) / (4.0 * PI);
+            let entered = contributed(&black) / (4.0 * PI);
             // All light of a closed room is reflected until it is absorbed.
-            let kept = deposited(&renderer) * (1.0 - ALBEDO) / (4.0 * PI);
+            let kept = contributed(&renderer) * (1.0 - ALBEDO) / (4.0 * PI);
             let removed = renderer.statistics().unwrap().removed;
             println!(
                 "{distance:e} m off the {name}: {entered:.4} of its light found, {kept:.4} kept, removed by bounds: {removed:?}"
@@ -120,8 +120,8 @@ fn check_panels(quality: Quality, size: [u32; 2]) {
             assert!(passes.iter().all(|pass| pass.ms > 0.0), "{passes:?}");
             assert_finite(renderer);
         }
-        let entered = deposited(&black) / power;
-        let kept = deposited(&renderer) * (1.0 - ALBEDO) / power;
+        let entered = contributed(&black) / power;
+        let kept = contributed(&renderer) * (1.0 - ALBEDO) / power;
         let removed = renderer.statistics().unwrap().removed;
         println!(
             "{distance:e} m: {entered:.4} of its light found, {kept:.4} kept, removed by bounds: {removed:?}"

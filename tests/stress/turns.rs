@@ -15,7 +15,7 @@ use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::reference::{PathTracer, PhotonMapper, Progressive, TracedScene};
 use lightpaths::renderer::{Layer, Renderer, Silent};
 use lightpaths::scene::{Light, LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
-use lightpaths::types::{CUT_SHORT, Deposit, DepositRun, OPEN};
+use lightpaths::types::{CUT_SHORT, Contribution, ContributionRange, OPEN};
 
 /// A box of a metre, and a speck 200 m away: all of the box falls into a few clusters.
 fn box_and_speck() -> Scene {
@@ -26,15 +26,15 @@ fn box_and_speck() -> Scene {
     scene
 }
 
-/// Direct and indirect flux of the deposits of a run, W, as it shows.
-fn shown(renderer: &Renderer, run: &DepositRun, deposits: &[Deposit], entering: &[Vec3]) -> [DVec3; 2] {
-    let flux = |deposit: &Deposit| {
+/// Direct and indirect flux of the contributions of a run, W, as it shows.
+fn shown(renderer: &Renderer, run: &ContributionRange, contributions: &[Contribution], entering: &[Vec3]) -> [DVec3; 2] {
+    let flux = |contribution: &Contribution| {
         let share =
-            if run.is_unweighted == 1 { 1.0 } else { f64::from(deposit.accessibility()) / f64::from(OPEN) };
-        share * deposit.throughput.as_dvec3() * entering[deposit.path() as usize].as_dvec3()
+            if run.is_unweighted == 1 { 1.0 } else { f64::from(contribution.accessibility()) / f64::from(OPEN) };
+        share * contribution.throughput.as_dvec3() * entering[contribution.path() as usize].as_dvec3()
     };
     let sum = |items: Range<u32>| -> DVec3 {
-        deposits[items.start as usize..items.end as usize].iter().map(flux).sum()
+        contributions[items.start as usize..items.end as usize].iter().map(flux).sum()
     };
     let emission_scale = renderer.stages().emission_scale.as_dvec3();
     [run.first..run.first_other, run.first_other..run.end].map(|items| emission_scale * sum(items))
@@ -48,24 +48,24 @@ fn clusters_add_up_however_much_falls_into_them() {
     renderer.set_skipping(false);
     renderer.frame().unwrap();
     let entering = renderer.path_flux().unwrap();
-    let deposits: Vec<Deposit> = renderer.stages().deposits.read().unwrap();
-    let runs: Vec<DepositRun> = renderer.stages().deposit_runs.read().unwrap();
+    let contributions: Vec<Contribution> = renderer.stages().contributions.read().unwrap();
+    let runs: Vec<ContributionRange> = renderer.stages().contribution_ranges.read().unwrap();
     let flux: Vec<ClusterFlux> = renderer.stages().cluster_flux.read().unwrap();
     let mut longest = 0;
     for (run, flux) in runs.iter().zip(&flux) {
         let length = run.end - run.first;
         longest = longest.max(length);
-        let expected = shown(&renderer, run, &deposits, &entering);
+        let expected = shown(&renderer, run, &contributions, &entering);
         let emission_scale = renderer.stages().emission_scale;
         for (flux, expected) in [flux.direct, flux.indirect].into_iter().zip(expected) {
             let error = ((emission_scale * flux).as_dvec3() - expected).abs().max_element();
             assert!(
                 error <= 1e-4 * expected.max_element() + 1e-9,
-                "{length} deposits: {flux} W, {expected} W expected"
+                "{length} contributions: {flux} W, {expected} W expected"
             );
         }
     }
-    assert!(longest > 1 << 16, "{longest} deposits of a cluster");
+    assert!(longest > 1 << 16, "{longest} contributions of a cluster");
     assert_silent(&context());
 }
 

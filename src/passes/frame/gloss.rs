@@ -1,6 +1,6 @@
 //! Glossy surfaces: their first reflection at entry points, and what clusters send towards the directions in which they are
 //! read. [Yue §1, §2] Scenes without such surfaces have none of this.
-//! In: lights, deposits. Out: for each light what slots send of it, free of its colour; flux of slots (W).
+//! In: lights, contributions. Out: for each light what slots send of it, free of its colour; flux of slots (W).
 //!
 //! All of it is linear in the lights, and kept for each: a change of colour visits no vertex.
 
@@ -219,7 +219,7 @@ pub struct Gloss {
     pub(super) area_m2: f32,
     /// `GlossVertex`s.
     pub vertices: Buffer,
-    /// Added to the index of a deposit of each base cluster it gives that of its vertex; [`NO_ENTRY`] if nothing is glossy.
+    /// Added to the index of a contribution of each base cluster it gives that of its vertex; [`NO_ENTRY`] if nothing is glossy.
     pub shifts: Buffer,
     /// First base cluster below each cluster, and the end.
     pub base_ranges: Buffer,
@@ -323,7 +323,7 @@ impl Gloss {
         &self,
         rec: &mut Recorder,
         materials: &Buffer,
-        (deposit_runs, deposits): (&Buffer, &Buffer),
+        (contribution_ranges, contributions): (&Buffer, &Buffer),
         due: &[GlossLight<'_>],
         slots: &[(Vec3, &Buffer)],
     ) {
@@ -337,8 +337,8 @@ impl Gloss {
                 &GlossBasePush { part: dispatch.part, slot_count: leaf_count },
                 &[
                     ("Materials", materials),
-                    ("DepositRuns", deposit_runs),
-                    ("Deposits", deposits),
+                    ("ContributionRanges", contribution_ranges),
+                    ("Contributions", contributions),
                     ("GlossVertices", &self.vertices),
                     ("GlossBeams", light(0).beams),
                     ("GlossSlots", &self.slots),

@@ -150,10 +150,10 @@ pub struct Surroundings<'a> {
     pub inverse_areas: &'a Buffer,
     /// The glossy clusters.
     pub gloss: &'a Gloss,
-    /// First deposit of each base cluster by an entry point, then its first by another vertex, and the end.
-    pub deposit_runs: &'a Buffer,
-    /// `Deposit`s in cluster order.
-    pub deposits: &'a Buffer,
+    /// First contribution of each base cluster by an entry point, then its first by another vertex, and the end.
+    pub contribution_ranges: &'a Buffer,
+    /// `Contribution`s in cluster order.
+    pub contributions: &'a Buffer,
 }
 
 /// The pipelines, the samples and rays of the view, and what they see.
@@ -325,7 +325,7 @@ impl GlossPixels {
         due: &[GlossLight<'_>],
         [hits, highlights]: [&[(Vec3, &Buffer)]; 2],
     ) {
-        let Surroundings { scene, pixels, irradiance, inverse_areas, gloss, deposit_runs, deposits } = around;
+        let Surroundings { scene, pixels, irradiance, inverse_areas, gloss, contribution_ranges, contributions } = around;
         let (pixel_count, max_samples, capacity) = (self.pixel_count, self.max_samples, self.capacity);
         let cluster_bits = self.cluster_bits;
         let (due, hits) = if self.has_paths { (due, hits) } else { Default::default() };
@@ -344,8 +344,8 @@ impl GlossPixels {
                     ("InverseAreas", inverse_areas),
                     ("BaseRanges", &gloss.base_ranges),
                     ("GlossShifts", &gloss.shifts),
-                    ("DepositRuns", deposit_runs),
-                    ("Deposits", deposits),
+                    ("ContributionRanges", contribution_ranges),
+                    ("Contributions", contributions),
                     ("GlossVertices", &gloss.vertices),
                     ("GlossBeams", light(0).beams),
                     ("CarriedFlux0", light(0).carried),

@@ -1,5 +1,5 @@
 //! The volumetric hierarchy of a frame: base level and pyramid. [Yue §2, Thvds]
-//! In: form factors of each light, what paths carry on of it; deposits. Out: irradiance (W/m²) of every cluster.
+//! In: form factors of each light, what paths carry on of it; contributions. Out: irradiance (W/m²) of every cluster.
 //!
 //! What the base level receives is linear in the lights, and kept for each: a change of colour visits no path.
 
@@ -9,7 +9,7 @@ use crate::gpu::{Buffer, Context, Parts, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::light_sum::LightSum;
 use crate::scene::hvds::Hvds;
-use crate::types::{DepositRun, NO_CLUSTER};
+use crate::types::{ContributionRange, NO_CLUSTER};
 use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -21,11 +21,11 @@ gpu_struct! {
         pub first_place: u32,
         /// Its listed clusters.
         pub cluster_count: u32,
-        /// First deposit that is added.
-        pub first_deposit: u32,
+        /// First contribution that is added.
+        pub first_contribution: u32,
         /// End of those that are.
-        pub end_deposit: u32,
-        /// First of the bound part of the deposits.
+        pub end_contribution: u32,
+        /// First of the bound part of the contributions.
         pub first_bound: u32,
     }
 }
@@ -88,7 +88,7 @@ pub struct ClusterLight<'a> {
     pub layer: &'a Buffer,
 }
 
-/// Lights that one dispatch takes where as many layers are due: it reads the deposits once for all of them.
+/// Lights that one dispatch takes where as many layers are due: it reads the contributions once for all of them.
 const LIGHTS: usize = 4;
 
 /// Path vertices that a cluster must hold before its indirect light is trusted. They come by chance, with unequal weights, while
@@ -158,12 +158,12 @@ pub struct Pyramid {
     resolve: Pipeline,
     /// Clusters of the base level.
     base_count: u32,
-    /// Deposits that one dispatch adds at most.
-    max_deposits: u32,
+    /// Contributions that one dispatch adds at most.
+    max_contributions: u32,
     /// That an entry point stands for.
     entry_area_m2: f32,
-    /// `DepositRun` of each base cluster.
-    pub deposit_runs: Buffer,
+    /// `ContributionRange` of each base cluster.
+    pub contribution_ranges: Buffer,
     first_children: Buffer,
     /// 1/area of each cluster, 1/m².
     pub inverse_areas: Buffer,
@@ -181,7 +181,7 @@ impl Pyramid {
     /// What the layers of lights are called in timings.
     pub const LAYERS_STEM: &str = "hvds_layer";
 
-    /// Uploads the nesting. `first_deposits` has the first deposit of each base cluster by an entry
+    /// Uploads the nesting. `first_contributions` has the first contribution of each base cluster by an entry
     /// point, then its first by another vertex, and the end. No root is divided by an area below `entry_area_m2`, that of one entry point: what
     /// is smaller cannot be resolved. Smaller clusters are read as parts of views only, whose weights are proportional to area.
     /// `is_glossy`: lights say what paths carry on.
@@ -191,7 +191,7 @@ impl Pyramid {
     pub fn new(
         context: &Arc<Context>,
         hvds: &Hvds,
-        first_deposits: &[u32],
+        first_contributions: &[u32],
         entry_area_m2: f32,
         is_glossy: bool,
     ) -> Result<Self> {
@@ -204,7 +204,7 @@ impl Pyramid {
                 false => 1.0 / area.max(entry_area_m2),
             })
             .collect();
-        let runs = deposit_runs(hvds, first_deposits);
+        let runs = contribution_ranges(hvds, first_contributions);
         // What nobody reads is never written.
         let dark = vec![Vec3::ZERO; hvds.cluster_count() as usize];
         let layers = |lights| {
@@ -217,9 +217,9 @@ impl Pyramid {
             level: Pipeline::new(context, "hvds_level", &[])?,
             resolve: Pipeline::new(context, "hvds_resolve", &[])?,
             base_count: hvds.levels[0].len() as u32,
-            max_deposits: deposits_at_once(&runs),
+            max_contributions: contributions_at_once(&runs),
             entry_area_m2,
-            deposit_runs: Buffer::from_slice(context, "deposit runs", &runs)?,
+            contribution_ranges: Buffer::from_slice(context, "contribution runs", &runs)?,
             first_children: Buffer::from_slice(context, "first children", &hvds.first_children)?,
             inverse_areas: Buffer::from_slice(context, "inverse areas", &inverse_areas)?,
             indirect_sources: Buffer::from_slice(
@@ -245,7 +245,7 @@ impl Pyramid {
     ) -> Result<()> {
         let mut is_mixed = vec![false; hvds.cluster_count() as usize];
         mixed.into_iter().for_each(|cluster| is_mixed[cluster as usize] = true);
-        let runs: Vec<DepositRun> = self.deposit_runs.read()?;
+        let runs: Vec<ContributionRange> = self.contribution_ranges.read()?;
         let least = [MIN_VERTICES, MIN_VERTICES_APART];
         self.indirect_sources.write(&unmixed_sources(hvds, &runs, least, &is_mixed))?;
         let dark = vec![Vec3::ZERO; (hvds.cluster_count() + view_count) as usize];
@@ -284,7 +284,7 @@ impl Pyramid {
         &self,
         rec: &mut Recorder,
         due: &[ClusterLight<'_>],
-        deposits: &Parts,
+        contributions: &Parts,
         lists: &ClusterLists,
     ) {
         let mut pass = rec.pass(Self::LAYERS_STEM);
@@ -296,12 +296,12 @@ impl Pyramid {
             let light = |place: usize| lights.get(place).unwrap_or(&lights[0]);
             // If nothing is glossy, no pass reads it.
             let carried = |place: usize| light(place).carried.unwrap_or(light(place).factors);
-            for (part, items) in deposits.spans(self.max_deposits) {
+            for (part, items) in contributions.spans(self.max_contributions) {
                 let push = HvdsLayerPush {
                     first_place: base.start,
                     cluster_count: base.len() as u32,
-                    first_deposit: items.start,
-                    end_deposit: items.end,
+                    first_contribution: items.start,
+                    end_contribution: items.end,
                     first_bound: part.items.start,
                 };
                 if items.start > 0 {
@@ -320,8 +320,8 @@ impl Pyramid {
                         ("Carried1", carried(1)),
                         ("Carried2", carried(2)),
                         ("Carried3", carried(3)),
-                        ("DepositRuns", &self.deposit_runs),
-                        ("Deposits", &part.buffer),
+                        ("ContributionRanges", &self.contribution_ranges),
+                        ("Contributions", &part.buffer),
                         ("SummedClusters", &lists.summed),
                         ("Layer0", light(0).layer),
                         ("Layer1", light(1).layer),
@@ -366,41 +366,41 @@ impl Pyramid {
     }
 }
 
-/// The deposits of each base cluster. `first_deposits`: the first of each cluster by an entry point, then its first by another vertex, and the
+/// The contributions of each base cluster. `first_contributions`: the first of each cluster by an entry point, then its first by another vertex, and the
 /// end; an unweighted cluster has those of its cluster.
-pub fn deposit_runs(hvds: &Hvds, first_deposits: &[u32]) -> Vec<DepositRun> {
-    let run = |first: &[u32]| DepositRun {
+pub fn contribution_ranges(hvds: &Hvds, first_contributions: &[u32]) -> Vec<ContributionRange> {
+    let run = |first: &[u32]| ContributionRange {
         first: first[0],
         first_other: first[1],
         end: first[2],
         is_unweighted: 0,
     };
-    let mut runs: Vec<DepositRun> = first_deposits.windows(3).step_by(2).map(run).collect();
+    let mut runs: Vec<ContributionRange> = first_contributions.windows(3).step_by(2).map(run).collect();
     for (cluster, &unweighted) in
         hvds.unweighted.iter().enumerate().filter(|(_, unweighted)| **unweighted != NO_CLUSTER)
     {
-        runs[unweighted as usize] = DepositRun { is_unweighted: 1, ..runs[cluster] };
+        runs[unweighted as usize] = ContributionRange { is_unweighted: 1, ..runs[cluster] };
     }
     runs
 }
 
-/// Deposits that one dispatch may add: all, unless some cluster has more than an invocation should go through. Where a scene fills a small
-/// part of its box, few clusters have nearly all deposits, and lavapipe ends all loops of an invocation, without a word, once they have
+/// Contributions that one dispatch may add: all, unless some cluster has more than an invocation should go through. Where a scene fills a small
+/// part of its box, few clusters have nearly all contributions, and lavapipe ends all loops of an invocation, without a word, once they have
 /// turned 65 535 times.
-fn deposits_at_once(runs: &[DepositRun]) -> u32 {
+fn contributions_at_once(runs: &[ContributionRange]) -> u32 {
     const MAX: u32 = 1 << 15;
     if runs.iter().any(|run| run.end - run.first > MAX) { MAX } else { u32::MAX }
 }
 
 /// For each cluster, the smallest one around it that may be expected to hold `least` path vertices that are no entry points; none that is mixed.
-pub fn indirect_sources(hvds: &Hvds, runs: &[DepositRun], least: u32) -> Vec<u32> {
+pub fn indirect_sources(hvds: &Hvds, runs: &[ContributionRange], least: u32) -> Vec<u32> {
     unmixed_sources(hvds, runs, [least; 2], &vec![false; hvds.cluster_count() as usize])
 }
 
 /// The same; but below a cluster that is mixed the second number is enough.
 pub fn unmixed_sources(
     hvds: &Hvds,
-    runs: &[DepositRun],
+    runs: &[ContributionRange],
     [least, min_apart]: [u32; 2],
     is_mixed: &[bool],
 ) -> Vec<u32> {

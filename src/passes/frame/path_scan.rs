@@ -8,7 +8,7 @@ use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Part, Parts, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::has_textures;
-use crate::types::Deposit;
+use crate::types::Contribution;
 use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -47,7 +47,7 @@ gpu_struct! {
         pub first_block: u32,
         /// Its end.
         pub end_block: u32,
-        /// First of the bound part of the deposits.
+        /// First of the bound part of the contributions.
         pub first_slot: u32,
         /// Its end.
         pub end_slot: u32,
@@ -73,7 +73,7 @@ gpu_struct! {
         pub first_block: u32,
         /// Its end.
         pub end_block: u32,
-        /// First of the bound part of the deposits.
+        /// First of the bound part of the contributions.
         pub first_slot: u32,
         /// Its end.
         pub end_slot: u32,
@@ -114,8 +114,8 @@ pub struct PathScan {
     block_products: Buffer,
     /// Product that enters each block from the left; three floats.
     entering: Buffer,
-    /// `Deposit` of every vertex in cluster order, and one that nobody reads.
-    pub deposits: Parts,
+    /// `Contribution` of every vertex in cluster order, and one that nobody reads.
+    pub contributions: Parts,
 }
 
 impl PathScan {
@@ -123,7 +123,7 @@ impl PathScan {
     pub const STEM: &str = "path_scan";
 
     /// Uploads the paths. `colours`: packed, of the image where the step before ended; none at all in scenes without images. `lobes` is
-    /// empty where no material may be glossy; else deposits are in one part, for whoever looks them up.
+    /// empty where no material may be glossy; else contributions are in one part, for whoever looks them up.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -132,14 +132,14 @@ impl PathScan {
         steps: &[PathStep],
         colours: &[u32],
         lobes: &[f32],
-        deposits: &[Deposit],
+        contributions: &[Contribution],
     ) -> Result<Self> {
-        let max_deposits = if lobes.is_empty() { Parts::longest::<Deposit>(context) } else { u32::MAX };
+        let max_contributions = if lobes.is_empty() { Parts::longest::<Contribution>(context) } else { u32::MAX };
         let max_blocks = Parts::longest::<PathStep>(context) / BLOCK_STEPS;
-        Self::in_parts(context, steps, colours, lobes, deposits, [max_blocks, max_deposits])
+        Self::in_parts(context, steps, colours, lobes, contributions, [max_blocks, max_contributions])
     }
 
-    /// The same in parts of so many blocks of steps, and so many deposits.
+    /// The same in parts of so many blocks of steps, and so many contributions.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -148,8 +148,8 @@ impl PathScan {
         steps: &[PathStep],
         colours: &[u32],
         lobes: &[f32],
-        deposits: &[Deposit],
-        [max_blocks, max_deposits]: [u32; 2],
+        contributions: &[Contribution],
+        [max_blocks, max_contributions]: [u32; 2],
     ) -> Result<Self> {
         let most = max_blocks.max(1).saturating_mul(BLOCK_STEPS);
         let scan_group = context.tuning().scan_group;
@@ -177,7 +177,7 @@ impl PathScan {
                 block_count * size_of::<Segment>() as u64,
             )?,
             entering: Buffer::storage(context, "entering products", 12 * block_count)?,
-            deposits: Parts::cut(context, "deposits", deposits, max_deposits)?,
+            contributions: Parts::cut(context, "contributions", contributions, max_contributions)?,
         })
     }
 
@@ -218,9 +218,9 @@ impl PathScan {
         let ranges = blocks_of(parts.unwrap_or(std::slice::from_ref(&all)));
         let bound = self.bound(&ranges);
         let mut pass = rec.pass(Self::STEM);
-        for (index, Bound { blocks, steps, lobes, colours, deposits }) in bound.iter().enumerate() {
+        for (index, Bound { blocks, steps, lobes, colours, contributions }) in bound.iter().enumerate() {
             if index > 0 {
-                // They write different deposits, but the hazard check counts in buffers.
+                // They write different contributions, but the hazard check counts in buffers.
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
             pass.dispatch(
@@ -231,14 +231,14 @@ impl PathScan {
                     first_step: steps.items.start,
                     first_block: blocks.start,
                     end_block: blocks.end,
-                    first_slot: deposits.items.start,
-                    end_slot: deposits.items.end,
+                    first_slot: contributions.items.start,
+                    end_slot: contributions.items.end,
                 },
                 &[
                     ("Materials", materials),
                     ("Steps", &steps.buffer),
                     ("Lobes", lobes),
-                    ("Deposits", &deposits.buffer),
+                    ("Contributions", &contributions.buffer),
                     ("Blocks", &self.block_products),
                     ("StepColours", colours),
                 ],
@@ -251,7 +251,7 @@ impl PathScan {
             &PathScanCarryPush { block_count },
             &[("Blocks", &self.block_products), ("Entering", &self.entering)],
         );
-        for Bound { blocks, steps, deposits, .. } in &bound {
+        for Bound { blocks, steps, contributions, .. } in &bound {
             pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch(
                 &self.apply,
@@ -261,15 +261,15 @@ impl PathScan {
                     first_step: steps.items.start,
                     first_block: blocks.start,
                     end_block: blocks.end,
-                    first_slot: deposits.items.start,
-                    end_slot: deposits.items.end,
+                    first_slot: contributions.items.start,
+                    end_slot: contributions.items.end,
                 },
-                &[("Steps", &steps.buffer), ("Entering", &self.entering), ("Deposits", &deposits.buffer)],
+                &[("Steps", &steps.buffer), ("Entering", &self.entering), ("Contributions", &contributions.buffer)],
             );
         }
     }
 
-    /// What dispatches bind for these blocks: each part of the steps with each of the deposits, for a step's deposit may be in any.
+    /// What dispatches bind for these blocks: each part of the steps with each of the contributions, for a step's contribution may be in any.
     fn bound<'a>(&'a self, ranges: &[Range<u32>]) -> Vec<Bound<'a>> {
         let mut bound = Vec::new();
         for range in ranges {
@@ -281,12 +281,12 @@ impl PathScan {
                 }
                 let beside = |list: &'a Option<Parts>| list.iter().flat_map(Parts::iter).nth(index);
                 let [lobes, colours] = [&self.lobes, &self.colours].map(|list| beside(list).unwrap_or(steps));
-                bound.extend(self.deposits.iter().map(|deposits| Bound {
+                bound.extend(self.contributions.iter().map(|contributions| Bound {
                     blocks: blocks.clone(),
                     steps,
                     lobes: &lobes.buffer,
                     colours: &colours.buffer,
-                    deposits,
+                    contributions,
                 }));
             }
         }
@@ -302,7 +302,7 @@ struct Bound<'a> {
     lobes: &'a Buffer,
     /// Where there are no images nobody reads them.
     colours: &'a Buffer,
-    deposits: &'a Part,
+    contributions: &'a Part,
 }
 
 /// The blocks that hold those steps, in as few runs as can be. Parts come in order.

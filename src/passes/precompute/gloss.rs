@@ -6,7 +6,7 @@ use super::gather_rays::{GatherCode, Hemisphere, RayDirections, RayTable};
 use super::path_orders::LightPaths;
 use crate::error::Result;
 use crate::passes::frame::gloss::{GlossEntry, GlossSlot, GlossVertex, NO_ENTRY};
-use crate::passes::frame::hvds::deposit_runs;
+use crate::passes::frame::hvds::contribution_ranges;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
 use crate::types::{CachePoint, GatherRay, NO_CLUSTER, NO_TARGET, PathVertex, Surface};
@@ -19,11 +19,11 @@ use std::ops::Range;
 pub struct GlossTables {
     /// Entry points that may be glossy.
     pub entries: Vec<GlossEntry>,
-    /// Vertices of the base clusters that hold a surface that may be glossy, in the order of their deposits.
+    /// Vertices of the base clusters that hold a surface that may be glossy, in the order of their contributions.
     pub vertices: Vec<GlossVertex>,
     /// Vertices at most below a cluster that asks them itself.
     pub max_vertices: u32,
-    /// Added to the index of a deposit of each base cluster, wrapping, it gives that of its vertex; [`NO_ENTRY`] if nothing is glossy.
+    /// Added to the index of a contribution of each base cluster, wrapping, it gives that of its vertex; [`NO_ENTRY`] if nothing is glossy.
     pub shifts: Vec<u32>,
     /// First base cluster below each cluster, and the end.
     pub base_ranges: Vec<UVec2>,
@@ -192,14 +192,14 @@ impl GlossTables {
                 self.shifts.push(NO_ENTRY);
                 continue;
             }
-            let lists = &sources.paths.first_deposits[2 * cluster..2 * cluster + 3];
+            let lists = &sources.paths.first_contributions[2 * cluster..2 * cluster + 3];
             self.shifts.push((self.vertices.len() as u32).wrapping_sub(lists[0]));
-            for deposit in lists[0]..lists[2] {
-                let side = arrivals.sides[deposit as usize];
+            for contribution in lists[0]..lists[2] {
+                let side = arrivals.sides[contribution as usize];
                 let surface = &sources.surfaces[side as usize / 2];
-                let incoming = arrivals.incoming[deposit as usize];
-                let is_entry = deposit < lists[1];
-                let path = sources.paths.deposits[deposit as usize].path();
+                let incoming = arrivals.incoming[contribution as usize];
+                let is_entry = contribution < lists[1];
+                let path = sources.paths.contributions[contribution as usize].path();
                 self.vertices.push(GlossVertex {
                     mirror: if is_entry { Vec3::ZERO } else { incoming.reflect(surface.normal) },
                     material: surface.material,
@@ -222,7 +222,7 @@ impl GlossTables {
     fn find_slots(&mut self, sources: &Sources<'_>, mut wanted: Vec<(u32, u32)>) -> HashMap<(u32, u32), u32> {
         let hvds = sources.hvds;
         let mut vertices = vec![0; hvds.cluster_count() as usize];
-        let runs = deposit_runs(hvds, &sources.paths.first_deposits);
+        let runs = contribution_ranges(hvds, &sources.paths.first_contributions);
         for ((vertices, run), &shift) in vertices.iter_mut().zip(runs).zip(&self.shifts) {
             *vertices = if shift == NO_ENTRY { 0 } else { run.end - run.first };
         }

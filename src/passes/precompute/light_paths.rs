@@ -1,5 +1,5 @@
 //! Light paths from all entry points. [Yue §1]
-//! In: entry points. Out: steps in path order and deposits in cluster order.
+//! In: entry points. Out: steps in path order and contributions in cluster order.
 
 use super::path_orders::{Arrivals, LightPaths, Vertex, WHITE, editable_bits, group};
 use super::{Chunks, Progress};
@@ -9,7 +9,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::path_scan::PathStep;
 use crate::passes::{ClusterBuffers, SceneBuffers, turns};
 use crate::scene::Material;
-use crate::types::{CUT_SHORT, Deposit, Grid, MAY_BE_GLOSSY, PathVertex, Reflectance, Surface};
+use crate::types::{CUT_SHORT, Contribution, Grid, MAY_BE_GLOSSY, PathVertex, Reflectance, Surface};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -72,9 +72,9 @@ pub const ROULETTE_THRESHOLD: f32 = 0.5;
 /// upwards would have ended early; were it all, paths among editable materials would never end.
 pub const EDITABLE_ALBEDO: f32 = 0.9;
 
-/// Most vertices of all paths: the device stores a deposit and a step for each, and the host holds at most [`MAX_VERTICES`].
+/// Most vertices of all paths: the device stores a contribution and a step for each, and the host holds at most [`MAX_VERTICES`].
 fn max_vertices(device_memory_bytes: u64) -> u64 {
-    let on_device = device_memory_bytes / (size_of::<Deposit>() + size_of::<PathStep>()) as u64;
+    let on_device = device_memory_bytes / (size_of::<Contribution>() + size_of::<PathStep>()) as u64;
     on_device.min(MAX_VERTICES)
 }
 
@@ -278,8 +278,8 @@ mod tests {
 
     #[test]
     fn vertices_fit_the_device_and_the_host() {
-        // Deposits and steps of one vertex; the host's 2^28.
-        let each = (size_of::<Deposit>() + size_of::<PathStep>()) as u64;
+        // Contributions and steps of one vertex; the host's 2^28.
+        let each = (size_of::<Contribution>() + size_of::<PathStep>()) as u64;
         assert_eq!(max_vertices(1000 * each + each - 1), 1000);
         assert_eq!(max_vertices(u64::MAX), 1 << 28);
     }

@@ -3,7 +3,7 @@
 
 use crate::passes::frame::path_scan::{FROM_ENTRY, HEAD, PathStep};
 use crate::scene::Material;
-use crate::types::{Deposit, NO_CLUSTER, OPEN, PathVertex, Surface};
+use crate::types::{Contribution, NO_CLUSTER, OPEN, PathVertex, Surface};
 use glam::Vec3;
 use std::ops::Range;
 
@@ -43,9 +43,9 @@ impl Vertex {
 pub struct Arrivals {
     /// Of each step: 1 − cosα off the mirror direction at the vertex before.
     pub lobes: Vec<f32>,
-    /// Of each deposit: unit direction of travel when the path arrived; zero at entry points.
+    /// Of each contribution: unit direction of travel when the path arrived; zero at entry points.
     pub incoming: Vec<Vec3>,
-    /// Of each deposit: 2·triangle + (1 if the back side).
+    /// Of each contribution: 2·triangle + (1 if the back side).
     pub sides: Vec<u32>,
     /// Of each path: unit direction in which it left its entry point; zero if it ended there.
     pub departures: Vec<Vec3>,
@@ -83,9 +83,9 @@ pub struct LightPaths {
     pub colours: Vec<u32>,
     /// Every vertex in the order of base clusters; throughputs are the scan's to fill in. One more, which nobody reads,
     /// takes vertices that no cluster holds.
-    pub deposits: Vec<Deposit>,
-    /// First deposit of each base cluster by an entry point, then its first by another vertex, and the end.
-    pub first_deposits: Vec<u32>,
+    pub contributions: Vec<Contribution>,
+    /// First contribution of each base cluster by an entry point, then its first by another vertex, and the end.
+    pub first_contributions: Vec<u32>,
     /// Where some materials are editable: the paths by which of them reflect them, entry points aside.
     pub groups: Vec<PathGroup>,
     /// Of each path the number that names its random numbers; none at all where that is its own.
@@ -162,16 +162,16 @@ impl LightPaths {
         first_vertices[..paths].iter().for_each(|&first| heads[first as usize] = true);
         let list = |(vertex, &is_head): (&Vertex, &bool)| 2 * vertex.cluster + u32::from(!is_head);
         let held = ordered.iter().zip(&heads).filter(|(vertex, _)| vertex.cluster != NO_CLUSTER);
-        let first_deposits = offsets(2 * base_clusters as usize, held.map(list));
-        let total = first_deposits[2 * base_clusters as usize];
-        let mut cursor = first_deposits.clone();
-        let mut deposits = vec![Deposit::new(0, OPEN); total as usize + 1];
+        let first_contributions = offsets(2 * base_clusters as usize, held.map(list));
+        let total = first_contributions[2 * base_clusters as usize];
+        let mut cursor = first_contributions.clone();
+        let mut contributions = vec![Contribution::new(0, OPEN); total as usize + 1];
         let mut steps = Vec::with_capacity(ordered.len());
         let colours = ordered.iter().map(|vertex| vertex.colour).collect();
         let mut arrivals = Arrivals {
             lobes: Vec::with_capacity(ordered.len()),
-            incoming: vec![Vec3::ZERO; deposits.len()],
-            sides: vec![0; deposits.len()],
+            incoming: vec![Vec3::ZERO; contributions.len()],
+            sides: vec![0; contributions.len()],
             departures: vec![Vec3::ZERO; paths],
             entry_colours: vec![WHITE; paths],
         };
@@ -186,7 +186,7 @@ impl LightPaths {
                 *place += 1;
                 *place - 1
             };
-            deposits[slot as usize] = Deposit::new(vertex.path, vertex.accessibility);
+            contributions[slot as usize] = Contribution::new(vertex.path, vertex.accessibility);
             arrivals.lobes.push(vertex.lobe);
             arrivals.incoming[slot as usize] = vertex.incoming;
             arrivals.sides[slot as usize] = vertex.side;
@@ -205,8 +205,8 @@ impl LightPaths {
         Self {
             steps,
             colours,
-            deposits,
-            first_deposits,
+            contributions,
+            first_contributions,
             groups: Vec::new(),
             names: Vec::new(),
             arrivals,

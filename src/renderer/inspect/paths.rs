@@ -4,7 +4,7 @@
 use super::super::Renderer;
 use crate::error::Result;
 use crate::passes::precompute::light_paths::{self, PathState};
-use crate::types::Deposit;
+use crate::types::Contribution;
 use glam::Vec3;
 
 /// A vertex of a light path.
@@ -51,14 +51,14 @@ impl Renderer {
             self.scene.quality.seed,
         )?;
         let geometry = self.geometry()?;
-        let deposits = &self.path_scan.deposits;
+        let contributions = &self.path_scan.contributions;
         steps
             .iter()
             .zip(vertices)
             .map(|(step, (position, side))| {
                 let cluster = self.base_cluster_at(geometry, position, side);
                 let throughput = match cluster {
-                    Some(_) => deposits.read_one::<Deposit>(step.slot)?.throughput,
+                    Some(_) => contributions.read_one::<Contribution>(step.slot)?.throughput,
                     None => Vec3::ZERO,
                 };
                 Ok(PathPoint { position, normal: geometry.normal(side), cluster, throughput })

@@ -96,7 +96,7 @@ fn paths(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
         let is_finite = point.position.is_finite() && point.weight.is_finite() && point.weight >= 0.0;
         demand((point.side as usize) < sides && is_held && is_finite, "entry points")?;
     }
-    let (steps, deposits) = (&paths.steps, &paths.deposits);
+    let (steps, contributions) = (&paths.steps, &paths.contributions);
     let is_glossy = !paths.arrivals.lobes.is_empty();
     demand(is_glossy == (contents.numbers.has_gloss != 0) || steps.is_empty(), "lobes")?;
     demand(!is_glossy || paths.arrivals.lobes.len() == steps.len(), "lobes")?;
@@ -105,16 +105,16 @@ fn paths(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
         let is_known = (step.material as usize) < scene.materials.len()
             || step.material == HEAD
             || (is_glossy && step.material == FROM_ENTRY);
-        demand(is_known && (step.slot as usize) < deposits.len(), "steps")?;
+        demand(is_known && (step.slot as usize) < contributions.len(), "steps")?;
     }
     let heads = steps.iter().filter(|step| step.material == HEAD).count();
     let starts = steps.first().is_none_or(|step| step.material == HEAD);
     demand(starts && heads == entry_points.len(), "starts of paths")?;
     let is_path = |path: u32| (path as usize) < entry_points.len();
-    // The last deposit is nobody's.
-    let held = deposits.len().checked_sub(1).ok_or_else(|| Refusal::damaged("deposits"))?;
-    demand(deposits[..held].iter().all(|deposit| is_path(deposit.path())), "deposits")?;
-    demand(cuts(&paths.first_deposits, 2 * base, held), "deposits of clusters")?;
+    // The last contribution is nobody's.
+    let held = contributions.len().checked_sub(1).ok_or_else(|| Refusal::damaged("contributions"))?;
+    demand(contributions[..held].iter().all(|contribution| is_path(contribution.path())), "contributions")?;
+    demand(cuts(&paths.first_contributions, 2 * base, held), "contributions of clusters")?;
     let mut end = 0;
     for group in &paths.groups {
         demand(group.steps.start >= end && group.steps.start <= group.steps.end, "groups of paths")?;

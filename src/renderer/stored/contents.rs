@@ -10,7 +10,7 @@ use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::{Arrivals, LightPaths, PathGroup};
 use crate::scene::hvds::Hvds;
 use crate::stored::{File, Refusal};
-use crate::types::{CachePoint, Deposit, Grid, PathVertex};
+use crate::types::{CachePoint, Contribution, Grid, PathVertex};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -60,13 +60,13 @@ impl Contents {
             pieces: Vec::new(),
             mixed: file.list::<u8>("mixed")?.into_iter().map(|mixed| mixed != 0).collect(),
         };
-        let deposit = |what: u32| Deposit { what, ..Deposit::new(0, 0) };
+        let contribution = |what: u32| Contribution { what, ..Contribution::new(0, 0) };
         let group = |[materials, start, end]: [u32; 3]| PathGroup { materials, steps: start..end };
         let paths = LightPaths {
             steps: file.list("steps")?,
             colours: file.list("step colours")?,
-            deposits: file.list("deposits")?.into_iter().map(deposit).collect(),
-            first_deposits: file.list("first deposits")?,
+            contributions: file.list("contributions")?.into_iter().map(contribution).collect(),
+            first_contributions: file.list("first contributions")?,
             groups: file.list("path groups")?.into_iter().map(group).collect(),
             names: file.list("path names")?,
             arrivals: Arrivals { lobes: file.list("lobes")?, ..Arrivals::default() },

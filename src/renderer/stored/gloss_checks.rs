@@ -20,10 +20,10 @@ pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     let mut all = gloss.vertices.iter();
     demand(all.all(|vertex| is_material(vertex.material) && is_entry(vertex.entry)), "glossy vertices")?;
     // It bounds how many dispatches there are.
-    demand(gloss.max_vertices as usize <= contents.paths.deposits.len(), "most glossy vertices")?;
+    demand(gloss.max_vertices as usize <= contents.paths.contributions.len(), "most glossy vertices")?;
 
     let hvds = &contents.hvds;
-    let first = &contents.paths.first_deposits;
+    let first = &contents.paths.first_contributions;
     demand(gloss.shifts.len() == hvds.levels[0].len(), "shifts")?;
     let holds = |shift: u32, cluster: usize| {
         let (start, end) = (first[2 * cluster], first[2 * cluster + 2]);
@@ -33,7 +33,7 @@ pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     for (cluster, &shift) in gloss.shifts.iter().enumerate() {
         demand(holds(shift, cluster), "shifts")?;
     }
-    // An unweighted cluster has the deposits of its cluster, and so its vertices.
+    // An unweighted cluster has the contributions of its cluster, and so its vertices.
     for (cluster, &unweighted) in hvds.unweighted.iter().enumerate() {
         if let Some(&shift) = gloss.shifts.get(unweighted as usize) {
             demand(shift == gloss.shifts[cluster], "shifts of unweighted clusters")?;

@@ -36,8 +36,8 @@ pub(super) struct Tables {
     merged_rays: MergedRayLists,
     /// Sides of each triangle, as [`Surface`](crate::types::Surface) has them.
     sides: Vec<u32>,
-    /// What each deposit has besides its throughput, which is the scan's.
-    deposits: Vec<u32>,
+    /// What each contribution has besides its throughput, which is the scan's.
+    contributions: Vec<u32>,
     /// Counts and shares, for people.
     notes: Vec<u8>,
 }
@@ -54,7 +54,7 @@ impl Tables {
             cache_points: made.cache_points.read()?,
             merged_rays: made.merged_rays.lists()?,
             sides: made.surfaces.iter().map(|surface| surface.sides).collect(),
-            deposits: made.paths.deposits.iter().map(|deposit| deposit.what).collect(),
+            contributions: made.paths.contributions.iter().map(|contribution| contribution.what).collect(),
             notes: notes.to_string().into_bytes(),
         })
     }
@@ -101,8 +101,8 @@ impl Tables {
         writer.add("steps", &paths.steps[..]);
         writer.add("step colours", &paths.colours[..]);
         writer.add("lobes", &paths.arrivals.lobes[..]);
-        writer.add("deposits", &self.deposits[..]);
-        writer.add("first deposits", &paths.first_deposits[..]);
+        writer.add("contributions", &self.contributions[..]);
+        writer.add("first contributions", &paths.first_contributions[..]);
         let group = |group: &crate::passes::precompute::path_orders::PathGroup| {
             [group.materials, group.steps.start, group.steps.end]
         };

@@ -1,5 +1,5 @@
 // Accessibility of path vertices: how many of a vertex's rays, spread as a matt surface reflects, meet nothing within a reach: the share of
-// what it reflects that leaves its surroundings. Deterministic. One invocation = one vertex. In: vertices. Out: rays, for each, or CUT_SHORT.
+// what it reflects that leaves its surroundings. Deterministic. One invocation = one vertex. In: vertices. Out: rays, for each, or LOOP_TRUNCATED.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -7,7 +7,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 
@@ -53,5 +53,5 @@ void main() {
         Hit hit;
         if (!trace(Ray(origin, frame * stratum_direction(stratum_of(ray), name, push.seed), push.reach), true, hit)) ++open;
     }
-    open_rays[index] = loops_still_turn(push.point_count) ? open : CUT_SHORT;
+    open_rays[index] = loops_completed(push.point_count) ? open : LOOP_TRUNCATED;
 }

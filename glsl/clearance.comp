@@ -8,7 +8,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 
@@ -67,7 +67,7 @@ void main() {
             closest_ray = ray;
         }
     }
-    if (!loops_still_turn(push.candidate_count)) closest = UNKNOWN;
+    if (!loops_completed(push.candidate_count)) closest = UNKNOWN;
     nearest[gl_LocalInvocationIndex] = closest;
     nearest_ray[gl_LocalInvocationIndex] = closest_ray;
     for (uint stride = gl_WorkGroupSize.x / 2u; stride > 0u; stride /= 2u) {
@@ -91,6 +91,6 @@ void main() {
         // What is nearest to the inside of a solid is that inside, which takes no part.
         if (!side_is_active(surface_at(hit.triangle).sides, back)) nearest[0] = INTERIOR;
     }
-    if (nearest[0] == UNKNOWN || !loops_still_turn(push.candidate_count)) clearances[index] = Clearance(UNKNOWN, vec3(0.0));
+    if (nearest[0] == UNKNOWN || !loops_completed(push.candidate_count)) clearances[index] = Clearance(UNKNOWN, vec3(0.0));
     else clearances[index] = Clearance(nearest[0], wall);
 }

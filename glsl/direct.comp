@@ -7,7 +7,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 
 layout(local_size_x = 64) in;
@@ -29,7 +29,7 @@ layout(binding = 4) uniform usamplerBuffer SeenPoints;
 layout(binding = 5) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 7) buffer LightLayer { float light_layer[]; };
-layout(scalar, binding = 8) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
+layout(scalar, binding = 8) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // one word: LOOP_TRUNCATED if some invocation was
 layout(scalar, push_constant) uniform Push { DirectPush push; };
 
 #include "include/triangles.glsl"
@@ -50,7 +50,7 @@ void main() {
     PixelSurface point = pixel_surface_at(SeenPoints, index);
     LightSource light = of_kind(light_at(Lights, push.light));
     float found = push.first_sample == 0u ? 0.0 : light_layer[index];
-    // A loop that turns once or never: where no point of a group sees a surface, lavapipe skips it.
+    // A loop of at most one iteration: where no point of a group sees a surface, lavapipe skips it.
     for (bool is_due = point.side != NO_SIDE; is_due; is_due = false) {
         vec3 normal = facing_normal(point.side);
         found += light_factor_in(batch, light, push.first_sample, push.end_sample, push.traces_all != 0u, point.position, normal, point.normal,
@@ -58,5 +58,5 @@ void main() {
         found = weighed(light, push.end_sample, found, point.position, point.normal, point.footprint);
     }
     light_layer[index] = found;
-    if (!loops_still_turn(push.width)) cut_short[0] = CUT_SHORT;
+    if (!loops_completed(push.width)) truncated_loops[0] = LOOP_TRUNCATED;
 }

@@ -7,7 +7,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/antialias.glsl"
@@ -33,7 +33,7 @@ layout(binding = 6) uniform usamplerBuffer EdgeSamples;
 layout(binding = 7) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 8) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 9) buffer EdgeLight { float edge_light[]; };
-layout(scalar, binding = 10) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
+layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // one word: LOOP_TRUNCATED if some invocation was
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 #include "include/triangles.glsl"
@@ -58,7 +58,7 @@ void main() {
     EdgeSample seen = edge_sample_of(pair_at(EdgeSamples, index));
     LightSource light = of_kind(light_at(Lights, push.light));
     float found = push.first_sample == 0u ? 0.0 : edge_light[index];
-    // A loop that turns once or never: where no sample of a group sees a surface, lavapipe skips it.
+    // A loop of at most one iteration: where no sample of a group sees a surface, lavapipe skips it.
     for (bool is_due = seen.side != NO_SIDE; is_due; is_due = false) {
         PixelSurface point = edge_point(view, edge_pixels[number.y], seen, number.x, count);
         vec3 normal = facing_normal(point.side);
@@ -67,5 +67,5 @@ void main() {
         found = weighed(light, push.end_sample, found + 0.125 * float(eighths_of(seen)) * lit, point.position, point.normal, point.footprint);
     }
     edge_light[index] = found;
-    if (!loops_still_turn(view.width)) cut_short[0] = CUT_SHORT;
+    if (!loops_completed(view.width)) truncated_loops[0] = LOOP_TRUNCATED;
 }

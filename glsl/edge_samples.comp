@@ -9,7 +9,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/antialias.glsl"
@@ -30,7 +30,7 @@ layout(binding = 3) uniform usamplerBuffer Pixels;
 layout(scalar, binding = 4) readonly buffer EdgeNumbers { uint edge_numbers[]; };
 layout(scalar, binding = 5) readonly buffer EdgePixels { uint edge_pixels[]; };
 layout(scalar, binding = 6) writeonly buffer EdgeSamples { EdgeSample edge_samples[]; };
-layout(scalar, binding = 7) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
+layout(scalar, binding = 7) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // one word: LOOP_TRUNCATED if some invocation was
 layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
 
 #include "include/triangles.glsl"
@@ -76,5 +76,5 @@ void main() {
         least = min(cost, least);
     }
     edge_samples[index] = EdgeSample(found.side, shown | met * (8u / points) << 3 | place << 7);
-    if (!loops_still_turn(view.width)) cut_short[0] = CUT_SHORT;
+    if (!loops_completed(view.width)) truncated_loops[0] = LOOP_TRUNCATED;
 }

@@ -7,7 +7,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 
 layout(local_size_x = 64) in;
@@ -31,7 +31,7 @@ layout(binding = 4) uniform usamplerBuffer EntryPoints;
 layout(binding = 5) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 6) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 7) buffer FormFactors { float form_factors[]; };
-layout(scalar, binding = 8) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
+layout(scalar, binding = 8) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // one word: LOOP_TRUNCATED if some invocation was
 layout(scalar, push_constant) uniform Push { FormFactorsPush push; };
 
 #include "include/triangles.glsl"
@@ -56,5 +56,5 @@ void main() {
     float found = push.first_sample == 0u ? 0.0 : form_factors[place];
     found += light_factor_in(batch, light, push.first_sample, push.end_sample, push.traces_all != 0u, position, normal, normal, push.area_m2);
     form_factors[place] = weighed(light, push.end_sample, found, position, normal, push.area_m2);
-    if (!loops_still_turn(push.point_count)) cut_short[0] = CUT_SHORT;
+    if (!loops_completed(push.point_count)) truncated_loops[0] = LOOP_TRUNCATED;
 }

@@ -19,7 +19,7 @@ struct GatherPush {
     uint end_point;        // its end
     uint target_bits;   // width of the gather target field in a merged ray
     float min_distance;  // unit of gradients under movement, metres
-    float turn_unit;       // of a merged ray's share in the gradient under rotation
+    float rotation_unit;       // of a merged ray's share in the gradient under rotation
     float stratum;         // π over the rays of a hemisphere: what each counts for
 };
 
@@ -55,12 +55,12 @@ void add(inout vec3 sum[SUMS], uint index, uvec2 merged_ray, bool is_ours) {
     if (IS_GLOSSY == 1u) radiance += lobe_radiances[target_index];
     radiance = is_ours ? radiance : vec3(0.0);
     vec2 movement = unpack_pair(merged_ray.y, 8, 127u - MOVEMENT_EXPONENT + ((merged_ray.y >> 16u) & 31u));
-    vec2 turn = unpack_pair(merged_ray.y >> 21u, 4, 127u + (merged_ray.y >> 29u));
+    vec2 rotation = unpack_pair(merged_ray.y >> 21u, 4, 127u + (merged_ray.y >> 29u));
     sum[0] += float((merged_ray.x >> push.target_bits) + 1u) * radiance;
     sum[1] += movement.x * radiance;
     sum[2] += movement.y * radiance;
-    sum[3] += turn.x * radiance;
-    sum[4] += turn.y * radiance;
+    sum[3] += rotation.x * radiance;
+    sum[4] += rotation.y * radiance;
 }
 
 // Of the invocations of each point, in order, for all of them.
@@ -100,9 +100,9 @@ void main() {
     float unit = 1.0 / push.min_distance;
     vec3 along_x = unit * sum[1];
     vec3 along_y = unit * sum[2];
-    float turn_unit = push.turn_unit * push.stratum;
-    vec3 turn_x = turn_unit * sum[3];
-    vec3 turn_y = turn_unit * sum[4];
+    float rotation_unit = push.rotation_unit * push.stratum;
+    vec3 turn_x = rotation_unit * sum[3];
+    vec3 turn_y = rotation_unit * sum[4];
     // (n_i × n)·g for a rotational gradient g in the tangent plane is n·(g × n_i).
     records[index] = Record(point.position, push.stratum * sum[0],
                             outerProduct(frame[0], along_x) + outerProduct(frame[1], along_y),

@@ -8,7 +8,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/colour.glsl"
@@ -38,7 +38,7 @@ layout(scalar, binding = 6) readonly buffer UnweightedClusters { uint unweighted
 layout(scalar, binding = 7) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 8) writeonly buffer GatherRays { GatherRay gather_rays[]; };
 layout(scalar, binding = 9) writeonly buffer RayColours { uint ray_colours[]; };  // of the image at the hit, packed
-layout(scalar, binding = 10) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
+layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // one word: LOOP_TRUNCATED if some invocation was
 layout(scalar, binding = 11) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
 layout(scalar, binding = 12) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 13) readonly buffer Texels { uint texels[]; };
@@ -129,5 +129,5 @@ void main() {
     for (uint ray = gl_LocalInvocationIndex; ray < RINGS * SECTORS; ray += gl_WorkGroupSize.x) {
         gather_rays[first + ray].gradient = packHalf2x16(gradient_weight(stratum_of(ray)));
     }
-    if (!loops_still_turn(push.point_count)) cut_short[0] = CUT_SHORT;
+    if (!loops_completed(push.point_count)) truncated_loops[0] = LOOP_TRUNCATED;
 }

@@ -8,7 +8,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
@@ -27,7 +27,7 @@ layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Lights;
 layout(scalar, binding = 3) readonly buffer GlossEntries { GlossEntry gloss_entries[]; };
 layout(scalar, binding = 4) writeonly buffer GlossBeams { GlossBeam gloss_beams[]; };  // one a point sample, entry by entry
-layout(scalar, binding = 5) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
+layout(scalar, binding = 5) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // one word: LOOP_TRUNCATED if some invocation was
 layout(scalar, push_constant) uniform Push { GlossBeamsPush push; };
 
 #include "include/triangles.glsl"
@@ -49,5 +49,5 @@ void main() {
         beam.factor = weighed(light, light.samples, factor, entry.position, entry.normal, push.area_m2);
     }
     gloss_beams[index] = beam;
-    if (!loops_still_turn(push.entry_count)) cut_short[0] = CUT_SHORT;
+    if (!loops_completed(push.entry_count)) truncated_loops[0] = LOOP_TRUNCATED;
 }

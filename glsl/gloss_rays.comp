@@ -8,7 +8,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
@@ -47,7 +47,7 @@ layout(scalar, binding = 10) readonly buffer GlossPixels { uint gloss_pixels[]; 
 layout(scalar, binding = 11) writeonly buffer GlossSamples { PixelSurface gloss_samples[]; };
 layout(scalar, binding = 12) writeonly buffer GlossRays { GlossRay gloss_rays[]; };
 layout(scalar, binding = 13) writeonly buffer GlossColours { uint gloss_colours[]; };  // of the image at each ray's hit, packed
-layout(scalar, binding = 14) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
+layout(scalar, binding = 14) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // one word: LOOP_TRUNCATED if some invocation was
 layout(scalar, binding = 15) readonly buffer FirstReads { uint first_reads[]; };  // of each cluster in `slot_reads`, and the end
 layout(scalar, binding = 16) readonly buffer SlotReads { uvec2 slot_reads[]; };   // direction and slot, in order
 layout(scalar, binding = 17) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
@@ -134,5 +134,5 @@ void main() {
             gloss_rays[i] = traced(i, point, u, samples * LOBE_RAYS);
         }
     }
-    if (!loops_still_turn(push.stride)) cut_short[0] = CUT_SHORT;
+    if (!loops_completed(push.stride)) truncated_loops[0] = LOOP_TRUNCATED;
 }

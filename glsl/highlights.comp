@@ -9,7 +9,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
@@ -38,7 +38,7 @@ layout(scalar, binding = 5) readonly buffer GlossOffsets { uint gloss_offsets[];
 layout(scalar, binding = 6) readonly buffer GlossSamples { PixelSurface gloss_samples[]; };
 layout(scalar, binding = 7) readonly buffer GlossPixels { uint gloss_pixels[]; };
 layout(scalar, binding = 8) buffer HighlightLayer { float highlight_layer[]; };
-layout(scalar, binding = 9) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
+layout(scalar, binding = 9) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // one word: LOOP_TRUNCATED if some invocation was
 layout(scalar, push_constant) uniform Push { HighlightsPush push; };
 
 #include "include/triangles.glsl"
@@ -106,5 +106,5 @@ void main() {
     }
     float before = push.first_sample == 0u ? 0.0 : highlight_layer[index];
     highlight_layer[index] = before + sum;
-    if (!loops_still_turn(push.pixel_count)) cut_short[0] = CUT_SHORT;
+    if (!loops_completed(push.pixel_count)) truncated_loops[0] = LOOP_TRUNCATED;
 }

@@ -8,7 +8,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/colour.glsl"
@@ -46,7 +46,7 @@ layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[];
 layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 5) readonly buffer CachePoints { CachePoint cache_points[]; };
 layout(scalar, binding = 6) buffer ProbePaths { ProbePath probe_paths[]; };
-layout(scalar, binding = 7) buffer Unfinished { uint unfinished[]; };  // how many invocations have not reached the goal; or CUT_SHORT
+layout(scalar, binding = 7) buffer Unfinished { uint unfinished[]; };  // how many invocations have not reached the goal; or LOOP_TRUNCATED
 layout(scalar, binding = 8) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
 layout(scalar, binding = 9) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 10) readonly buffer Texels { uint texels[]; };
@@ -84,7 +84,7 @@ void main() {
         uint point_seed = hash(push.seed, index);
         uint ray_seed = hash(point_seed, ray);
         bool alive = true;
-        // A loop that turns once, which lavapipe skips where a branch would be taken by all.
+        // A loop of one iteration, which lavapipe skips where a branch would be taken by all.
         for (bool starts = path.depth == 0u; starts; starts = false) {
             CachePoint point = cache_points[index];
             vec3 normal = surface_at(point.side >> 1).normal;
@@ -115,5 +115,5 @@ void main() {
     }
     probe_paths[stratum] = path;
     if (path.sample_index != push.goal || stratum + stride < all) atomicAdd(unfinished[0], 1u);
-    if (!loops_still_turn(push.rounds)) atomicOr(unfinished[0], CUT_SHORT);
+    if (!loops_completed(push.rounds)) atomicOr(unfinished[0], LOOP_TRUNCATED);
 }

@@ -9,7 +9,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/brdf.glsl"
@@ -120,5 +120,5 @@ void main() {
     }
     state.is_alive = uint(alive);
     paths[index] = state;
-    vertex_counts[index] = loops_still_turn(push.path_count) ? count : CUT_SHORT;
+    vertex_counts[index] = loops_completed(push.path_count) ? count : LOOP_TRUNCATED;
 }

@@ -9,7 +9,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/colour.glsl"
@@ -60,7 +60,7 @@ layout(scalar, binding = 5) buffer DirectSums { RadianceSum direct_sums[]; };
 layout(scalar, binding = 6) buffer IndirectSums { RadianceSum indirect_sums[]; };
 layout(scalar, binding = 7) buffer Moments { SampleMoments sample_moments[]; };
 layout(scalar, binding = 8) buffer TracedPaths { TracedPath traced_paths[]; };
-layout(scalar, binding = 9) buffer Unfinished { uint unfinished[]; };  // how many pixels have not reached the goal; or CUT_SHORT
+layout(scalar, binding = 9) buffer Unfinished { uint unfinished[]; };  // how many pixels have not reached the goal; or LOOP_TRUNCATED
 layout(scalar, binding = 10) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
 layout(scalar, binding = 11) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 12) readonly buffer Texels { uint texels[]; };
@@ -138,7 +138,7 @@ void main() {
     }
     traced_paths[lane] = path;
     if (path.sample_index != push.goal) atomicAdd(unfinished[0], 1u);
-    if (!loops_still_turn(push.rounds)) atomicOr(unfinished[0], CUT_SHORT);
+    if (!loops_completed(push.rounds)) atomicOr(unfinished[0], LOOP_TRUNCATED);
     direct_sums[index] = direct_sum;
     indirect_sums[index] = indirect_sum;
     sample_moments[index] = moments;

@@ -8,7 +8,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/colour.glsl"
@@ -46,7 +46,7 @@ layout(scalar, binding = 6) readonly buffer FirstEntries { uint first_entries[];
 layout(scalar, binding = 7) readonly buffer Reaches { uvec4 reaches[]; };
 layout(scalar, binding = 8) readonly buffer Irradiances { vec3 irradiances[]; };
 layout(scalar, binding = 9) buffer PixelSums { GatherSums pixel_sums[]; };
-layout(scalar, binding = 10) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
+layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // one word: LOOP_TRUNCATED if some invocation was
 layout(scalar, binding = 11) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
 layout(scalar, binding = 12) readonly buffer Textures { Texture textures[]; };
 layout(scalar, binding = 13) readonly buffer Texels { uint texels[]; };
@@ -178,5 +178,5 @@ void main() {
         add(sums.indirect, sums.indirect_lost, indirect_light(seen, ray, seed));
     }
     pixel_sums[index] = sums;
-    if (!loops_still_turn(push.sample_count)) cut_short[0] = CUT_SHORT;
+    if (!loops_completed(push.sample_count)) truncated_loops[0] = LOOP_TRUNCATED;
 }

@@ -7,7 +7,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/photons.glsl"
@@ -24,7 +24,7 @@ layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(scalar, binding = 2) readonly buffer Points { MapEntry points[]; };
 layout(scalar, binding = 3) writeonly buffer Reaches { uvec4 reaches[]; };
-layout(scalar, binding = 4) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
+layout(scalar, binding = 4) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // one word: LOOP_TRUNCATED if some invocation was
 layout(scalar, push_constant) uniform Push { PhotonReachPush push; };
 
 #include "include/triangles.glsl"
@@ -48,5 +48,5 @@ void main() {
         reach[sector >> 2] |= steps << (8u * (sector & 3u));
     }
     reaches[index] = reach;
-    if (!loops_still_turn(push.end_point)) cut_short[0] = CUT_SHORT;
+    if (!loops_completed(push.end_point)) truncated_loops[0] = LOOP_TRUNCATED;
 }

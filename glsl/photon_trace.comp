@@ -8,7 +8,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/colour.glsl"
@@ -26,7 +26,7 @@ struct PhotonPath {
     uint ray;        // index among the light's rays: names its random numbers
     vec3 flux;       // W; before the first surface: the share of the light's rays that this one is
     uint depth;      // surfaces so far
-    uint is_alive;   // 0, 1 or CUT_SHORT
+    uint is_alive;   // 0, 1 or LOOP_TRUNCATED
 };
 struct PhotonTracePush {
     vec3 scene_centre;
@@ -104,6 +104,6 @@ void main() {
     for (; count < STEPS; ++count) {
         photons[slot + count] = Photon(vec3(0.0), NO_SIDE, vec3(0.0));
     }
-    path.is_alive = loops_still_turn(push.end_path) ? uint(alive) : CUT_SHORT;
+    path.is_alive = loops_completed(push.end_path) ? uint(alive) : LOOP_TRUNCATED;
     paths[index] = path;
 }

@@ -7,7 +7,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 
 layout(local_size_x = 64) in;
@@ -18,7 +18,7 @@ layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) writeonly buffer Pixels { PixelSurface pixels[]; };
-layout(scalar, binding = 4) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
+layout(scalar, binding = 4) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // one word: LOOP_TRUNCATED if some invocation was
 layout(scalar, push_constant) uniform Push { PrimaryPush push; };
 
 #include "include/triangles.glsl"
@@ -31,5 +31,5 @@ void main() {
     uvec2 pixel = corner_of_tile(flat_workgroup(), 8u, view.width) + place_in_tile(8u);
     if (pixel.x >= view.width || pixel.y >= view.height) return;
     pixels[pixel.y * view.width + pixel.x] = seen_through(view, vec2(pixel) + 0.5);
-    if (!loops_still_turn(view.width)) cut_short[0] = CUT_SHORT;
+    if (!loops_completed(view.width)) truncated_loops[0] = LOOP_TRUNCATED;
 }

@@ -1,5 +1,5 @@
 // Closest hits of an explicit list of rays, or any hits of segments. Deterministic. One invocation = one ray.
-// In: origins and directions, metres. Out: distance in units of the direction's length (negative: nothing hit) and side, or CUT_SHORT.
+// In: origins and directions, metres. Out: distance in units of the direction's length (negative: nothing hit) and side, or LOOP_TRUNCATED.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -7,7 +7,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 
 layout(local_size_x = 64) in;
@@ -35,9 +35,9 @@ void main() {
     Hit hit;
     bool segments = SEGMENTS == 1u;
     bool is_hit = trace(Ray(query.origin, query.direction, segments ? 1.0 : 1e30), segments, hit);
-    bool is_cut_short = !loops_still_turn(push.ray_count);
-    if (is_cut_short || !is_hit) {
-        answers[index] = RayAnswer(-1.0, is_cut_short ? CUT_SHORT : NO_SIDE);
+    bool is_truncated = !loops_completed(push.ray_count);
+    if (is_truncated || !is_hit) {
+        answers[index] = RayAnswer(-1.0, is_truncated ? LOOP_TRUNCATED : NO_SIDE);
         return;
     }
     bool back = dot(surface_at(hit.triangle).normal, query.direction) > 0.0;

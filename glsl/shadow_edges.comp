@@ -9,7 +9,7 @@
 #include "include/texels.glsl"
 #include "include/lists.glsl"
 #include "include/dispatch.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 #include "include/math.glsl"
 #include "include/sampling.glsl"
 #include "include/antialias.glsl"
@@ -40,7 +40,7 @@ layout(binding = 8) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 9) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
 layout(scalar, binding = 10) readonly buffer EdgeNeeds { uint edge_needs[]; };
 layout(scalar, binding = 11) buffer LightLayer { float light_layer[]; };
-layout(scalar, binding = 12) writeonly buffer CutShort { uint cut_short[]; };  // one word: CUT_SHORT if some invocation was
+layout(scalar, binding = 12) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // one word: LOOP_TRUNCATED if some invocation was
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 #include "include/triangles.glsl"
@@ -134,7 +134,7 @@ void main() {
         vec3 normal = own_normal;
         vec2 point = corner + sample_3d(i, index).xy;
         if (!is_traced) found.position = on_plane(view, found, normal, point);
-        // A loop that turns once or never, which lavapipe skips where a branch would be taken by all.
+        // A loop of at most one iteration, which lavapipe skips where a branch would be taken by all.
         for (bool is_due = is_traced; is_due; is_due = false) {
             found = seen_in(place, view, point);
             if (found.side != NO_SIDE) normal = facing_normal(found.side);
@@ -146,7 +146,7 @@ void main() {
         for (bool is_due = is_edge && factor > 0.0; is_due; is_due = false) slot = slot_for(found, index, first_slot, slots);
         sum += mix(vec4(0.0), vec4(factor), equal(uvec4(0u, 1u, 2u, 3u), uvec4(slot)));
     }
-    if (!loops_still_turn(view.width)) cut_short[0] = CUT_SHORT;
+    if (!loops_completed(view.width)) truncated_loops[0] = LOOP_TRUNCATED;
     sums[gl_LocalInvocationIndex] = sum;
     barrier();
     if (lane != 0u || place >= listed || count == 0u) return;

@@ -40,7 +40,7 @@ layout(scalar, binding = 10) buffer CrowdedTiles { uint crowded_tiles[]; };
 layout(scalar, push_constant) uniform Push { SplatTilesPush push; };
 
 #include "include/surfaces.glsl"
-#include "include/turns.glsl"
+#include "include/loop_limit.glsl"
 
 const uint KEPT = 8u;  // weights of a pixel in registers
 const uint BATCH = 256u;
@@ -126,7 +126,7 @@ void main() {
     // Twice only where some pixel of the tile has no record after the first time.
     Tolerance tolerance = VALID;
     bool is_relaxed = false;
-    for (uint turn = 0u; turn < 2u; ++turn) {
+    for (uint pass = 0u; pass < 2u; ++pass) {
         wants_records = wants_records && count == 0u;
         barrier();
         if (thread == 0u) wanting = 0u;
@@ -167,13 +167,13 @@ void main() {
                 }
             }
         }
-        is_relaxed = wants_records && turn == 1u;
+        is_relaxed = wants_records && pass == 1u;
         tolerance = RELAXED;
     }
     if (is_relaxed) sum = -sum;
     if (CROWDED == 1u) {
         for (uint i = first; i < min(first + count, push.weight_capacity); ++i) weights[i].weight /= sum;
-        if (!loops_still_turn(push.width)) tally.is_cut_short = 1u;
+        if (!loops_completed(push.width)) tally.is_truncated = 1u;
         return;
     }
     // With pairs missing nobody knows who is uncovered; the host makes room and repeats the frame.
@@ -197,5 +197,5 @@ void main() {
     for (uint i = 0u; i < min(count, KEPT) && first + i < push.weight_capacity; ++i) {
         weights[first + i] = SplatWeight(kept[i].record, kept[i].weight / sum);
     }
-    if (!loops_still_turn(push.width)) tally.is_cut_short = 1u;
+    if (!loops_completed(push.width)) tally.is_truncated = 1u;
 }

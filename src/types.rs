@@ -12,7 +12,7 @@ pub const NO_SIDE: u32 = u32::MAX;
 pub const NO_CLUSTER: u32 = u32::MAX;
 
 /// Stands for a count, or in it, where the device ended the loops that were to count.
-pub const CUT_SHORT: u32 = 1 << 31;
+pub const LOOP_TRUNCATED: u32 = 1 << 31;
 
 gpu_struct! {
     /// One triangle for traversal, in BVH leaf order. Three texels: nothing stands in `w`.
@@ -194,7 +194,7 @@ pub struct MergedRay {
     pub target_index: u32,
     /// Sums of the rays' shares in both gradients along tangent and bitangent, two numbers with an exponent for both: bits 0–20 (eight,
     /// eight and five) in the translational one, in 2⁻²⁶ of what [`GatherRay::gradient`] counts in; 21–31 (four, four and three) in the
-    /// rotational one: tanθ across each azimuth, in `MergedRayPacking::turn_unit`.
+    /// rotational one: tanθ across each azimuth, in `MergedRayPacking::rotation_unit`.
     pub change: u32,
 }
 

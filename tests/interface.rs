@@ -298,15 +298,15 @@ fn shaders_keep_to_the_rules() {
     }
 }
 
-/// Rays may meet more than a device goes through: see `glsl/include/turns.glsl`. What finds roots of shafts opens few nodes, and batches trace nothing.
+/// Rays may meet more than a device goes through: see `glsl/include/loop_limit.glsl`. What finds roots of shafts opens few nodes, and batches trace nothing.
 #[test]
-fn kernels_that_follow_rays_ask_whether_their_loops_still_turn() {
+fn kernels_that_follow_rays_ask_whether_their_loops_completed() {
     let mut followers = 0;
     for shader in SHADERS {
         let source = read(&root().join(format!("glsl/{}.comp", shader.stem)));
         let includes = |name: &str| source.contains(&format!("#include \"include/{name}.glsl\""));
         if includes("bvh") && !includes("open_tree") && !shader.stem.ends_with("_batches") {
-            assert!(source.contains("loops_still_turn("), "`{}` does not ask", shader.stem);
+            assert!(source.contains("loops_completed("), "`{}` does not ask", shader.stem);
             followers += 1;
         }
     }

@@ -48,7 +48,7 @@ float open_sample(LightSource light, vec3 corner, vec3 shading, uint i, inout ui
 float open_samples(LightSource light, vec3 corner, vec3 shading) {
     float sum = 0.0;
     uint row = lattice_row(light, 0u);
-    // Four a turn, of which lavapipe has only so many: see turns.glsl.
+    // Four an iteration, because lavapipe limits their number: see loop_limit.glsl.
     for (uint i = 0u; i < light.samples; i += 4u) {
         sum += open_sample(light, corner, shading, i, row);
         sum += open_sample(light, corner, shading, i + 1u, row);

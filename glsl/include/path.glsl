@@ -26,7 +26,7 @@ vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint ray
     for (uint i = 0u; i < push.light_count; ++i) {
         LightSource light = lights[i];
         vec2 u = vec2(0.0);
-        // A loop that turns once, which lavapipe skips where a branch would be taken by all.
+        // A loop of one iteration, which lavapipe skips where a branch would be taken by all.
         for (bool is_due = light.kind == LIGHT_AREA; is_due; is_due = false) u = sample_3d(sample_index, hash(seed, ~i)).xy;
         LightSample found;
         if (!sample_light(light, vertex.position, u, found)) continue;

@@ -50,7 +50,7 @@ struct WeightRun {
 struct SplatTally {
     uint weights;    // of all pixels
     uint relaxed;  // pixels that relaxed records reach
-    uint is_cut_short;  // 1: the device ended the loops of some invocation before they were done
+    uint is_truncated;  // 1: the device ended the loops of some invocation before they were done
 };
 
 // Push block of both sort kernels.

@@ -15,7 +15,7 @@ vec3 texel_at(Texture image, ivec2 place) {
 vec3 image_at(uint material, uint triangle, vec3 barycentric) {
     vec3 colour = vec3(1.0);
     Texture image = textures[material];
-    // A loop that turns once, which lavapipe skips where a branch would be taken by all.
+    // A loop of one iteration, which lavapipe skips where a branch would be taken by all.
     for (bool is_due = image.width != 0u; is_due; is_due = false) {
         vec2 uv = barycentric.x * texture_coordinates[3u * triangle] + barycentric.y * texture_coordinates[3u * triangle + 1u]
                 + barycentric.z * texture_coordinates[3u * triangle + 2u];

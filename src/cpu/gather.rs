@@ -33,7 +33,7 @@ pub struct Sources<'a> {
     /// Unit of the rays' gradients, metres.
     pub min_distance: f32,
     /// Unit of their shares in the rotational gradient.
-    pub turn_unit: f32,
+    pub rotation_unit: f32,
     /// Of each slot, which targets beyond the clusters name: its cluster, and its glossy flux there, W/m².
     pub slots: &'a [(u32, DVec3)],
 }
@@ -49,7 +49,7 @@ pub fn gather(
     let frame = frame(normal);
     let stratum = PI / f64::from(strata.rays());
     let mut irradiance = DVec3::ZERO;
-    let [mut translation, mut turn] = [[DVec3::ZERO; 3]; 2];
+    let [mut translation, mut rotated] = [[DVec3::ZERO; 3]; 2];
     for (index, merged_ray) in merged_rays.iter().enumerate() {
         let target_index = merged_ray.target_index & ((1 << sources.target_bits) - 1);
         let rays = f64::from(merged_ray.target_index >> sources.target_bits) + 1.0;
@@ -66,15 +66,15 @@ pub fn gather(
         irradiance += stratum * rays * radiance;
 
         // [Krivanek]
-        let [movement, turn_share] = unpack_change(merged_ray.change);
-        let across = frame * (f64::from(sources.turn_unit) * turn_share).extend(0.0);
+        let [movement, rotation_share] = unpack_change(merged_ray.change);
+        let across = frame * (f64::from(sources.rotation_unit) * rotation_share).extend(0.0);
         let movement = movement / f64::from(sources.min_distance);
         for channel in 0..3 {
             translation[channel] += radiance[channel] * (frame * movement.extend(0.0));
-            turn[channel] += stratum * radiance[channel] * across;
+            rotated[channel] += stratum * radiance[channel] * across;
         }
     }
-    let rotation = turn.map(|gradient| gradient.cross(normal.as_dvec3()));
+    let rotation = rotated.map(|gradient| gradient.cross(normal.as_dvec3()));
     Gathered {
         irradiance,
         translation: DMat3::from_cols(translation[0], translation[1], translation[2]),
@@ -82,7 +82,7 @@ pub fn gather(
     }
 }
 
-/// Shares of a merged ray in the gradients: under movement, in 1/least distance, and under rotation, in turn units.
+/// Shares of a merged ray in the gradients: under movement, in 1/least distance, and under rotation, in rotation units.
 pub fn unpack_change(word: u32) -> [DVec2; 2] {
     let signed = |bits: u32, width: u32| f64::from((bits << (32 - width)) as i32 >> (32 - width));
     let pair = |bits: u32, width: u32, exponent: u32| {

@@ -8,7 +8,7 @@ pub mod precompute;
 pub mod reference;
 mod scene_buffers;
 mod texture_buffers;
-mod turns;
+mod loop_limit;
 
 pub use cluster_buffers::{ClusterBuffers, ClusterTables};
 pub use one_light::{LightKernel, OneLight};

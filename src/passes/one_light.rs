@@ -7,7 +7,7 @@ use crate::gpu::{Buffer, Context, Pipeline};
 use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource};
 
 /// Point samples of a light that one dispatch takes: more would keep a slow device busy for longer than watchdogs bear,
-/// and turn one shader's loops more often than lavapipe lets them.
+/// and run one shader's loops longer than lavapipe lets them.
 const SAMPLES_A_DISPATCH: u32 = 8;
 
 /// One light of the table.

@@ -22,8 +22,8 @@ pub struct SceneBuffers {
     pub materials: Buffer,
     /// Images that materials take their diffuse albedo from.
     pub textures: TextureBuffers,
-    /// [`CUT_SHORT`](types::CUT_SHORT) once the device has ended the loops of an invocation that follows rays and has no other way to say so.
-    pub cut_short: Buffer,
+    /// [`LOOP_TRUNCATED`](types::LOOP_TRUNCATED) once the device has ended the loops of an invocation that follows rays and has no other way to say so.
+    pub truncated_loops: Buffer,
 }
 
 impl SceneBuffers {
@@ -53,16 +53,16 @@ impl SceneBuffers {
             surfaces: list(context, "surfaces", surfaces, is_bound)?,
             materials: Buffer::from_slice(context, "materials", &reflectances(materials))?,
             textures: TextureBuffers::new(context, coordinates, materials)?,
-            cut_short: Buffer::word(context, "cut short")?,
+            truncated_loops: Buffer::word(context, "truncated")?,
         })
     }
 
-    /// Refuses what kernels found that say it in [`Self::cut_short`]: `name` is theirs, and each place takes a ray to each of `lights`.
+    /// Refuses what kernels found that say it in [`Self::truncated_loops`]: `name` is theirs, and each place takes a ray to each of `lights`.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`](crate::Error::OutOfMemory) says what to do.
-    pub fn refuse_cut_short(&self, name: &str, lights: u32) -> Result<()> {
-        turns::refuse(self.cut_short.read_word() == types::CUT_SHORT, name, lights)
+    pub fn refuse_truncated_loops(&self, name: &str, lights: u32) -> Result<()> {
+        loop_limit::refuse(self.truncated_loops.read_word() == types::LOOP_TRUNCATED, name, lights)
     }
 }
 

@@ -32,7 +32,7 @@ pub trait Progressive {
     /// # Errors
     /// The device lacks memory or failed.
     fn add_samples(&mut self, per_pixel: u32) -> Result<()>;
-    /// When the time is up: [`Self::add_samples`] then takes no more than one sample of each pixel, cut short, and none where there is
+    /// When the time is up: [`Self::add_samples`] then takes no more than one sample of each pixel, truncated, and none where there is
     /// one already. `None`: never.
     fn set_deadline(&mut self, deadline: Option<Instant>);
     /// Samples of each pixel so far, at the least.

@@ -96,11 +96,11 @@ impl PathTracer {
         let (scene, from) = (&self.scene, half.samples);
         let job = Job { scene: scene.lit(), view: &scene.view, seed: half.seed, sums: &half.sums };
         let mut cut = Cut { samples: vec![goal; scene.pixel_count() as usize], unfinished: Vec::new() };
-        let mut is_cut = false;
+        let mut is_truncated = false;
         self.chunks.run(PathTrace::tiles(&scene.view), |first, count| {
             let tiles = first..first + count;
             let is_late = self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
-            is_cut |= is_late;
+            is_truncated |= is_late;
             // Every pixel gets one sample at the least.
             let goal = if is_late { goal.min(from.max(1)) } else { goal };
             let ran = self.pass.run(job, tiles.clone(), from..goal, self.deadline)?;
@@ -111,13 +111,13 @@ impl PathTracer {
                     .for_each(|pixel| cut.samples[pixel as usize] = goal);
             }
             if !ran.is_complete {
-                is_cut = true;
+                is_truncated = true;
                 self.pass.standing(&scene.view, tiles)?.iter().for_each(|standing| cut.stop(standing));
             }
             Ok(ran.longest_ms)
         })?;
         half.samples = goal;
-        if is_cut {
+        if is_truncated {
             half.samples = cut.samples.iter().copied().min().unwrap_or(goal);
             half.cut = Some(cut);
         }

@@ -31,7 +31,7 @@ const PATHS_IN_KERNEL: f64 = 32.0;
 /// A map serves so many gather rays or, on the smallest images, so many samples of a pixel.
 const RAYS_A_MAP: u32 = 1 << 19;
 const MAX_SAMPLES_A_MAP: u32 = 32;
-/// Samples of a pixel in one dispatch: lavapipe ends all loops of an invocation once they have turned 65 535 times.
+/// Samples of a pixel in one dispatch: lavapipe ends all loops of an invocation once they have run 65 535 times.
 const SAMPLES_A_DISPATCH: u32 = 2;
 /// The radius shrinks each time that the number of maps has doubled, so many times at most: to 35 % of the first.
 const MAX_SHRINKS: u32 = 9;

@@ -228,7 +228,7 @@ impl Renderer {
         let gathering = self.needs.of(stages, self.skips);
         let mut passes = loop {
             let ((), passes) = self.context.run(|rec| self.record(rec, stages, gathering))?;
-            self.buffers.refuse_cut_short("frame", 0)?;
+            self.buffers.refuse_truncated_loops("frame", 0)?;
             if !stages.view || !self.splat.grow()? {
                 break passes;
             }

@@ -136,7 +136,7 @@ impl Renderer {
             merged_rays: &self.gather.merged_rays,
             gathered: &self.gather.records,
             records: &self.blend.records,
-            cut_short: &self.buffers.cut_short,
+            truncated_loops: &self.buffers.truncated_loops,
         }
     }
 }
@@ -163,6 +163,6 @@ pub struct StageBuffers<'a> {
     pub gathered: &'a Buffer,
     /// `Record`s of the cache points, blended.
     pub records: &'a Buffer,
-    /// A word: [`CUT_SHORT`](crate::types::CUT_SHORT) once the device has ended the loops of a kernel that follows rays.
-    pub cut_short: &'a Buffer,
+    /// A word: [`LOOP_TRUNCATED`](crate::types::LOOP_TRUNCATED) once the device has ended the loops of a kernel that follows rays.
+    pub truncated_loops: &'a Buffer,
 }

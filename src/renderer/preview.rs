@@ -97,7 +97,7 @@ impl Preview {
             rec.barrier(COMPUTE_TO_COMPUTE);
             image.tonemap.record(rec, &image.compose.radiance, exposure_stops);
         })?;
-        self.buffers.refuse_cut_short("preview", 0)
+        self.buffers.refuse_truncated_loops("preview", 0)
     }
 
     /// The last frame for eyes: sRGB codes R, G, B, 255, row by row from the top.

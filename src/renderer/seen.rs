@@ -154,7 +154,7 @@ impl Renderer {
                 pass.barrier(COMPUTE_TO_TRANSFER);
             }
         })?;
-        self.buffers.refuse_cut_short("form factors", 0)?;
+        self.buffers.refuse_truncated_loops("form factors", 0)?;
         let mut carried = Vec::new();
         for (light, factors) in lights {
             let factors: Vec<f32> = factors.read_range(0, reach.len())?;

@@ -12,7 +12,7 @@ pub(super) fn png_pixels(bytes: &[u8]) -> Cow<'_, [u8]> {
     let mut chunks = Vec::new();
     let mut rest = bytes.get(SIGNATURE_BYTES..).unwrap_or_default();
     while let Some(&length) = rest.first_chunk::<4>() {
-        // Length, name, data, checksum. The last may be cut short: the decoder says so.
+        // Length, name, data, checksum. The last may be truncated: the decoder says so.
         let end = (u32::from_be_bytes(length) as usize).saturating_add(12).min(rest.len());
         let (chunk, after) = rest.split_at(end);
         chunks.push(chunk);

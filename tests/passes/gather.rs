@@ -97,7 +97,7 @@ fn irradiance_and_gradients_equal_the_reference() {
             target_bits: packing.target_bits,
             cluster_bits: code.cluster_bits,
             min_distance: code.min_distance,
-            turn_unit: packing.turn_unit,
+            rotation_unit: packing.rotation_unit,
             slots: &[],
         };
         let pass = Gather::new(
@@ -195,7 +195,7 @@ fn the_rotational_gradient_is_a_derivative() {
         target_bits: packing.target_bits,
         cluster_bits: 8,
         min_distance: 1.0,
-        turn_unit: packing.turn_unit,
+        rotation_unit: packing.rotation_unit,
         slots: &[],
     };
     let gathered = |normal: Vec3| {

@@ -65,7 +65,7 @@ pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss,
             target_bits: packing.target_bits,
             cluster_bits: code.cluster_bits,
             min_distance: code.min_distance,
-            turn_unit: packing.turn_unit,
+            rotation_unit: packing.rotation_unit,
             slots: &slots,
         };
         let strata = Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors };

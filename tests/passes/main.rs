@@ -49,5 +49,5 @@ mod shafts;
 mod splat;
 mod textures;
 mod tile_sort;
-mod turns;
+mod loop_limit;
 mod world;

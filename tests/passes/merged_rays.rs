@@ -54,7 +54,7 @@ fn merged_rays_add_up_the_rays_that_meet_one_target() {
                 assert_eq!((packing.targets[target_index as usize], *colour), *alike);
                 assert_eq!((merged_ray.target_index >> packing.target_bits) + 1, *count);
                 let [movement, turn] = unpack_change(merged_ray.change);
-                let unit = f64::from(packing.turn_unit);
+                let unit = f64::from(packing.rotation_unit);
                 let shares = [(movement, 63.5, 2f64.powi(-26)), (unit * turn, 3.5, unit)];
                 for (k, (packed, half_full, unit)) in shares.iter().enumerate() {
                     // Half a step: the larger number takes more than half of the steps there are, or a step is the unit. And f32's of

@@ -188,7 +188,7 @@ fn every_pixel_has_the_records_that_brute_force_finds() {
     assert_silent(&world.context);
 }
 
-/// More than 65 535 turns of loops of one invocation end on some devices, and nobody says so.
+/// More than 65 535 iterations of loops of one invocation end on some devices, and nobody says so.
 #[test]
 fn many_uncovered_pixels_among_many_records_have_the_one_that_fits_best() {
     let world = World::room();

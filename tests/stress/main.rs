@@ -16,7 +16,7 @@ mod geometry;
 mod near_lights;
 mod rays;
 mod single_edits;
-mod turns;
+mod loop_limit;
 mod views;
 
 use common::context;

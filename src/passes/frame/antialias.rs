@@ -187,7 +187,7 @@ impl Antialias {
                 ("EdgeNumbers", &self.numbers),
                 ("EdgePixels", &self.edge_pixels),
                 ("EdgeSamples", &self.edge_samples),
-                ("CutShort", &scene.cut_short),
+                ("TruncatedLoops", &scene.truncated_loops),
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
@@ -256,7 +256,7 @@ impl Antialias {
             ("ShaftRoots", &self.shafts.roots),
             ("ShaftList", &self.shafts.list),
             ("EdgeLight", &self.edge_light),
-            ("CutShort", &scene.cut_short),
+            ("TruncatedLoops", &scene.truncated_loops),
         ];
         let bindings: Vec<_> = traced.into_iter().chain(samples).collect();
         // With the shafts' list, before their barrier.
@@ -316,7 +316,7 @@ impl Antialias {
             ("EdgeSlots", &self.edge_slots),
             ("EdgeNeeds", &self.edge_needs),
             ("LightLayer", layer),
-            ("CutShort", &scene.cut_short),
+            ("TruncatedLoops", &scene.truncated_loops),
         ];
         let bindings: Vec<_> = traced.into_iter().chain(listed).chain(averaged).collect();
         for span in light.spans() {

@@ -129,7 +129,7 @@ impl Direct {
             ("ShaftRoots", &self.shafts.roots),
             ("ShaftList", &self.shafts.list),
             ("LightLayer", layer),
-            ("CutShort", &scene.cut_short),
+            ("TruncatedLoops", &scene.truncated_loops),
         ];
         for (first_sample, end_sample) in light.spans() {
             let push = DirectPush {

@@ -219,7 +219,7 @@ impl FormFactors {
                     ("ShaftRoots", &self.shafts.roots),
                     ("ShaftList", &self.shafts.list),
                     ("FormFactors", factors),
-                    ("CutShort", &scene.cut_short),
+                    ("TruncatedLoops", &scene.truncated_loops),
                 ];
                 pass.barrier(COMPUTE_TO_INDIRECT);
                 pass.dispatch(self.kernel.shallow(light), [point_count, 1, 1], &push, &bindings);

@@ -38,7 +38,7 @@ gpu_struct! {
         /// Unit of gradients under movement, metres.
         pub min_distance: f32,
         /// Unit of a merged ray's share in the gradient under rotation.
-        pub turn_unit: f32,
+        pub rotation_unit: f32,
         /// π over the rays of a hemisphere.
         pub stratum: f32,
     }
@@ -183,7 +183,7 @@ impl Gather {
                     end_point: merged_rays.points.end,
                     target_bits: self.merged_rays.target_bits,
                     min_distance: self.code.min_distance,
-                    turn_unit: self.merged_rays.turn_unit,
+                    rotation_unit: self.merged_rays.rotation_unit,
                     stratum: std::f32::consts::PI / self.hemisphere.rays() as f32,
                 },
                 &[

@@ -120,7 +120,7 @@ pub const LAYOUTS: &[Layout] = &[
 ];
 
 /// Turns of the loop over a cluster's vertices and their beams in one dispatch; a sample of a pixel asks four clusters.
-const MAX_TURNS: u32 = 1 << 13;
+const MAX_ITERATIONS: u32 = 1 << 13;
 
 /// Lights that one dispatch takes where as many are due: lobes are evaluated once for all of them.
 const LIGHTS: usize = 4;
@@ -287,7 +287,7 @@ impl Gloss {
 
     /// Dispatches over all vertices of clusters, of one unit of each light's emission: those that are no entry points, then those
     /// that are. Each is cut so that an invocation's work is bounded: lavapipe ends all loops of a shader, silently, once they have
-    /// turned 65 535 times in all.
+    /// run 65 535 times in all.
     pub(super) fn dispatches<'a>(&self, due: &'a [GlossLight<'a>]) -> Vec<Dispatch<'a>> {
         let area_m2 = self.area_m2;
         let dispatch = |entry_points, lights: &'a [GlossLight<'a>], (first, end)| {
@@ -311,7 +311,7 @@ impl Gloss {
     /// First of the vertices that a dispatch takes below a cluster, and the one behind the last; each has so many beams. The last dispatch takes
     /// whatever is left: rays from pixels may read clusters of more vertices.
     fn windows(&self, beams: u32) -> impl Iterator<Item = (u32, u32)> + use<> {
-        let count = (MAX_TURNS / beams.max(1)).max(1);
+        let count = (MAX_ITERATIONS / beams.max(1)).max(1);
         let last = self.max_vertices.saturating_sub(1) / count * count;
         let end = move |first| if first == last { u32::MAX } else { first + count };
         (0..=last).step_by(count as usize).map(move |first| (first, end(first)))

@@ -59,7 +59,7 @@ impl Gloss {
                 ("Lights", light.table),
                 ("GlossEntries", &self.entries),
                 ("GlossBeams", found.beams),
-                ("CutShort", &scene.cut_short),
+                ("TruncatedLoops", &scene.truncated_loops),
             ],
         );
     }

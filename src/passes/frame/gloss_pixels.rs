@@ -309,7 +309,7 @@ impl GlossPixels {
                 ("GlossSamples", &self.samples),
                 ("GlossRays", &self.rays),
                 ("GlossColours", &self.colours),
-                ("CutShort", &scene.cut_short),
+                ("TruncatedLoops", &scene.truncated_loops),
                 ("FirstReads", &slots.first),
                 ("SlotReads", &slots.reads),
             ]),

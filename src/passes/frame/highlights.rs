@@ -77,7 +77,7 @@ impl GlossPixels {
                     ("GlossSamples", &self.samples),
                     ("GlossPixels", &self.pixels),
                     ("HighlightLayer", layer),
-                    ("CutShort", &scene.cut_short),
+                    ("TruncatedLoops", &scene.truncated_loops),
                 ],
             );
         }

@@ -386,7 +386,7 @@ pub fn contribution_ranges(hvds: &Hvds, first_contributions: &[u32]) -> Vec<Cont
 
 /// Contributions that one dispatch may add: all, unless some cluster has more than an invocation should go through. Where a scene fills a small
 /// part of its box, few clusters have nearly all contributions, and lavapipe ends all loops of an invocation, without a word, once they have
-/// turned 65 535 times.
+/// run 65 535 times.
 fn contributions_at_once(runs: &[ContributionRange]) -> u32 {
     const MAX: u32 = 1 << 15;
     if runs.iter().any(|run| run.end - run.first > MAX) { MAX } else { u32::MAX }

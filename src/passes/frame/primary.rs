@@ -53,7 +53,7 @@ impl Primary {
                 ("Triangles", &scene.triangles),
                 ("Surfaces", &scene.surfaces),
                 ("Pixels", &self.pixels),
-                ("CutShort", &scene.cut_short),
+                ("TruncatedLoops", &scene.truncated_loops),
             ],
         );
     }

@@ -52,7 +52,7 @@ gpu_struct! {
         /// Pixels that relaxed records reach.
         pub relaxed: u32,
         /// 1: the device ended the loops of some invocation before they were done.
-        pub is_cut_short: u32,
+        pub is_truncated: u32,
     }
 }
 

@@ -12,7 +12,7 @@ impl Splat {
     /// The device lacks memory or failed, or a tile of pixels has more records than it goes through.
     pub fn grow(&mut self) -> Result<bool> {
         let (pairs, weights) = self.list_lengths()?;
-        if self.tally.read::<SplatTally>()?[0].is_cut_short != 0 {
+        if self.tally.read::<SplatTally>()?[0].is_truncated != 0 {
             let tile = format!("{TILE}×{TILE} pixels");
             return Err(Error::OutOfMemory(format!(
                 "some {tile} have more of the {} cache points to weigh than the device goes through: lower quality.cache_points, or render a \

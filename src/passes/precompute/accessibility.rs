@@ -10,9 +10,9 @@ use super::path_orders::Vertex;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::{SceneBuffers, turns};
+use crate::passes::{SceneBuffers, loop_limit};
 use crate::scene::{hvds::Hvds, unweighted::NEARBY};
-use crate::types::{CUT_SHORT, NO_CLUSTER, OPEN};
+use crate::types::{LOOP_TRUNCATED, NO_CLUSTER, OPEN};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -126,7 +126,7 @@ pub fn open_rays(
             );
         })?;
         open.extend(answered.read_range::<u32>(0, count as usize)?);
-        turns::refuse(open[first as usize..].contains(&CUT_SHORT), STEM, 0)?;
+        loop_limit::refuse(open[first as usize..].contains(&LOOP_TRUNCATED), STEM, 0)?;
         Ok(timings[0].ms)
     })?;
     Ok(open)

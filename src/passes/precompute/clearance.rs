@@ -6,7 +6,7 @@ use super::{Chunks, Progress};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::{SceneBuffers, turns};
+use crate::passes::{SceneBuffers, loop_limit};
 use crate::types::CachePoint;
 use glam::Vec3;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -117,7 +117,7 @@ impl ClearanceProbe {
                 );
             })?;
             measured.extend(self.clearances.read_range::<Clearance>(0, count as usize)?);
-            turns::refuse(measured[first as usize..].iter().any(Clearance::is_unknown), STEM, 0)?;
+            loop_limit::refuse(measured[first as usize..].iter().any(Clearance::is_unknown), STEM, 0)?;
             if let Some(progress) = &mut progress {
                 progress.advance(u64::from(first + count));
             }

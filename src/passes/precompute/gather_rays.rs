@@ -53,7 +53,7 @@ pub const STEM: &str = "gather_rays";
 pub const MIN_ENTRY_POINTS: f32 = 8.0;
 
 /// Rays of a hemisphere that one invocation traces, at most, where the device has workgroups that large: a ray turns loops some hundreds of
-/// times, and lavapipe ends all loops of an invocation, without a word, once they have turned 65 535 times.
+/// times, and lavapipe ends all loops of an invocation, without a word, once they have run 65 535 times.
 const RAYS_OF_INVOCATION: u32 = 32;
 
 /// Rays that the host looks at together, at most, unless a row has more.
@@ -327,7 +327,7 @@ pub fn trace(
                         ("CachePoints", cache_points),
                         ("GatherRays", rays),
                         ("RayColours", colours),
-                        ("CutShort", &scene.cut_short),
+                        ("TruncatedLoops", &scene.truncated_loops),
                     ]),
                 );
             })?;
@@ -335,7 +335,7 @@ pub fn trace(
             Ok(timings[0].ms)
         })?;
     }
-    scene.refuse_cut_short(STEM, 0)?;
+    scene.refuse_truncated_loops(STEM, 0)?;
     Ok(table)
 }
 

@@ -7,9 +7,9 @@ use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::path_scan::PathStep;
-use crate::passes::{ClusterBuffers, SceneBuffers, turns};
+use crate::passes::{ClusterBuffers, SceneBuffers, loop_limit};
 use crate::scene::Material;
-use crate::types::{CUT_SHORT, Contribution, Grid, MAY_BE_GLOSSY, PathVertex, Reflectance, Surface};
+use crate::types::{LOOP_TRUNCATED, Contribution, Grid, MAY_BE_GLOSSY, PathVertex, Reflectance, Surface};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -255,7 +255,7 @@ impl Walk {
             );
         })?;
         let counts: Vec<u32> = self.counts.read_range(0, states.len())?;
-        turns::refuse(counts.contains(&CUT_SHORT), STEM, 0)?;
+        loop_limit::refuse(counts.contains(&LOOP_TRUNCATED), STEM, 0)?;
         let vertices: Vec<PathVertex> = self.vertices.read_range(0, states.len() * STEPS as usize)?;
         let colours: Vec<u32> = match scene.textures.are_used {
             true => self.colours.read_range(0, vertices.len())?,

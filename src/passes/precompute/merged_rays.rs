@@ -28,9 +28,9 @@ pub struct MergedRayPacking {
     pub target_bits: u32,
     /// Rays of a merged ray at most.
     max_rays: usize,
-    turns: Vec<Vec2>,
+    rotations: Vec<Vec2>,
     /// What shares in the rotational gradient are counted in.
-    pub turn_unit: f32,
+    pub rotation_unit: f32,
 }
 
 impl MergedRayPacking {
@@ -40,11 +40,11 @@ impl MergedRayPacking {
         targets.dedup();
         let target_bits = u32::BITS - (targets.len() as u32).saturating_sub(1).leading_zeros();
         let max_rays = 1_u64 << (u32::BITS - target_bits);
-        let turns = turns(hemisphere);
-        // All rays of half a hemisphere in one merged ray turn it the most.
-        let most: f32 = turns.iter().map(|turn| turn.x.max(0.0)).sum();
-        let turn_unit = most / TURN.largest() as f32;
-        Self { targets: targets, target_bits, max_rays: max_rays as usize, turns, turn_unit }
+        let rotations = rotations(hemisphere);
+        // All rays of half a hemisphere in one merged ray rotation it the most.
+        let most: f32 = rotations.iter().map(|rotation| rotation.x.max(0.0)).sum();
+        let rotation_unit = most / ROTATION.largest() as f32;
+        Self { targets, target_bits, max_rays: max_rays as usize, rotations, rotation_unit }
     }
 
     /// The merged rays of one cache point, ordered by gather target, each with its colour; `colours` of the rays, or none at all.
@@ -62,10 +62,10 @@ impl MergedRayPacking {
                 |share: &dyn Fn(usize) -> DVec2| run.iter().map(|ray| share(ray.2 as usize)).sum::<DVec2>();
             let count = (run.len() - 1) as u32;
             let movement = |ray: usize| unpack(rays[ray].gradient) * 2f64.powi(-MOVEMENT_EXPONENT);
-            let turn = |ray: usize| self.turns[ray].as_dvec2() / f64::from(self.turn_unit);
+            let rotation = |ray: usize| self.rotations[ray].as_dvec2() / f64::from(self.rotation_unit);
             let merged_ray = MergedRay {
                 target_index: target_index | count.checked_shl(self.target_bits).unwrap_or(0),
-                change: MOVEMENT.pack(sum(&movement)) | TURN.pack(sum(&turn)) << MOVEMENT.bits(),
+                change: MOVEMENT.pack(sum(&movement)) | ROTATION.pack(sum(&rotation)) << MOVEMENT.bits(),
             };
             (merged_ray, colour)
         };
@@ -98,7 +98,7 @@ pub struct MergedRays {
     /// Bits of a gather target's index in a merged ray.
     pub target_bits: u32,
     /// What shares in the rotational gradient are counted in.
-    pub turn_unit: f32,
+    pub rotation_unit: f32,
     /// Whether there are images.
     pub has_colours: bool,
     /// Rays in all merged rays: those that met a cluster.
@@ -145,7 +145,7 @@ impl MergedRays {
             targets: Buffer::from_slice(context, "gather targets", &code.targets)?,
             target_count: code.targets.len() as u32,
             target_bits: code.target_bits,
-            turn_unit: code.turn_unit,
+            rotation_unit: code.rotation_unit,
             has_colours,
             ray_count: 0,
             merged_ray_count: 0,
@@ -312,14 +312,14 @@ fn distinct(rays: &[GatherRay]) -> Vec<u32> {
 
 /// What the radiance of each stratum adds to the rotational gradient, along tangent and bitangent: turning the normal by dω
 /// changes a ray's cosine by dω·(n×ω), which is tanθ across its azimuth, at the stratum's middle. [Krivanek]
-fn turns(hemisphere: Hemisphere) -> Vec<Vec2> {
-    let turn = |ray: u32| {
+fn rotations(hemisphere: Hemisphere) -> Vec<Vec2> {
+    let rotation = |ray: u32| {
         let (ring, sector) = (ray / hemisphere.sectors, ray % hemisphere.sectors);
         let sin2 = (f64::from(ring) + 0.5) / f64::from(hemisphere.rings);
         let azimuth = TAU * (f64::from(sector) + 0.5) / f64::from(hemisphere.sectors);
         ((sin2 / (1.0 - sin2)).sqrt() * DVec2::new(-azimuth.sin(), azimuth.cos())).as_vec2()
     };
-    (0..hemisphere.rays()).map(turn).collect()
+    (0..hemisphere.rays()).map(rotation).collect()
 }
 
 /// Two numbers of that many bits, the first in the low ones, and above them their exponent.
@@ -329,9 +329,9 @@ struct Pair {
     exponent: u32,
 }
 
-/// In narrow gaps shares are large and cancel: they need more bits than turns do.
+/// In narrow gaps shares are large and cancel: they need more bits than rotations do.
 const MOVEMENT: Pair = Pair { mantissa: 8, exponent: 5 };
-const TURN: Pair = Pair { mantissa: 4, exponent: 3 };
+const ROTATION: Pair = Pair { mantissa: 4, exponent: 3 };
 
 impl Pair {
     fn bits(self) -> u32 {

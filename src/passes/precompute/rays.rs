@@ -4,8 +4,8 @@ use super::Chunks;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::{SceneBuffers, turns};
-use crate::types::CUT_SHORT;
+use crate::passes::{SceneBuffers, loop_limit};
+use crate::types::LOOP_TRUNCATED;
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ gpu_struct! {
     pub struct RayAnswer {
         /// Distance in units of the direction's length; negative where nothing was hit.
         pub t: f32,
-        /// 2·triangle + (1 if the back side); `NO_SIDE` where nothing was hit; `CUT_SHORT` where the device did not look.
+        /// 2·triangle + (1 if the back side); `NO_SIDE` where nothing was hit; `LOOP_TRUNCATED` where the device did not look.
         pub side: u32,
     }
 }
@@ -96,7 +96,7 @@ impl Rays {
             let push = RaysPush { ray_count: count as u32 };
             let ms = self.dispatch(scene, &asked, &answered, push)?;
             answers.extend(answered.read_range::<RayAnswer>(0, count)?);
-            turns::refuse(answers[first..].iter().any(|answer| answer.side == CUT_SHORT), Self::STEM, 0)?;
+            loop_limit::refuse(answers[first..].iter().any(|answer| answer.side == LOOP_TRUNCATED), Self::STEM, 0)?;
             device_ms += ms;
             Ok(ms)
         })?;

@@ -8,7 +8,7 @@ use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::precompute::{Chunks, gather_rays::Hemisphere};
 use crate::passes::{LitScene, turns};
-use crate::types::CUT_SHORT;
+use crate::types::LOOP_TRUNCATED;
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
@@ -58,7 +58,7 @@ pub const LAYOUTS: &[Layout] = &[ProbePath::LAYOUT, IrradianceProbePush::LAYOUT]
 /// Stem of shader, reference and timing.
 pub const STEM: &str = "irradiance_probe";
 
-/// Rays of an invocation in one dispatch: lavapipe ends a shader's loops, silently, once they have turned 65 535 times in all.
+/// Rays of an invocation in one dispatch: lavapipe ends a shader's loops, silently, once they have run 65 535 times in all.
 const RAYS_A_DISPATCH: u32 = 128;
 /// Strata of one dispatch at most: their paths take 15 MiB.
 const STRATA_LIMIT: u32 = 1 << 18;
@@ -129,7 +129,7 @@ pub fn trace(context: &Arc<Context>, job: Job<'_>) -> Result<Vec<Vec3>> {
             })?;
             longest = longest.max(timings[0].ms);
             let left = unfinished.read::<u32>()?[0];
-            turns::refuse(left & CUT_SHORT != 0, STEM, push.light_count)?;
+            loop_limit::refuse(left & LOOP_TRUNCATED != 0, STEM, push.light_count)?;
             if left == 0 {
                 break;
             }

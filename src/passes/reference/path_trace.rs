@@ -4,8 +4,8 @@ use crate::error::Result;
 use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
-use crate::passes::{LitScene, SceneBuffers, turns};
-use crate::types::{CUT_SHORT, View};
+use crate::passes::{LitScene, SceneBuffers, loop_limit};
+use crate::types::{LOOP_TRUNCATED, View};
 use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -82,7 +82,7 @@ pub const ROULETTE_THRESHOLD: f32 = 0.5;
 /// Paths go on from where they stand.
 const RESUME: u32 = u32::MAX;
 /// Rays of a pixel in one dispatch. Bounds the dispatch's length; and lavapipe ends a shader's loops, silently, once they have
-/// turned 65 535 times in all: a thousand for each ray.
+/// run 65 535 times in all: a thousand for each ray.
 const RAYS_A_DISPATCH: u32 = 64;
 /// Squares of one dispatch at most: 2¹⁸ pixels fill the largest device, and their paths 17 MiB.
 pub const TILE_LIMIT: u32 = 1 << 12;
@@ -210,7 +210,7 @@ impl PathTrace {
             ran.ms += timings[0].ms;
             ran.longest_ms = ran.longest_ms.max(timings[0].ms);
             let unfinished = self.unfinished.read::<u32>()?[0];
-            turns::refuse(unfinished & CUT_SHORT != 0, Self::STEM, push.light_count)?;
+            loop_limit::refuse(unfinished & LOOP_TRUNCATED != 0, Self::STEM, push.light_count)?;
             if unfinished == 0 {
                 break;
             }

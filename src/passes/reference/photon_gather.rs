@@ -159,13 +159,13 @@ impl PhotonGather {
                         ("Reaches", irradiance.reaches),
                         ("Irradiances", irradiance.irradiances),
                         ("PixelSums", &sequence.sums),
-                        ("CutShort", &scene.buffers.cut_short),
+                        ("TruncatedLoops", &scene.buffers.truncated_loops),
                     ]),
                 );
             })?;
             *ms += timings[0].ms;
             Ok(timings[0].ms)
         })?;
-        scene.buffers.refuse_cut_short(STEM, scene.light_count)
+        scene.buffers.refuse_truncated_loops(STEM, scene.light_count)
     }
 }

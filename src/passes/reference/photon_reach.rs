@@ -54,13 +54,13 @@ pub fn trace(
                     ("Triangles", &scene.triangles),
                     ("Points", points),
                     ("Reaches", &reaches),
-                    ("CutShort", &scene.cut_short),
+                    ("TruncatedLoops", &scene.truncated_loops),
                 ],
             );
         })?;
         *ms += timings[0].ms;
         Ok(timings[0].ms)
     })?;
-    scene.refuse_cut_short(STEM, 0)?;
+    scene.refuse_truncated_loops(STEM, 0)?;
     Ok(reaches)
 }

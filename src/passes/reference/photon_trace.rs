@@ -5,8 +5,8 @@ use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::precompute::Chunks;
 use crate::passes::reference::photon_map::PhotonMap;
-use crate::passes::{LitScene, SceneBuffers, turns};
-use crate::types::CUT_SHORT;
+use crate::passes::{LitScene, SceneBuffers, loop_limit};
+use crate::types::LOOP_TRUNCATED;
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -145,7 +145,7 @@ impl PhotonTrace {
             })?;
             used += count * STEPS;
             paths = self.paths.read_range(0, paths.len())?;
-            turns::refuse(paths.iter().any(|path| path.is_alive == CUT_SHORT), STEM, 0)?;
+            loop_limit::refuse(paths.iter().any(|path| path.is_alive == LOOP_TRUNCATED), STEM, 0)?;
             paths.retain(|path| path.is_alive == 1);
         }
         Ok(Some(used))

@@ -1,5 +1,5 @@
-//! What kernels say whose loops the device ended: lavapipe ends all of an invocation, without a word, once they have turned 65 535 times
-//! (`glsl/include/turns.glsl`).
+//! What kernels say whose loops the device ended: lavapipe ends all of an invocation, without a word, once they have run 65 535 times
+//! (`glsl/include/loop_limit.glsl`).
 
 use crate::error::{Error, Result};
 
@@ -7,8 +7,8 @@ use crate::error::{Error, Result};
 ///
 /// # Errors
 /// [`Error::OutOfMemory`] says what to do.
-pub(super) fn refuse(is_cut_short: bool, stem: &str, lights: u32) -> Result<()> {
-    if !is_cut_short {
+pub(super) fn refuse(is_truncated: bool, stem: &str, lights: u32) -> Result<()> {
+    if !is_truncated {
         return Ok(());
     }
     // Each light takes a ray from where a ray ends.

@@ -15,7 +15,7 @@ use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::reference::{PathTracer, PhotonMapper, Progressive, TracedScene};
 use lightpaths::renderer::{Layer, Renderer, Silent};
 use lightpaths::scene::{Light, LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
-use lightpaths::types::{CUT_SHORT, Contribution, ContributionRange, OPEN};
+use lightpaths::types::{LOOP_TRUNCATED, Contribution, ContributionRange, OPEN};
 
 /// A box of a metre, and a speck 200 m away: all of the box falls into a few clusters.
 fn box_and_speck() -> Scene {
@@ -157,10 +157,10 @@ fn rays_through_more_boxes_than_they_go_through_find_nothing_without_a_word() {
 }
 
 #[test]
-fn frames_whose_kernels_were_cut_short_are_no_pictures() {
+fn frames_whose_kernels_were_truncated_are_no_pictures() {
     let mut renderer = render(room(), SMALL);
-    // What kernels write, `passes::turns` has: here, that the host looks.
-    renderer.stages().cut_short.write(&[CUT_SHORT]).unwrap();
+    // What kernels write, `passes::loop_limit` has: here, that the host looks.
+    renderer.stages().truncated_loops.write(&[LOOP_TRUNCATED]).unwrap();
     renderer.move_camera(Vec3::splat(0.1), Vec3::ZERO);
     let refusal = renderer.frame().map(drop).unwrap_err().to_string();
     assert!(refusal.contains(OVER_ONE_ANOTHER) && refusal.contains("`frame`"), "{refusal}");

@@ -1,4 +1,4 @@
-//! Kernels that follow rays say when the device has ended their loops: lavapipe does, of each invocation, after 65 535 turns.
+//! Kernels that follow rays say when the device has ended their loops: lavapipe does, of each invocation, after 65 535 iterations.
 
 use crate::common::assert_silent;
 use crate::common::needles::box_of_needles;
@@ -19,7 +19,7 @@ use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
 use lightpaths::passes::precompute::light_paths;
 use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::passes::reference::photon_reach;
-use lightpaths::types::{CUT_SHORT, PathVertex, PixelSurface, View};
+use lightpaths::types::{LOOP_TRUNCATED, PathVertex, PixelSurface, View};
 
 const SIZE: [u32; 2] = [24, 16];
 const PIXELS: u32 = SIZE[0] * SIZE[1];
@@ -60,28 +60,28 @@ fn ends_loops(world: &World) -> bool {
 }
 
 /// Demands that kernels say it, if the device ended their loops.
-fn assert_said(world: &mut World, is_cut: bool, name: &str, record: impl Fn(&World, &mut Recorder)) {
-    world.buffers.cut_short = Buffer::word(&world.context, "cut short").unwrap();
+fn assert_said(world: &mut World, is_truncated: bool, name: &str, record: impl Fn(&World, &mut Recorder)) {
+    world.buffers.truncated_loops = Buffer::word(&world.context, "truncated").unwrap();
     let run = world.context.run(|rec| record(world, rec));
     run.unwrap();
-    assert_eq!(world.buffers.cut_short.read_word() == CUT_SHORT, is_cut, "{name}");
-    assert_eq!(world.buffers.refuse_cut_short(name, 0).is_err(), is_cut, "{name}");
+    assert_eq!(world.buffers.truncated_loops.read_word() == LOOP_TRUNCATED, is_truncated, "{name}");
+    assert_eq!(world.buffers.refuse_truncated_loops(name, 0).is_err(), is_truncated, "{name}");
 }
 
 /// One test of both: the world of needles takes seconds to build.
 #[test]
-fn kernels_of_frames_say_it_and_those_of_the_precomputation_and_of_photons_are_refused() {
+fn truncation_in_frames_is_reported_and_those_of_the_precomputation_and_of_photons_are_refused() {
     for count in [0, 70_000] {
         let mut world = needles(count);
-        let is_cut = ends_loops(&world);
-        println!("{count} needles: loops are cut short: {is_cut}");
-        assert!(count > 0 || !is_cut);
-        kernels_of_frames_say_it_in(&mut world, is_cut);
-        kernels_of_the_precomputation_and_of_photons_are_refused_in(&mut world, is_cut);
+        let is_truncated = ends_loops(&world);
+        println!("{count} needles: loops are truncated: {is_truncated}");
+        assert!(count > 0 || !is_truncated);
+        kernels_of_frames_say_it_in(&mut world, is_truncated);
+        kernels_of_the_precomputation_and_of_photons_are_refused_in(&mut world, is_truncated);
     }
 }
 
-fn kernels_of_frames_say_it_in(world: &mut World, is_cut: bool) {
+fn kernels_of_frames_say_it_in(world: &mut World, is_truncated: bool) {
     let context = world.context.clone();
     let view = View {
         position: Vec3::new(0.1, 0.05, 0.4),
@@ -93,10 +93,10 @@ fn kernels_of_frames_say_it_in(world: &mut World, is_cut: bool) {
         forward: Vec3::NEG_Z,
     };
     let primary = Primary::new(&context, PIXELS).unwrap();
-    assert_said(world, is_cut, "primary", |world, rec| primary.record(rec, &world.buffers, &view));
+    assert_said(world, is_truncated, "primary", |world, rec| primary.record(rec, &world.buffers, &view));
 
     let antialias = Antialias::new(&context, SIZE, 4).unwrap();
-    assert_said(world, is_cut, "edge_samples", |world, rec| {
+    assert_said(world, is_truncated, "edge_samples", |world, rec| {
         antialias.record(rec, &world.buffers, &view, &primary.pixels);
     });
     let direct = Direct::new(&context, SIZE, antialias.room.slots).unwrap();
@@ -104,13 +104,13 @@ fn kernels_of_frames_say_it_in(world: &mut World, is_cut: bool) {
     let table = Buffer::from_slice(&context, "lights", sources).unwrap();
     let light = OneLight::new(&table, 0, &sources[0]);
     let layer = Buffer::storage(&context, "layer", 4 * u64::from(direct.point_count())).unwrap();
-    assert_said(world, is_cut, "direct", |world, rec| {
+    assert_said(world, is_truncated, "direct", |world, rec| {
         direct.record_batches(rec, &world.buffers, &primary.pixels);
         rec.barrier(COMPUTE_TO_COMPUTE);
         direct.record(&mut rec.pass("direct"), &world.buffers, light, &primary.pixels, &layer);
     });
     let groups = Antialias::groups(&context).unwrap();
-    assert_said(world, is_cut, "edge_direct, or shadow_edges after it", |world, rec| {
+    assert_said(world, is_truncated, "edge_direct, or shadow_edges after it", |world, rec| {
         let mut pass = rec.pass("shadow_edges");
         antialias.record_light(&mut pass, &world.buffers, &view, light, &primary.pixels, (&layer, &groups));
     });
@@ -121,7 +121,7 @@ fn kernels_of_frames_say_it_in(world: &mut World, is_cut: bool) {
     layer.write(&half).unwrap();
     context.run(|rec| antialias.record(rec, &world.buffers, &view, &pixels)).unwrap();
     assert_eq!(antialias.edge_count().unwrap(), 0);
-    assert_said(world, is_cut, "shadow_edges", |world, rec| {
+    assert_said(world, is_truncated, "shadow_edges", |world, rec| {
         let mut pass = rec.pass("shadow_edges");
         antialias.record_light(&mut pass, &world.buffers, &view, light, &pixels, (&layer, &groups));
     });
@@ -130,25 +130,25 @@ fn kernels_of_frames_say_it_in(world: &mut World, is_cut: bool) {
     let entries = points(world, 500);
     let pass = FormFactors::new(&context, &world.buffers, &entries, 0.01).unwrap();
     let factors = Buffer::storage(&context, "factors", 4 * entries.len() as u64).unwrap();
-    assert_said(world, is_cut, "form_factors", |world, rec| {
+    assert_said(world, is_truncated, "form_factors", |world, rec| {
         pass.record(&mut rec.pass("form_factors"), &world.buffers, light, &factors);
     });
 
     let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
     let pass = GlossPixels::new(&context, &world.buffers, PIXELS, 4, (code.cluster_bits, true)).unwrap();
     let slots = SlotReads::none(&context).unwrap();
-    assert_said(world, is_cut, "gloss_rays", |world, rec| {
+    assert_said(world, is_truncated, "gloss_rays", |world, rec| {
         pass.record_rays(rec, &world.buffers, (&world.clusters, &slots), &primary.pixels, &view, 5);
     });
     let layer = Buffer::storage(&context, "layer", 4 * u64::from(pass.capacity)).unwrap();
-    assert_said(world, is_cut, "highlights", |world, rec| {
+    assert_said(world, is_truncated, "highlights", |world, rec| {
         let mut open = rec.pass(GlossPixels::HIGHLIGHTS_STEM);
         pass.record_highlights(&mut open, &world.buffers, light, (view.position, 5), &layer);
     });
     assert_silent(&context);
 }
 
-fn kernels_of_the_precomputation_and_of_photons_are_refused_in(world: &mut World, is_cut: bool) {
+fn kernels_of_the_precomputation_and_of_photons_are_refused_in(world: &mut World, is_truncated: bool) {
     let context = &world.context.clone();
     let mut entries = points(world, 300);
     let paths = light_paths::trace(
@@ -162,7 +162,7 @@ fn kernels_of_the_precomputation_and_of_photons_are_refused_in(world: &mut World
         &mut Silent,
         |_| Ok(()),
     );
-    assert_eq!(paths.err().map(|error| error.to_string().contains("`light_paths`")), is_cut.then_some(true));
+    assert_eq!(paths.err().map(|error| error.to_string().contains("`light_paths`")), is_truncated.then_some(true));
 
     let cache_points = world.cache_points(&mut Random::new(4), 40, 0.1);
     let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
@@ -178,16 +178,16 @@ fn kernels_of_the_precomputation_and_of_photons_are_refused_in(world: &mut World
         5,
         &mut Silent,
     );
-    assert_eq!(rays.err().map(|error| error.to_string().contains("`gather_rays`")), is_cut.then_some(true));
+    assert_eq!(rays.err().map(|error| error.to_string().contains("`gather_rays`")), is_truncated.then_some(true));
 
     // It keeps what it has said.
-    world.buffers.cut_short = Buffer::word(context, "cut short").unwrap();
+    world.buffers.truncated_loops = Buffer::word(context, "truncated").unwrap();
     let entries: Vec<[Vec3; 3]> = cache_points.iter().map(|p| [p.position, p.normal, Vec3::ONE]).collect();
     let entries = Buffer::from_slice(context, "points", &entries).unwrap();
     let reaches = photon_reach::trace(context, &world.buffers, &entries, 40, 1.0, &mut 0.0);
     assert_eq!(
         reaches.err().map(|error| error.to_string().contains("`photon_reach`")),
-        is_cut.then_some(true)
+        is_truncated.then_some(true)
     );
     assert_silent(context);
 }

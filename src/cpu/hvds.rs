@@ -12,10 +12,17 @@ fn share(contribution: &Contribution, run: &ContributionRange) -> DVec3 {
 }
 
 /// Sums of a run, of entry points and of others; `light` of a path at the former and behind.
-fn sums(run: &ContributionRange, contributions: &[Contribution], light: [&dyn Fn(usize) -> DVec3; 2]) -> [DVec3; 2] {
+fn sums(
+    run: &ContributionRange,
+    contributions: &[Contribution],
+    light: [&dyn Fn(usize) -> DVec3; 2],
+) -> [DVec3; 2] {
     let part = |range: std::ops::Range<u32>, light: &dyn Fn(usize) -> DVec3| -> DVec3 {
         let contributions = &contributions[range.start as usize..range.end as usize];
-        contributions.iter().map(|contribution| share(contribution, run) * light(contribution.path() as usize)).sum()
+        contributions
+            .iter()
+            .map(|contribution| share(contribution, run) * light(contribution.path() as usize))
+            .sum()
     };
     [part(run.first..run.first_other, light[0]), part(run.first_other..run.end, light[1])]
 }
@@ -56,7 +63,12 @@ pub fn cluster_layer(
 
 /// The smallest cluster around each, itself included, that may be expected to hold `least` vertices which are no entry points, by its share of the area
 /// of the smallest around it that holds `around` times as many, and holds a `share`th of them; the root if none.
-pub fn indirect_sources(hvds: &Hvds, runs: &[ContributionRange], least: u32, [around, share]: [u32; 2]) -> Vec<u32> {
+pub fn indirect_sources(
+    hvds: &Hvds,
+    runs: &[ContributionRange],
+    least: u32,
+    [around, share]: [u32; 2],
+) -> Vec<u32> {
     let mut vertices = vec![0; hvds.cluster_count() as usize];
     for (base, run) in runs.iter().enumerate() {
         let mut cluster = base;

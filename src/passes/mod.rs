@@ -3,12 +3,12 @@
 mod cluster_buffers;
 pub mod frame;
 pub mod kernel_copy;
+mod loop_limit;
 mod one_light;
 pub mod precompute;
 pub mod reference;
 mod scene_buffers;
 mod texture_buffers;
-mod loop_limit;
 
 pub use cluster_buffers::{ClusterBuffers, ClusterTables};
 pub use one_light::{LightKernel, OneLight};

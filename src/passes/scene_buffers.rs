@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
-use crate::passes::{TextureBuffers, turns};
+use crate::passes::{TextureBuffers, loop_limit};
 use crate::scene::{Light, LightKind, Material, Triangle, bvh::Bvh};
 use crate::types::{self, EDITABLE, LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightSource, MAY_BE_GLOSSY};
 use bytemuck::Pod;

@@ -320,8 +320,10 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
                 for contribution in run.first..run.end {
                     let side = arrivals.sides[contribution as usize];
                     let material = &materials[glossy.material_of(side)];
-                    let (throughput, path) =
-                        (contributions[contribution as usize].throughput, contributions[contribution as usize].path());
+                    let (throughput, path) = (
+                        contributions[contribution as usize].throughput,
+                        contributions[contribution as usize].path(),
+                    );
                     if contribution < run.first_other {
                         let beams = of_paths[path as usize].iter();
                         vertices.extend(beams.map(|beam| {

@@ -55,7 +55,8 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
         Buffer::from_slice(&world.context, "inverse areas", &vec![1.0_f32; clusters]).unwrap();
     let runs = contribution_ranges(&world.hvds, &glossy.paths.first_contributions);
     let runs = Buffer::from_slice(&world.context, "contribution runs", &runs).unwrap();
-    let contributions = Buffer::from_slice(&world.context, "contributions", &glossy.paths.contributions).unwrap();
+    let contributions =
+        Buffer::from_slice(&world.context, "contributions", &glossy.paths.contributions).unwrap();
     let bits = glossy.code.cluster_bits;
     let tracing = Tracing {
         geometry: world.geometry(),

@@ -192,7 +192,11 @@ fn gather_rays_bring_what_records_gathered() {
 }
 
 /// Clusters of a path's contributions, and what they hold, in a fixed order.
-fn contributed(contributions: &[Contribution], runs: &[ContributionRange], path: u32) -> Vec<(u32, [u32; 3])> {
+fn contributed(
+    contributions: &[Contribution],
+    runs: &[ContributionRange],
+    path: u32,
+) -> Vec<(u32, [u32; 3])> {
     let mut found = Vec::new();
     for (cluster, run) in (0..).zip(runs).filter(|(_, run)| run.is_unweighted == 0) {
         let own = &contributions[run.first as usize..run.end as usize];

@@ -273,7 +273,10 @@ fn paths_are_stored_whole_in(world: &World) {
                     material = FROM_ENTRY;
                 }
                 assert_ne!(vertex.cluster, NO_CLUSTER, "no vertex is lost");
-                assert!((paths.first_contributions[list]..paths.first_contributions[list + 1]).contains(&step.slot));
+                assert!(
+                    (paths.first_contributions[list]..paths.first_contributions[list + 1])
+                        .contains(&step.slot)
+                );
                 assert!(!std::mem::replace(&mut taken[step.slot as usize], true), "slots are used once");
                 assert_eq!(paths.contributions[step.slot as usize].path(), path as u32);
             }

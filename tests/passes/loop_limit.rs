@@ -162,7 +162,10 @@ fn kernels_of_the_precomputation_and_of_photons_are_refused_in(world: &mut World
         &mut Silent,
         |_| Ok(()),
     );
-    assert_eq!(paths.err().map(|error| error.to_string().contains("`light_paths`")), is_truncated.then_some(true));
+    assert_eq!(
+        paths.err().map(|error| error.to_string().contains("`light_paths`")),
+        is_truncated.then_some(true)
+    );
 
     let cache_points = world.cache_points(&mut Random::new(4), 40, 0.1);
     let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
@@ -178,7 +181,10 @@ fn kernels_of_the_precomputation_and_of_photons_are_refused_in(world: &mut World
         5,
         &mut Silent,
     );
-    assert_eq!(rays.err().map(|error| error.to_string().contains("`gather_rays`")), is_truncated.then_some(true));
+    assert_eq!(
+        rays.err().map(|error| error.to_string().contains("`gather_rays`")),
+        is_truncated.then_some(true)
+    );
 
     // It keeps what it has said.
     world.buffers.truncated_loops = Buffer::word(context, "truncated").unwrap();

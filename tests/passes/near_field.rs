@@ -21,7 +21,10 @@ fn irradiance_of_near_clusters_equals_the_reference() {
     // One entry point in each base cluster, on a path of its own.
     let lists: Vec<u32> = (0..=2 * base as u32).map(|list| list.div_ceil(2)).collect();
     let contributions: Vec<Contribution> = (0..=base as u32)
-        .map(|path| Contribution { throughput: Vec3::ONE, ..Contribution::new(path.min(base as u32 - 1), OPEN) })
+        .map(|path| Contribution {
+            throughput: Vec3::ONE,
+            ..Contribution::new(path.min(base as u32 - 1), OPEN)
+        })
         .collect();
     let factors: Vec<f32> = (0..base).map(|_| 1.0 + random.unit()).collect();
     let emission = Vec3::new(0.5, 1.0, 1.5);

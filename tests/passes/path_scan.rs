@@ -37,7 +37,8 @@ fn scan_among(materials: &[Reflectance], steps: &[PathStep], colours: &[u32], lo
     const UNTOUCHED: Vec3 = Vec3::splat(-7.0);
     let context = context();
     let materials = Buffer::from_slice(&context, "materials", materials).unwrap();
-    let contribution = |path: usize| Contribution { throughput: UNTOUCHED, ..Contribution::new(path as u32, OPEN) };
+    let contribution =
+        |path: usize| Contribution { throughput: UNTOUCHED, ..Contribution::new(path as u32, OPEN) };
     let contributions: Vec<_> = (0..=steps.len()).map(contribution).collect();
     let scan = PathScan::new(&context, steps, colours, lobes, &contributions).unwrap();
     // Two or three parts of each.
@@ -48,9 +49,13 @@ fn scan_among(materials: &[Reflectance], steps: &[PathStep], colours: &[u32], lo
         context.run(|rec| cut.record(rec, &materials, None)).unwrap();
     }
     let found: Vec<Contribution> = scan.contributions.read().unwrap();
-    let bits = |contributions: &[Contribution]| bytemuck::cast_slice::<Contribution, u8>(contributions).to_vec();
+    let bits =
+        |contributions: &[Contribution]| bytemuck::cast_slice::<Contribution, u8>(contributions).to_vec();
     assert!(bits(&cut.contributions.read().unwrap()) == bits(&found), "in parts as in one");
-    assert!((0..).zip(&found).all(|(path, contribution)| contribution.path() == path), "paths stay as they are");
+    assert!(
+        (0..).zip(&found).all(|(path, contribution)| contribution.path() == path),
+        "paths stay as they are"
+    );
     assert_eq!(found.last().unwrap().throughput, UNTOUCHED, "nothing is written past the last vertex");
     steps.iter().map(|step| found[step.slot as usize].throughput).collect()
 }
@@ -231,7 +236,8 @@ fn a_part_scanned_again_equals_a_whole_scan() {
     context.run(|rec| part.record(rec, &materials, Some(&parts))).unwrap();
     context.run(|rec| whole.record(rec, &materials, None)).unwrap();
     let [part, whole] = [part, whole].map(|scan| scan.contributions.read::<Contribution>().unwrap());
-    let same = |a: &[Contribution], b: &[Contribution]| a.iter().zip(b).all(|(a, b)| a.throughput == b.throughput);
+    let same =
+        |a: &[Contribution], b: &[Contribution]| a.iter().zip(b).all(|(a, b)| a.throughput == b.throughput);
     assert!(same(&part, &whole) && !same(&part, &before));
     assert_silent(&context);
 }

@@ -44,8 +44,10 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
     for list in 0..2 * base {
         first_contributions.push(first_contributions[list] + random.below(40) * u32::from(list % 3 > 0));
     }
-    let contribution =
-        |_| Contribution { throughput: 0.5 * (1.0 + random.cube()), ..Contribution::new(random.below(99), OPEN) };
+    let contribution = |_| Contribution {
+        throughput: 0.5 * (1.0 + random.cube()),
+        ..Contribution::new(random.below(99), OPEN)
+    };
     let contributions: Vec<Contribution> = (0..=first_contributions[2 * base]).map(contribution).collect();
     let factors: Vec<f32> = (0..99).map(|_| 1.0 + random.unit()).collect();
     let contributions = Parts::cut(&context, "contributions", &contributions, u32::MAX).unwrap();

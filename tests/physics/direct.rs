@@ -83,8 +83,10 @@ fn lights_on_surfaces_are_bounded_and_leave_the_far_field_alone() {
         black.frame().unwrap();
         let flux = black.path_flux().unwrap();
         let contributions: Vec<Contribution> = black.stages().contributions.read().unwrap();
-        let entering: f64 =
-            contributions.iter().map(|d| f64::from(d.throughput.x) * f64::from(flux[d.path() as usize].x)).sum();
+        let entering: f64 = contributions
+            .iter()
+            .map(|d| f64::from(d.throughput.x) * f64::from(flux[d.path() as usize].x))
+            .sum();
         assert!(
             entering > 0.0 && entering <= 4.0 * PI * 1.01,
             "light at {light}: {entering} W of 4π W enter"

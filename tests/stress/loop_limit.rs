@@ -15,7 +15,7 @@ use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::reference::{PathTracer, PhotonMapper, Progressive, TracedScene};
 use lightpaths::renderer::{Layer, Renderer, Silent};
 use lightpaths::scene::{Light, LightKind, LoadOptions, Quality, Scene, Triangle, shapes};
-use lightpaths::types::{LOOP_TRUNCATED, Contribution, ContributionRange, OPEN};
+use lightpaths::types::{Contribution, ContributionRange, LOOP_TRUNCATED, OPEN};
 
 /// A box of a metre, and a speck 200 m away: all of the box falls into a few clusters.
 fn box_and_speck() -> Scene {
@@ -27,10 +27,18 @@ fn box_and_speck() -> Scene {
 }
 
 /// Direct and indirect flux of the contributions of a run, W, as it shows.
-fn shown(renderer: &Renderer, run: &ContributionRange, contributions: &[Contribution], entering: &[Vec3]) -> [DVec3; 2] {
+fn shown(
+    renderer: &Renderer,
+    run: &ContributionRange,
+    contributions: &[Contribution],
+    entering: &[Vec3],
+) -> [DVec3; 2] {
     let flux = |contribution: &Contribution| {
-        let share =
-            if run.is_unweighted == 1 { 1.0 } else { f64::from(contribution.accessibility()) / f64::from(OPEN) };
+        let share = if run.is_unweighted == 1 {
+            1.0
+        } else {
+            f64::from(contribution.accessibility()) / f64::from(OPEN)
+        };
         share * contribution.throughput.as_dvec3() * entering[contribution.path() as usize].as_dvec3()
     };
     let sum = |items: Range<u32>| -> DVec3 {

@@ -13,10 +13,10 @@ mod edits;
 mod extremes;
 mod film;
 mod geometry;
+mod loop_limit;
 mod near_lights;
 mod rays;
 mod single_edits;
-mod loop_limit;
 mod views;
 
 use common::context;

@@ -325,7 +325,15 @@ impl GlossPixels {
         due: &[GlossLight<'_>],
         [hits, highlights]: [&[(Vec3, &Buffer)]; 2],
     ) {
-        let Surroundings { scene, pixels, irradiance, inverse_areas, gloss, contribution_ranges, contributions } = around;
+        let Surroundings {
+            scene,
+            pixels,
+            irradiance,
+            inverse_areas,
+            gloss,
+            contribution_ranges,
+            contributions,
+        } = around;
         let (pixel_count, max_samples, capacity) = (self.pixel_count, self.max_samples, self.capacity);
         let cluster_bits = self.cluster_bits;
         let (due, hits) = if self.has_paths { (due, hits) } else { Default::default() };

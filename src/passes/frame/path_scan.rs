@@ -134,7 +134,8 @@ impl PathScan {
         lobes: &[f32],
         contributions: &[Contribution],
     ) -> Result<Self> {
-        let max_contributions = if lobes.is_empty() { Parts::longest::<Contribution>(context) } else { u32::MAX };
+        let max_contributions =
+            if lobes.is_empty() { Parts::longest::<Contribution>(context) } else { u32::MAX };
         let max_blocks = Parts::longest::<PathStep>(context) / BLOCK_STEPS;
         Self::in_parts(context, steps, colours, lobes, contributions, [max_blocks, max_contributions])
     }
@@ -264,7 +265,11 @@ impl PathScan {
                     first_slot: contributions.items.start,
                     end_slot: contributions.items.end,
                 },
-                &[("Steps", &steps.buffer), ("Entering", &self.entering), ("Contributions", &contributions.buffer)],
+                &[
+                    ("Steps", &steps.buffer),
+                    ("Entering", &self.entering),
+                    ("Contributions", &contributions.buffer),
+                ],
             );
         }
     }

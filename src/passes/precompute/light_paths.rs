@@ -9,7 +9,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::path_scan::PathStep;
 use crate::passes::{ClusterBuffers, SceneBuffers, loop_limit};
 use crate::scene::Material;
-use crate::types::{LOOP_TRUNCATED, Contribution, Grid, MAY_BE_GLOSSY, PathVertex, Reflectance, Surface};
+use crate::types::{Contribution, Grid, LOOP_TRUNCATED, MAY_BE_GLOSSY, PathVertex, Reflectance, Surface};
 use glam::Vec3;
 use std::sync::Arc;
 

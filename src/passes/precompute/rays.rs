@@ -96,7 +96,11 @@ impl Rays {
             let push = RaysPush { ray_count: count as u32 };
             let ms = self.dispatch(scene, &asked, &answered, push)?;
             answers.extend(answered.read_range::<RayAnswer>(0, count)?);
-            loop_limit::refuse(answers[first..].iter().any(|answer| answer.side == LOOP_TRUNCATED), Self::STEM, 0)?;
+            loop_limit::refuse(
+                answers[first..].iter().any(|answer| answer.side == LOOP_TRUNCATED),
+                Self::STEM,
+                0,
+            )?;
             device_ms += ms;
             Ok(ms)
         })?;

@@ -7,7 +7,7 @@ use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::precompute::{Chunks, gather_rays::Hemisphere};
-use crate::passes::{LitScene, turns};
+use crate::passes::{LitScene, loop_limit};
 use crate::types::LOOP_TRUNCATED;
 use glam::{DVec3, Vec3};
 use std::sync::Arc;

@@ -2,7 +2,7 @@
 
 use super::Stages;
 use super::lights::{GlossRoom, Lights};
-use super::resolution::outgoing_directions;
+use super::quality_warnings::outgoing_directions;
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, Context, Recorder};

@@ -1,11 +1,11 @@
 //! The renderer: owns the passes; the precomputation and the frame are recipes in the paper's order.
 
 mod ablation;
-mod accounts;
-mod bounds;
+mod pass_costs;
+mod clamping;
 mod changes;
-mod closed_places;
-mod counts;
+mod enclosures;
+mod statistics;
 mod edits;
 mod film;
 mod gloss;
@@ -17,13 +17,13 @@ mod needs;
 mod outputs;
 mod precompute;
 mod preview;
-mod repeat;
+mod replay;
 mod report;
 mod resize;
-mod resolution;
-mod scope;
+mod quality_warnings;
+mod liveness;
 mod seen;
-mod skips;
+mod culling;
 mod steps;
 mod stored;
 mod views;
@@ -51,13 +51,13 @@ use crate::scene::Scene;
 use crate::scene::directions::Directions;
 use crate::types::{Reflectance, Surface, View};
 use changes::{Changes, Stages};
-use closed_places::ClosedPlaces;
+use enclosures::Enclosures;
 use gloss::GlossPasses;
 use lights::Lights;
 use needs::{Gathering, Needs};
 use precompute::Precomputed;
 use report::FrameWatch;
-use scope::Scopes;
+use liveness::Scopes;
 use std::sync::Arc;
 use std::time::Instant;
 use views::Views;
@@ -103,7 +103,7 @@ pub struct Renderer {
     cluster_tables: ClusterTables,
     /// None where no material may be glossy: then rays ask for clusters no more.
     clusters: Option<ClusterBuffers>,
-    closed: ClosedPlaces,
+    closed: Enclosures,
     statistics: Statistics,
     changes: Changes,
     /// Frames leave out what has not changed.
@@ -212,12 +212,12 @@ impl Renderer {
 
     /// Renders one frame: redoes what has changed since the last, and what depends on it. Where nothing has, the first such frame
     /// after an edit of the light gathers the records that the view did not need, so that the camera finds them when it moves; the
-    /// others do nothing. One after light and camera have come into the same closed place precomputes anew ([`Self::open_places`]).
+    /// others do nothing. One after light and camera have come into the same enclosure precomputes anew ([`Self::open_enclosures`]).
     ///
     /// # Errors
     /// The device lacks memory or failed.
     pub fn frame(&mut self) -> Result<FrameReport> {
-        self.open_places()?;
+        self.open_enclosures()?;
         if !self.skips {
             self.force(Work::Everything);
         }

@@ -1,9 +1,9 @@
 //! The precomputation, in the paper's order. [Yue §1, §2]
 
 use super::Statistics;
-use super::closed_places::{ClosedPlaces, lost_lights};
-use super::counts::{self, Watch};
-use super::resolution::{blurred, outgoing_directions, room, uncovered, undersampled, wide_cells};
+use super::enclosures::{Enclosures, lost_lights};
+use super::statistics::{self, Watch};
+use super::quality_warnings::{blurred, outgoing_directions, room, uncovered, undersampled, wide_cells};
 use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
@@ -80,7 +80,7 @@ pub(super) struct Precomputed {
     pub(super) cluster_tables: ClusterTables,
     /// None where no material may be glossy: then rays ask for clusters no more.
     pub(super) clusters: Option<ClusterBuffers>,
-    pub(super) closed: ClosedPlaces,
+    pub(super) closed: Enclosures,
     pub(super) near_clusters: Vec<NearCluster>,
     /// Parts of clusters that single cache points see.
     pub(super) near_parts: Vec<NearCluster>,
@@ -296,7 +296,7 @@ pub(super) fn precompute(
         precompute_stages: watch.stages,
         ..Statistics::default()
     };
-    counts::note(&mut statistics, scene, &surfaces, &hvds, &paths, &placement, hemisphere);
+    statistics::note(&mut statistics, scene, &surfaces, &hvds, &paths, &placement, hemisphere);
     statistics.counts.insert("cache points in narrow gaps".into(), u64::from(tight_count));
     statistics.counts.insert("cache points that see near clusters".into(), u64::from(near_count));
     statistics.counts.insert("near clusters".into(), near_clusters.len() as u64);
@@ -334,7 +334,7 @@ pub(super) fn precompute(
         code,
         cluster_tables,
         clusters: is_glossy.then_some(clusters),
-        closed: ClosedPlaces { solids, groups: closed, rays: tracer, order: bvh.order, is_due: false },
+        closed: Enclosures { solids, groups: closed, rays: tracer, order: bvh.order, is_due: false },
         near_clusters,
         near_parts: near_hits.entries,
         tight_count,
@@ -366,7 +366,7 @@ fn reachable_surfaces(
     solids: &Solids,
     tracer: &Rays,
     bvh: &Bvh,
-) -> Result<(SceneBuffers, Vec<Surface>, sides::ClosedPlaces)> {
+) -> Result<(SceneBuffers, Vec<Surface>, sides::Enclosures)> {
     let sees = surfaces::sides_that_see_something(&scene.triangles);
     let pairs = scene.triangles.iter().zip(sees);
     let mut surfaces: Vec<Surface> =

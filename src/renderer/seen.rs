@@ -2,7 +2,7 @@
 
 use super::Renderer;
 use super::precompute::Precomputed;
-use super::resolution::{self, FEWEST};
+use super::quality_warnings::{self, FEWEST};
 use crate::cpu::brdf::luminance;
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_TRANSFER};
@@ -94,8 +94,8 @@ pub(super) fn paths_to_view(scene: &mut Scene, made: &Precomputed) -> Result<Vec
     }
     let seen = Seen::new(scene, made)?;
     // One warning will do.
-    if resolution::wide_cells(made.room, &made.hvds.grid, scene.quality.cells).is_none() {
-        scene.warnings.extend(resolution::wide_cells_in_view(
+    if quality_warnings::wide_cells(made.room, &made.hvds.grid, scene.quality.cells).is_none() {
+        scene.warnings.extend(quality_warnings::wide_cells_in_view(
             seen.room(),
             &made.hvds.grid,
             scene.quality.cells,
@@ -171,7 +171,7 @@ impl Renderer {
         let all: f64 = carried.iter().map(|(_, flux, _)| flux).sum();
         let few = carried.into_iter().filter(|(_, flux, count)| *count < FEWEST && *flux > SLIGHT * all);
         let warnings: Vec<String> =
-            few.map(|(light, _, count)| resolution::few_paths(&self.scene, light, count)).collect();
+            few.map(|(light, _, count)| quality_warnings::few_paths(&self.scene, light, count)).collect();
         self.scene.warnings.extend(warnings);
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Steps of a frame that are recipes themselves: the hierarchy, what stands near other surface, the lights' layers.
 
 use super::Renderer;
-use super::scope::Scope;
+use super::liveness::Scope;
 use crate::gpu::Recorder;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_TRANSFER};
 use crate::passes::frame::{

@@ -127,7 +127,7 @@ impl Scene {
         self.triangles.iter().map(Triangle::area_m2).sum()
     }
 
-    /// Where somebody may look from: a closed place that holds none of these is never seen, and takes no part. Lights open none: what
+    /// Where somebody may look from: an enclosure that holds none of these is never seen, and takes no part. Lights open none: what
     /// they do in there is not seen either.
     pub fn viewpoints(&self) -> Vec<Vec3> {
         self.cameras.iter().map(|camera| camera.position).chain(self.places.iter().copied()).collect()

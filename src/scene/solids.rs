@@ -29,7 +29,7 @@ impl Solids {
     /// Finds them. What holds one of the viewpoints is none: there its inside is meant.
     pub fn new(triangles: &[Triangle], viewpoints: &[Vec3]) -> Self {
         let closed = Self::of(triangles, parts(triangles));
-        let entered: Vec<u32> = viewpoints.iter().flat_map(|&point| closed.holders(point)).collect();
+        let entered: Vec<u32> = viewpoints.iter().flat_map(|&point| closed.solids_around(point)).collect();
         if entered.is_empty() {
             return closed;
         }
@@ -93,11 +93,11 @@ impl Solids {
 
     /// Whether a point is inside a solid.
     pub fn hold(&self, point: Vec3) -> bool {
-        self.holders(point).next().is_some()
+        self.solids_around(point).next().is_some()
     }
 
     /// The solids that a point is inside of: the way up from there leaves them more often than it enters them.
-    pub fn holders(&self, point: Vec3) -> impl Iterator<Item = u32> + use<> {
+    pub fn solids_around(&self, point: Vec3) -> impl Iterator<Item = u32> + use<> {
         self.turns(point).into_iter().filter(|found| found.1 > 0).map(|found| found.0)
     }
 

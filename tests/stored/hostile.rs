@@ -66,7 +66,7 @@ const POINTERS: &[(&str, usize, usize)] = &[
 const LENGTHS: &[&str] = &[
     "order",
     "sides",
-    "closed places",
+    "enclosures",
     "levels",
     "cell first",
     "cell clusters",

@@ -145,7 +145,7 @@ fn frames_left_out_open_places_as_well() {
                 renderer.set_camera(&camera);
             }
             if is_left_out && frame < 2 {
-                renderer.open_places().unwrap();
+                renderer.open_enclosures().unwrap();
             } else {
                 renderer.frame().unwrap();
             }

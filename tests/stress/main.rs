@@ -1,7 +1,7 @@
 //! What renderers break on: odd sizes, odd places, odd powers, and the order of things.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod accounts;
+mod pass_costs;
 mod boxes;
 mod closed;
 #[path = "../common/mod.rs"]

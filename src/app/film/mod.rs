@@ -86,7 +86,7 @@ impl Film {
         // What the frames before have opened is open.
         for frame in 0..share.start {
             renderer.set_state(&film.state(frame))?;
-            renderer.open_places()?;
+            renderer.open_enclosures()?;
         }
         for frame in share.clone() {
             renderer.set_state(&film.state(frame))?;

@@ -120,7 +120,7 @@ fn processor_ms() -> Option<f64> {
 /// adds up to that of the scene's own.
 pub(in crate::app) fn fitting(scene: &Scene, own: &[Light], count: usize) -> Vec<Light> {
     let share = own.len() as f32 / count as f32;
-    let mut places = open_places(scene);
+    let mut places = open_enclosures(scene);
     let light = |index: usize| {
         let Light { name, kind, .. } = &own[index % own.len()];
         let kind: LightKind = kind.with_emission(share * kind.emission());
@@ -137,7 +137,7 @@ pub(in crate::app) fn fitting(scene: &Scene, own: &[Light], count: usize) -> Vec
 }
 
 /// Places in the scene's bounds, evenly spread, that nothing hides from the camera.
-fn open_places(scene: &Scene) -> impl Iterator<Item = Vec3> + '_ {
+fn open_enclosures(scene: &Scene) -> impl Iterator<Item = Vec3> + '_ {
     let (low, high) = scene.bounds();
     let eye = scene.cameras[0].position;
     let candidates = (1..=TRIES).map(move |index| {

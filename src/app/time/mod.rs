@@ -7,7 +7,7 @@ pub(super) mod lights;
 pub(super) mod measure;
 mod paper;
 mod ray_rates;
-mod repeat;
+mod replay;
 mod report;
 mod session;
 mod statistics;

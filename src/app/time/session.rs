@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::repeat::Repeat;
+use super::replay::Repeat;
 use super::{Time, statistics, trace};
 use crate::app::output::OutputFile;
 use crate::app::{capture, overlap};

@@ -1,4 +1,4 @@
-//! Which sides of which triangles light can reach: the inside of closed places gets no entry points, no clusters and
+//! Which sides of which triangles light can reach: the inside of enclosures gets no entry points, no clusters and
 //! no cache points.
 //!
 //! Rays between sides join what sees each other; a group of sides takes part if it also sees the void or if a camera is amid it.
@@ -21,14 +21,14 @@ const RAYS: usize = 1 << 16;
 const RAYS_PER_POINT: u32 = 256;
 
 /// Groups of sides that nothing outside of them sees, and no camera either.
-pub struct ClosedPlaces {
+pub struct Enclosures {
     /// The group of each side that has no part in transport; none of the others, and of those that see nothing at all.
     groups: Vec<Option<usize>>,
     /// Low and high corner of each group, metres.
     bounds: HashMap<usize, [Vec3; 2]>,
 }
 
-impl ClosedPlaces {
+impl Enclosures {
     fn new(triangles: &[Triangle], groups: Vec<Option<usize>>) -> Self {
         let mut bounds = HashMap::new();
         for (side, group) in groups.iter().enumerate() {
@@ -83,7 +83,7 @@ pub fn deactivate_unreachable(
     solids: &Solids,
     clear_distance: f32,
     surfaces: &mut [Surface],
-) -> Result<ClosedPlaces> {
+) -> Result<Enclosures> {
     for (surface, is_inside) in surfaces.iter_mut().zip(solids.backs()) {
         if is_inside {
             surface.deactivate_side(true);
@@ -134,7 +134,7 @@ pub fn deactivate_unreachable(
     let reachable = groups.find(outside);
     let mut left_out =
         |side| Some(groups.find(side)).filter(|&group| is_active(surfaces, side) && group != reachable);
-    let closed = ClosedPlaces::new(&scene.triangles, (0..side_count).map(&mut left_out).collect());
+    let closed = Enclosures::new(&scene.triangles, (0..side_count).map(&mut left_out).collect());
     for side in (0..side_count).filter(|&side| closed.groups[side].is_some()) {
         surfaces[side / 2].deactivate_side(side % 2 == 1);
     }

@@ -25,7 +25,7 @@ pub(super) fn cuts(first: &[u32], runs: usize, length: usize) -> bool {
 pub(super) fn check(contents: &mut Contents, scene: &Scene, order: &[u32]) -> Result<(), Refusal> {
     demand(contents.order == order, "triangles stand in another order")?;
     demand(contents.sides.len() == order.len(), "sides of triangles")?;
-    demand(contents.closed.len() == 2 * order.len(), "closed places")?;
+    demand(contents.closed.len() == 2 * order.len(), "enclosures")?;
     hierarchy(&contents.hvds)?;
     let trusted = &contents.trusted;
     let are_counts =

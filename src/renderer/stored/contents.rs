@@ -106,7 +106,7 @@ impl Contents {
             skipped: skipped.into_iter().filter_map(|(name, share)| Some((name, share?))).collect(),
             order: file.list("order")?,
             sides: file.list("sides")?,
-            closed: file.list("closed places")?,
+            closed: file.list("enclosures")?,
             trusted: file.list("trusted")?,
             entry_points: file.list("entry points")?,
             paths,

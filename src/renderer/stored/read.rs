@@ -10,9 +10,9 @@ use crate::passes::precompute::merged_rays::MergedRays;
 use crate::passes::precompute::{narrow_gaps, rays::Rays, sides};
 use crate::passes::{ClusterTables, SceneBuffers};
 use crate::renderer::Statistics;
-use crate::renderer::closed_places::{ClosedPlaces, lost_lights};
+use crate::renderer::enclosures::{Enclosures, lost_lights};
 use crate::renderer::precompute::{Precomputed, finest_cells};
-use crate::renderer::resolution::{blurred, outgoing_directions, uncovered, undersampled, wide_cells};
+use crate::renderer::quality_warnings::{blurred, outgoing_directions, uncovered, undersampled, wide_cells};
 use crate::scene::directions::Directions;
 use crate::scene::{Scene, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces};
 use crate::stored::{File, Key, Refusal};
@@ -136,9 +136,9 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
         code,
         cluster_tables,
         clusters,
-        closed: ClosedPlaces {
+        closed: Enclosures {
             solids,
-            groups: sides::ClosedPlaces::of_numbers(&scene.triangles, &contents.closed),
+            groups: sides::Enclosures::of_numbers(&scene.triangles, &contents.closed),
             rays,
             order: bvh.order,
             is_due: false,

@@ -83,7 +83,7 @@ impl Tables {
         writer.add("notes", &self.notes[..]);
         writer.add("order", &made.closed.order[..]);
         writer.add("sides", &self.sides[..]);
-        writer.add("closed places", made.closed.groups.numbers());
+        writer.add("enclosures", made.closed.groups.numbers());
 
         let hvds = &made.hvds;
         writer.add("levels", ends(&hvds.levels));

@@ -9,9 +9,9 @@ use crate::scene::{Light, solids::Solids};
 use glam::Vec3;
 
 /// What is closed, and whether somebody may have come in.
-pub(super) struct ClosedPlaces {
+pub(super) struct Enclosures {
     pub(super) solids: Solids,
-    pub(super) groups: sides::ClosedPlaces,
+    pub(super) groups: sides::Enclosures,
     pub(super) rays: Rays,
     /// Where each triangle stood in the scene as it was given.
     pub(super) order: Vec<u32>,
@@ -19,11 +19,11 @@ pub(super) struct ClosedPlaces {
     pub(super) is_due: bool,
 }
 
-impl ClosedPlaces {
+impl Enclosures {
     /// Whether the camera and one of the lights are in the same.
     fn hold_both(&self, buffers: &SceneBuffers, camera: Vec3, lights: &[Vec3]) -> Result<bool> {
-        let solids: Vec<u32> = self.solids.holders(camera).collect();
-        if lights.iter().any(|&light| self.solids.holders(light).any(|solid| solids.contains(&solid))) {
+        let solids: Vec<u32> = self.solids.solids_around(camera).collect();
+        if lights.iter().any(|&light| self.solids.solids_around(light).any(|solid| solids.contains(&solid))) {
             return Ok(true);
         }
         // Bounds first: rays wait for the device.
@@ -49,13 +49,13 @@ pub(super) fn lost_lights<'a>(solids: &'a Solids, lights: &'a [Light]) -> impl I
 }
 
 impl Renderer {
-    /// Lets a closed place take part that holds the camera and a light by now: all is precomputed anew, as a cold start
+    /// Lets an enclosure take part that holds the camera and a light by now: all is precomputed anew, as a cold start
     /// would do it, and as long. It takes part for good then. [`Self::frame`] does this by itself; whoever leaves frames out and wants the bits of
     /// those that follow calls it in their stead.
     ///
     /// # Errors
     /// The device lacks memory, for what was and what comes, or failed; the renderer is left as it was.
-    pub fn open_places(&mut self) -> Result<()> {
+    pub fn open_enclosures(&mut self) -> Result<()> {
         if !std::mem::take(&mut self.closed.is_due) {
             return Ok(());
         }

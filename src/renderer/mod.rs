@@ -142,8 +142,8 @@ impl Renderer {
             Pyramid::new(context, &made.hvds, &made.paths.first_contributions, made.area_m2, is_glossy)?;
         let views = Views::new(context, made.views.take(), &made.hvds, &mut pyramid)?;
         pyramid.make_room_for_parts(context, made.near_parts.len() as u32)?;
-        let reads = scope::reads(&made, &views, &pyramid)?;
-        made.statistics.skipped.extend(scope::unread(
+        let reads = liveness::reads(&made, &views, &pyramid)?;
+        made.statistics.skipped.extend(liveness::unread(
             &made,
             &reads,
             Directions::new(scene.quality.directions),

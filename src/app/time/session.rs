@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::replay::Repeat;
+use super::replay::Replay;
 use super::{Time, statistics, trace};
 use crate::app::output::OutputFile;
 use crate::app::{capture, overlap};
@@ -37,7 +37,7 @@ pub(super) struct SessionArgs {
 /// A session whose arguments are right.
 pub(super) enum Session {
     Trace(OutputFile),
-    Repeat(Repeat),
+    Repeat(Replay),
     Capture(PathBuf),
     Statistics,
 }
@@ -48,7 +48,7 @@ impl SessionArgs {
         let Self { trace, repeat, capture, statistics } = self;
         Ok(match (trace, repeat, capture, statistics) {
             (Some(file), ..) => Some(Session::Trace(OutputFile::check(file)?)),
-            (_, Some(words), ..) => Some(Session::Repeat(Repeat::parse(&words[0], &words[1])?)),
+            (_, Some(words), ..) => Some(Session::Repeat(Replay::parse(&words[0], &words[1])?)),
             (_, _, Some(template), _) => {
                 capture::check_template(template)?;
                 Some(Session::Capture(template.clone()))

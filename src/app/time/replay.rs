@@ -16,7 +16,7 @@ const FRAMES: usize = 4;
 const WARM_UP: usize = 1;
 
 /// A pass and how often.
-pub(super) struct Repeat {
+pub(super) struct Replay {
     pass: &'static str,
     times: u32,
 }
@@ -24,7 +24,7 @@ pub(super) struct Repeat {
 /// Repetitions at most.
 const MAX_TIMES: u32 = 100_000;
 
-impl Repeat {
+impl Replay {
     /// Refuses names that no pass has and numbers out of range.
     pub(super) fn parse(pass: &str, times: &str) -> Result<Self> {
         let known = Renderer::pass_names();

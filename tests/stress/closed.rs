@@ -68,7 +68,7 @@ fn brightest(renderer: &Renderer, layer: Layer) -> f32 {
 }
 
 #[test]
-fn light_and_camera_enter_closed_places_as_if_they_had_always_been_there() {
+fn light_and_camera_enter_enclosures_as_if_they_had_always_been_there() {
     let mut scene = scene();
     // One that stays behind, and is off.
     let kind = LightKind::Point { position: Vec3::new(0.0, 0.5, 0.0), intensity: Vec3::ONE };
@@ -132,7 +132,7 @@ fn light_and_camera_enter_closed_places_as_if_they_had_always_been_there() {
 
 /// Whoever leaves out the frames of a film that others render.
 #[test]
-fn frames_left_out_open_places_as_well() {
+fn frames_left_out_open_enclosures_as_well() {
     let places = [Vec3::new(0.0, 0.5, 0.0), BLOCK, Vec3::new(0.1, 0.5, 0.0)];
     let show = |is_left_out: bool| {
         let mut renderer = prepare(scene(), SMALL);

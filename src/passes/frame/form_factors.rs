@@ -6,7 +6,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
-use crate::gpu::{Buffer, Context, Part, Parts, PassScope, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, SplitPart, SplitBuffer, PassScope, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::light_sum::LightSum;
 use crate::passes::frame::shafts::{BATCH, ShaftKernel, Shafts};
@@ -65,7 +65,7 @@ pub struct FormFactors {
     kernel: ShaftKernel,
     shafts: Shafts,
     sum: LightSum,
-    entry_points: Parts,
+    entry_points: SplitBuffer,
     weights: Vec<f32>,
     point_count: u32,
     area_m2: f32,
@@ -92,7 +92,7 @@ impl FormFactors {
         entry_points: &[PathVertex],
         area_m2: f32,
     ) -> Result<Self> {
-        Self::in_parts(context, scene, entry_points, area_m2, Parts::longest::<EntryPoint>(context))
+        Self::in_parts(context, scene, entry_points, area_m2, SplitBuffer::longest::<EntryPoint>(context))
     }
 
     /// The same in parts of so many entry points.
@@ -112,7 +112,7 @@ impl FormFactors {
             kernel: ShaftKernel::new(context, Self::STEM)?,
             shafts: Shafts::new(context, points.chunks(most as usize).map(batches).sum())?,
             sum: LightSum::new(context)?,
-            entry_points: Parts::cut(context, "entry points", &points, most)?,
+            entry_points: SplitBuffer::cut(context, "entry points", &points, most)?,
             weights: entry_points.iter().map(|point| point.weight).collect(),
             point_count: entry_points.len() as u32,
             area_m2,
@@ -122,7 +122,7 @@ impl FormFactors {
     }
 
     /// The parts of the entry points, and the first batch of each.
-    fn parts(&self) -> impl Iterator<Item = (&Part, u32)> {
+    fn parts(&self) -> impl Iterator<Item = (&SplitPart, u32)> {
         self.entry_points.iter().scan(0, |next, part| {
             let first = *next;
             *next += (part.items.len() as u32).div_ceil(BATCH);

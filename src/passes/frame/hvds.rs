@@ -5,7 +5,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, Parts, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, SplitBuffer, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::light_sum::LightSum;
 use crate::scene::hvds::Hvds;
@@ -284,7 +284,7 @@ impl Pyramid {
         &self,
         rec: &mut Recorder,
         due: &[ClusterLight<'_>],
-        contributions: &Parts,
+        contributions: &SplitBuffer,
         lists: &ClusterLists,
     ) {
         let mut pass = rec.pass(Self::LAYERS_STEM);

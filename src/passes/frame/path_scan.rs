@@ -5,7 +5,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, Part, Parts, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, SplitPart, SplitBuffer, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::has_textures;
 use crate::types::Contribution;
@@ -103,19 +103,19 @@ pub struct PathScan {
     blocks: Pipeline,
     carry: Pipeline,
     apply: Pipeline,
-    steps: Parts,
+    steps: SplitBuffer,
     /// Of each step 1 − cosα off the mirror direction, in parts like the steps'; if nothing is glossy, there are none.
-    lobes: Option<Parts>,
+    lobes: Option<SplitBuffer>,
     step_count: u32,
     /// Invocations that share a block.
     scan_group: u32,
     /// Of each step, in parts like the steps'; where there are no images, there are none.
-    colours: Option<Parts>,
+    colours: Option<SplitBuffer>,
     block_products: Buffer,
     /// Product that enters each block from the left; three floats.
     entering: Buffer,
     /// `Contribution` of every vertex in cluster order, and one that nobody reads.
-    pub contributions: Parts,
+    pub contributions: SplitBuffer,
 }
 
 impl PathScan {
@@ -135,8 +135,8 @@ impl PathScan {
         contributions: &[Contribution],
     ) -> Result<Self> {
         let max_contributions =
-            if lobes.is_empty() { Parts::longest::<Contribution>(context) } else { u32::MAX };
-        let max_blocks = Parts::longest::<PathStep>(context) / BLOCK_STEPS;
+            if lobes.is_empty() { SplitBuffer::longest::<Contribution>(context) } else { u32::MAX };
+        let max_blocks = SplitBuffer::longest::<PathStep>(context) / BLOCK_STEPS;
         Self::in_parts(context, steps, colours, lobes, contributions, [max_blocks, max_contributions])
     }
 
@@ -158,16 +158,16 @@ impl PathScan {
         let constants =
             [group, ("IS_GLOSSY", u32::from(!lobes.is_empty())), has_textures(!colours.is_empty())];
         let lobes =
-            (!lobes.is_empty()).then(|| Parts::cut(context, "path lobes", lobes, most)).transpose()?;
+            (!lobes.is_empty()).then(|| SplitBuffer::cut(context, "path lobes", lobes, most)).transpose()?;
         let colours =
-            (!colours.is_empty()).then(|| Parts::cut(context, "step colours", colours, most)).transpose()?;
+            (!colours.is_empty()).then(|| SplitBuffer::cut(context, "step colours", colours, most)).transpose()?;
         let step_count = steps.len() as u32;
         let block_count = u64::from(step_count.div_ceil(BLOCK_STEPS));
         Ok(Self {
             blocks: Pipeline::new(context, "path_scan_blocks", &constants)?,
             carry: Pipeline::new(context, "path_scan_carry", &[group])?,
             apply: Pipeline::new(context, "path_scan_apply", &[])?,
-            steps: Parts::cut(context, "path steps", steps, most)?,
+            steps: SplitBuffer::cut(context, "path steps", steps, most)?,
             lobes,
             step_count,
             scan_group,
@@ -178,13 +178,13 @@ impl PathScan {
                 block_count * size_of::<Segment>() as u64,
             )?,
             entering: Buffer::storage(context, "entering products", 12 * block_count)?,
-            contributions: Parts::cut(context, "contributions", contributions, max_contributions)?,
+            contributions: SplitBuffer::cut(context, "contributions", contributions, max_contributions)?,
         })
     }
 
     /// Bytes of the stored steps, and of their lobes and colours, which are read once.
     pub fn step_bytes(&self) -> [u64; 2] {
-        let bytes = |parts: &Option<Parts>| parts.as_ref().map_or(0, Parts::bytes);
+        let bytes = |parts: &Option<SplitBuffer>| parts.as_ref().map_or(0, SplitBuffer::bytes);
         [self.steps.bytes(), bytes(&self.lobes) + bytes(&self.colours)]
     }
 
@@ -284,7 +284,7 @@ impl PathScan {
                 if blocks.is_empty() {
                     continue;
                 }
-                let beside = |list: &'a Option<Parts>| list.iter().flat_map(Parts::iter).nth(index);
+                let beside = |list: &'a Option<SplitBuffer>| list.iter().flat_map(SplitBuffer::iter).nth(index);
                 let [lobes, colours] = [&self.lobes, &self.colours].map(|list| beside(list).unwrap_or(steps));
                 bound.extend(self.contributions.iter().map(|contributions| Bound {
                     blocks: blocks.clone(),
@@ -302,15 +302,15 @@ impl PathScan {
 /// What a dispatch binds.
 struct Bound<'a> {
     blocks: Range<u32>,
-    steps: &'a Part,
+    steps: &'a SplitPart,
     /// If nothing is glossy, no pass reads them.
     lobes: &'a Buffer,
     /// Where there are no images nobody reads them.
     colours: &'a Buffer,
-    contributions: &'a Part,
+    contributions: &'a SplitPart,
 }
 
-/// The blocks that hold those steps, in as few runs as can be. Parts come in order.
+/// The blocks that hold those steps, in as few runs as can be. SplitBuffer come in order.
 fn blocks_of(parts: &[Range<u32>]) -> Vec<Range<u32>> {
     let mut runs: Vec<Range<u32>> = Vec::new();
     for part in parts.iter().filter(|part| !part.is_empty()) {

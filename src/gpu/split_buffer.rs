@@ -7,17 +7,17 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// A list in as many buffers as it takes; one at least.
-pub struct Parts(Vec<Part>);
+pub struct SplitBuffer(Vec<SplitPart>);
 
 /// Some items of the list.
-pub struct Part {
+pub struct SplitPart {
     /// Which of them.
     pub items: Range<u32>,
     /// Where they are.
     pub buffer: Buffer,
 }
 
-impl Parts {
+impl SplitBuffer {
     /// Items that one binding of the device holds.
     pub fn longest<T>(context: &Context) -> u32 {
         let most = context.limits().storage_range_bytes / size_of::<T>() as u64;
@@ -34,18 +34,18 @@ impl Parts {
             let start = index * most as usize;
             let own = start..items.len().min(start + most as usize);
             let buffer = Buffer::from_slice(context, name, &items[own.clone()])?;
-            Ok(Part { items: own.start as u32..own.end as u32, buffer })
+            Ok(SplitPart { items: own.start as u32..own.end as u32, buffer })
         };
         Ok(Self((0..count).map(part).collect::<Result<_>>()?))
     }
 
     /// The parts, in order.
-    pub fn iter(&self) -> std::slice::Iter<'_, Part> {
+    pub fn iter(&self) -> std::slice::Iter<'_, SplitPart> {
         self.0.iter()
     }
 
     /// All items in order, so many at a time at most, each time with the part that they are in; one span without items where there are none.
-    pub fn spans(&self, most: u32) -> impl Iterator<Item = (&Part, Range<u32>)> {
+    pub fn spans(&self, most: u32) -> impl Iterator<Item = (&SplitPart, Range<u32>)> {
         self.iter().flat_map(move |part| {
             let Range { start, end } = part.items;
             let count = (end - start).div_ceil(most).max(1);

@@ -33,7 +33,7 @@ layout(binding = 6) uniform usamplerBuffer EdgeSamples;
 layout(binding = 7) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 8) readonly buffer ShaftList { uint shaft_list[]; };
 layout(scalar, binding = 9) buffer EdgeLight { float edge_light[]; };
-layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // one word: LOOP_TRUNCATED if some invocation was
+layout(scalar, binding = 10) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 #include "include/triangles.glsl"

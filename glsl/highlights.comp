@@ -38,7 +38,7 @@ layout(scalar, binding = 5) readonly buffer GlossOffsets { uint gloss_offsets[];
 layout(scalar, binding = 6) readonly buffer GlossSamples { PixelSurface gloss_samples[]; };
 layout(scalar, binding = 7) readonly buffer GlossPixels { uint gloss_pixels[]; };
 layout(scalar, binding = 8) buffer HighlightLayer { float highlight_layer[]; };
-layout(scalar, binding = 9) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // one word: LOOP_TRUNCATED if some invocation was
+layout(scalar, binding = 9) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
 layout(scalar, push_constant) uniform Push { HighlightsPush push; };
 
 #include "include/triangles.glsl"

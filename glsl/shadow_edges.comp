@@ -40,7 +40,7 @@ layout(binding = 8) uniform usamplerBuffer ShaftRoots;
 layout(scalar, binding = 9) readonly buffer EdgeSlots { EdgeSlot edge_slots[]; };
 layout(scalar, binding = 10) readonly buffer EdgeNeeds { uint edge_needs[]; };
 layout(scalar, binding = 11) buffer LightLayer { float light_layer[]; };
-layout(scalar, binding = 12) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // one word: LOOP_TRUNCATED if some invocation was
+layout(scalar, binding = 12) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
 layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 
 #include "include/triangles.glsl"

@@ -199,14 +199,14 @@ fn passes_copy_and_clear_and_others_are_left_out() {
 
 /// The allocator hands out memory that was used before without clearing it.
 #[test]
-fn a_word_begins_as_zero() {
+fn a_host_flag_begins_as_zero() {
     let context = context();
     let ones = Buffer::from_slice(&context, "ones", &[1_u32]).unwrap();
     for _ in 0..2 {
-        let word = Buffer::word(&context, "word").unwrap();
-        assert_eq!(word.read_word(), 0);
+        let word = Buffer::host_flag(&context, "word").unwrap();
+        assert_eq!(word.read_flag(), 0);
         context.run(|rec| rec.copy(&ones, &word)).unwrap();
-        assert_eq!(word.read_word(), 1);
+        assert_eq!(word.read_flag(), 1);
     }
     assert_silent(&context);
 }

@@ -2,7 +2,7 @@
 // The including shader binds the texels `Nodes`. Include behind texels.glsl and triangles.glsl.
 
 Node node_at(uint index) {
-    if (FOLLOWS_ADDRESSES != 0u) return NodeList(texelFetch(Nodes, 0).xy).items[index];
+    if (USE_BUFFER_DEVICE_ADDRESS != 0u) return NodeList(texelFetch(Nodes, 0).xy).items[index];
     int first = int(NODE_TEXELS * index);
     return Node(texelFetch(Nodes, first), texelFetch(Nodes, first + 1), texelFetch(Nodes, first + 2), texelFetch(Nodes, first + 3),
                 texelFetch(Nodes, first + 4));

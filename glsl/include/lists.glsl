@@ -9,7 +9,7 @@ const uint NODE_TEXELS = 5u;
 const uint TRIANGLE_TEXELS = 3u;
 const uint SURFACE_TEXELS = 4u;
 
-layout(constant_id = 15) const uint FOLLOWS_ADDRESSES = 0;
+layout(constant_id = 15) const uint USE_BUFFER_DEVICE_ADDRESS = 0;
 
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer NodeList { Node items[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer TriangleList { Triangle items[]; };

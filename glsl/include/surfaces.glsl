@@ -1,6 +1,6 @@
 // What a triangle has besides its corners. The including shader binds the texels `Surfaces`.
 Surface surface_at(uint index) {
-    if (FOLLOWS_ADDRESSES != 0u) return SurfaceList(texelFetch(Surfaces, 0).xy).items[index];
+    if (USE_BUFFER_DEVICE_ADDRESS != 0u) return SurfaceList(texelFetch(Surfaces, 0).xy).items[index];
     int first = int(SURFACE_TEXELS * index);
     uvec4 a = texelFetch(Surfaces, first);
     uvec4 b = texelFetch(Surfaces, first + 1);

@@ -7,7 +7,7 @@ struct Corners {
 };
 
 Corners corners_of(uint index) {
-    if (FOLLOWS_ADDRESSES != 0u) {
+    if (USE_BUFFER_DEVICE_ADDRESS != 0u) {
         Triangle t = TriangleList(texelFetch(Triangles, 0).xy).items[index];
         return Corners(t.p0.xyz, t.p1.xyz, t.p2.xyz);
     }

@@ -78,7 +78,7 @@ impl Buffer {
     }
 
     /// Makes a buffer of one item, whose first words are the address of `data`: that may be longer than what the device binds. Shaders only
-    /// read it, those that know of it ([`spirv::FOLLOWS_ADDRESSES`](super::spirv::FOLLOWS_ADDRESSES)).
+    /// read it, those that know of it ([`spirv::USE_BUFFER_DEVICE_ADDRESS`](super::spirv::USE_BUFFER_DEVICE_ADDRESS)).
     ///
     /// # Errors
     /// As [`Buffer::from_slice`], whatever the device binds.
@@ -102,23 +102,23 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Makes a word, zero, that kernels seldom write and the host reads without a transfer.
+    /// Makes a host-visible flag, zero, that kernels seldom write and the host reads without a transfer.
     ///
     /// # Errors
     /// As [`Buffer::storage`].
-    pub fn word(context: &Arc<Context>, name: &str) -> Result<Self> {
+    pub fn host_flag(context: &Arc<Context>, name: &str) -> Result<Self> {
         let allocated =
             Allocated::new(context, name, size_of::<u32>() as u64, STORAGE, MemoryLocation::GpuToCpu)?;
         allocated.store(bytemuck::bytes_of(&0_u32));
         Ok(Self { allocated: Arc::new(allocated) })
     }
 
-    /// What recordings that are done have left in such a word.
-    pub fn read_word(&self) -> u32 {
+    /// What recordings that are done have left in such a flag.
+    pub fn read_flag(&self) -> u32 {
         bytemuck::pod_read_unaligned(&self.allocated.mapped()[..size_of::<u32>()])
     }
 
-    pub(super) fn is_word(&self) -> bool {
+    pub(super) fn is_host_flag(&self) -> bool {
         self.allocated.location == MemoryLocation::GpuToCpu
     }
 
@@ -319,17 +319,17 @@ impl Allocated {
         }
     }
 
-    /// The memory of a staging buffer, or of a word.
+    /// The memory of a staging buffer, or of a host flag.
     fn mapped(&self) -> &[u8] {
         self.allocation.as_ref().and_then(Allocation::mapped_slice).expect("the host's memory is mapped")
     }
 
-    /// Writes to the start of a staging buffer, or to a word that is new.
+    /// Writes to the start of a staging buffer, or to a new host flag.
     fn store(&self, data: &[u8]) {
         let mapped = self.mapped();
         assert!(data.len() <= mapped.len(), "pieces fit the staging buffer");
         // SAFETY: the memory is mapped for writing, at least as long as the data (asserted), and nobody else uses it: the staging buffer is
-        // local to one transfer whose submissions are done, and of a word that is new nobody else has heard.
+        // local to one transfer whose submissions are done, and of a new host flag nobody else has heard.
         unsafe { std::ptr::copy_nonoverlapping(data.as_ptr(), mapped.as_ptr().cast_mut(), data.len()) };
     }
 }

@@ -9,7 +9,7 @@ use super::context::Names;
 use super::device::Limits;
 use super::optional::Optional;
 use super::shaders::Shader;
-use super::spirv::{self, Binding, FOLLOWS_ADDRESSES, Module};
+use super::spirv::{self, Binding, USE_BUFFER_DEVICE_ADDRESS, Module};
 use super::{Buffer, Context, Tuning, VkResultExt};
 use crate::error::{Error, Result};
 
@@ -90,31 +90,31 @@ impl Program {
     }
 
     /// Whether these bindings need the variant that follows addresses. Panics if the shader has no such variant.
-    pub(super) fn follows_addresses(&self, bindings: &[(&str, &Buffer)]) -> bool {
+    pub(super) fn uses_buffer_device_address(&self, bindings: &[(&str, &Buffer)]) -> bool {
         let follows = bindings.iter().any(|(_, buffer)| buffer.holds_address());
-        let knows = || self.module.constants.iter().any(|constant| constant.name == FOLLOWS_ADDRESSES);
+        let knows = || self.module.constants.iter().any(|constant| constant.name == USE_BUFFER_DEVICE_ADDRESS);
         assert!(!follows || knows(), "`{}` does not follow addresses", self.stem);
         follows
     }
 
     /// The Vulkan objects of a variant. `None` until [`Self::make`] has made them.
-    pub(super) fn handles(&self, follows_addresses: bool) -> Option<Handles> {
-        self.variant(follows_addresses).get().copied()
+    pub(super) fn handles(&self, uses_buffer_device_address: bool) -> Option<Handles> {
+        self.variant(uses_buffer_device_address).get().copied()
     }
 
     /// Makes the Vulkan objects of a variant that has none.
-    pub(super) fn make(&self, maker: Maker<'_>, follows_addresses: bool) -> Result<()> {
+    pub(super) fn make(&self, maker: Maker<'_>, uses_buffer_device_address: bool) -> Result<()> {
         let constants: Vec<_> = self.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-        let handles = Handles::new(maker, self.stem, &self.module, &constants, follows_addresses)?;
+        let handles = Handles::new(maker, self.stem, &self.module, &constants, uses_buffer_device_address)?;
         // Another thread may have been faster: its objects are in use.
-        if let Err(late) = self.variant(follows_addresses).set(handles) {
+        if let Err(late) = self.variant(uses_buffer_device_address).set(handles) {
             late.destroy(maker.device);
         }
         Ok(())
     }
 
-    fn variant(&self, follows_addresses: bool) -> &OnceLock<Handles> {
-        if follows_addresses { &self.following } else { &self.direct }
+    fn variant(&self, uses_buffer_device_address: bool) -> &OnceLock<Handles> {
+        if uses_buffer_device_address { &self.following } else { &self.direct }
     }
 
     /// Destroys the Vulkan objects. No submission may use them any more.
@@ -144,9 +144,9 @@ impl Handles {
         stem: &'static str,
         module: &Module,
         constants: &[(&str, u32)],
-        follows_addresses: bool,
+        uses_buffer_device_address: bool,
     ) -> Result<Self> {
-        let (entries, values) = specialisation(stem, module, constants, follows_addresses);
+        let (entries, values) = specialisation(stem, module, constants, uses_buffer_device_address);
         let mut handles = Self {
             pipeline: vk::Pipeline::null(),
             layout: vk::PipelineLayout::null(),
@@ -248,7 +248,7 @@ fn specialisation(
     stem: &str,
     module: &Module,
     given: &[(&str, u32)],
-    follows_addresses: bool,
+    uses_buffer_device_address: bool,
 ) -> (Vec<vk::SpecializationMapEntry>, Vec<u32>) {
     for (name, _) in given {
         let is_known = module.constants.iter().any(|constant| constant.name == *name);
@@ -257,7 +257,7 @@ fn specialisation(
     (0_u32..)
         .zip(&module.constants)
         .map(|(index, constant)| {
-            let own = (FOLLOWS_ADDRESSES, u32::from(follows_addresses));
+            let own = (USE_BUFFER_DEVICE_ADDRESS, u32::from(uses_buffer_device_address));
             let value = given.iter().copied().chain([own]).find(|(name, _)| *name == constant.name);
             let (_, value) = value
                 .unwrap_or_else(|| panic!("`{stem}` needs its specialisation constant `{}`", constant.name));

@@ -82,8 +82,8 @@ impl Pipelines {
             let mut made = Vec::new();
             loop {
                 let index = next.fetch_add(1, Ordering::Relaxed);
-                let Some((program, follows_addresses)) = missing.get(index) else { return made };
-                made.push((index, program.make(maker, *follows_addresses)));
+                let Some((program, uses_buffer_device_address)) = missing.get(index) else { return made };
+                made.push((index, program.make(maker, *uses_buffer_device_address)));
             }
         };
         let cores = std::thread::available_parallelism().map_or(1, NonZero::get);

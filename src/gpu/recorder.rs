@@ -38,8 +38,8 @@ pub struct Recorder {
     /// The last pass with a dispatch that no barrier followed.
     unfenced: Option<usize>,
     hazards: Option<Hazards>,
-    /// Some dispatch may write a word that the host reads.
-    writes_words: bool,
+    /// Some dispatch may write a host flag.
+    writes_host_flags: bool,
     /// What the commands use must live until they are done, whatever the caller drops before.
     in_use: Vec<Arc<dyn Any>>,
     /// Variants of programs that some dispatch needs and that are not compiled yet: the recording is incomplete.
@@ -70,7 +70,7 @@ impl Recorder {
             leaves_out: false,
             unfenced: None,
             hazards: context.has_hazard_check.then(Hazards::default),
-            writes_words: false,
+            writes_host_flags: false,
             in_use: Vec::new(),
             missing: Vec::new(),
             failure: None,
@@ -153,7 +153,7 @@ impl Recorder {
         if let Some(failure) = self.failure.take() {
             return Err(failure);
         }
-        if self.writes_words {
+        if self.writes_host_flags {
             // Not for the hazard check, which knows nothing of the host.
             self.pipeline_barrier(COMPUTE_TO_HOST);
         }
@@ -219,12 +219,12 @@ impl Recorder {
         if self.leaves_out {
             return false;
         }
-        let follows_addresses = program.follows_addresses(bindings);
-        let Some(handles) = program.handles(follows_addresses) else {
+        let uses_buffer_device_address = program.uses_buffer_device_address(bindings);
+        let Some(handles) = program.handles(uses_buffer_device_address) else {
             let is_known =
-                |(other, follows): &Missing| Arc::ptr_eq(other, program) && *follows == follows_addresses;
+                |(other, follows): &Missing| Arc::ptr_eq(other, program) && *follows == uses_buffer_device_address;
             if !self.missing.iter().any(is_known) {
-                self.missing.push((program.clone(), follows_addresses));
+                self.missing.push((program.clone(), uses_buffer_device_address));
             }
             return false;
         };
@@ -236,7 +236,7 @@ impl Recorder {
             uses.extend(counts.map(|buffer| Use { place: Places::INDIRECT, ..transfer(buffer, false) }));
             uses
         });
-        self.writes_words |= bindings.iter().any(|(_, buffer)| buffer.is_word());
+        self.writes_host_flags |= bindings.iter().any(|(_, buffer)| buffer.is_host_flag());
         let buffers = bindings.iter().map(|(_, buffer)| *buffer).chain(counts);
         self.in_use.extend(buffers.map(|buffer| buffer.allocated.clone() as Arc<dyn Any>));
 

@@ -147,7 +147,7 @@ pub const LOCAL_SIZE: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z
 
 /// The specialisation constant of kernels that know lists behind addresses: whether such lists are bound. No host part gives it, for it
 /// follows from the bindings.
-pub const FOLLOWS_ADDRESSES: &str = "FOLLOWS_ADDRESSES";
+pub const USE_BUFFER_DEVICE_ADDRESS: &str = "USE_BUFFER_DEVICE_ADDRESS";
 
 /// Reads a module.
 pub fn reflect(words: &[u32]) -> Module {

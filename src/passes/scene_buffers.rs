@@ -53,7 +53,7 @@ impl SceneBuffers {
             surfaces: list(context, "surfaces", surfaces, is_bound)?,
             materials: Buffer::from_slice(context, "materials", &reflectances(materials))?,
             textures: TextureBuffers::new(context, coordinates, materials)?,
-            truncated_loops: Buffer::word(context, "truncated")?,
+            truncated_loops: Buffer::host_flag(context, "truncated")?,
         })
     }
 
@@ -62,7 +62,7 @@ impl SceneBuffers {
     /// # Errors
     /// [`Error::OutOfMemory`](crate::Error::OutOfMemory) says what to do.
     pub fn refuse_truncated_loops(&self, name: &str, lights: u32) -> Result<()> {
-        loop_limit::refuse(self.truncated_loops.read_word() == types::LOOP_TRUNCATED, name, lights)
+        loop_limit::refuse(self.truncated_loops.read_flag() == types::LOOP_TRUNCATED, name, lights)
     }
 }
 

@@ -61,10 +61,10 @@ fn ends_loops(world: &World) -> bool {
 
 /// Demands that kernels say it, if the device ended their loops.
 fn assert_said(world: &mut World, is_truncated: bool, name: &str, record: impl Fn(&World, &mut Recorder)) {
-    world.buffers.truncated_loops = Buffer::word(&world.context, "truncated").unwrap();
+    world.buffers.truncated_loops = Buffer::host_flag(&world.context, "truncated").unwrap();
     let run = world.context.run(|rec| record(world, rec));
     run.unwrap();
-    assert_eq!(world.buffers.truncated_loops.read_word() == LOOP_TRUNCATED, is_truncated, "{name}");
+    assert_eq!(world.buffers.truncated_loops.read_flag() == LOOP_TRUNCATED, is_truncated, "{name}");
     assert_eq!(world.buffers.refuse_truncated_loops(name, 0).is_err(), is_truncated, "{name}");
 }
 
@@ -187,7 +187,7 @@ fn kernels_of_the_precomputation_and_of_photons_are_refused_in(world: &mut World
     );
 
     // It keeps what it has said.
-    world.buffers.truncated_loops = Buffer::word(context, "truncated").unwrap();
+    world.buffers.truncated_loops = Buffer::host_flag(context, "truncated").unwrap();
     let entries: Vec<[Vec3; 3]> = cache_points.iter().map(|p| [p.position, p.normal, Vec3::ONE]).collect();
     let entries = Buffer::from_slice(context, "points", &entries).unwrap();
     let reaches = photon_reach::trace(context, &world.buffers, &entries, 40, 1.0, &mut 0.0);

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use common::{assert_silent, context, random_words};
 use lightpaths::Error;
 use lightpaths::gpu::barrier::{COMPUTE_TO_COMPUTE, TRANSFER_TO_TRANSFER};
-use lightpaths::gpu::{Buffer, Context, ContextOptions, Parts, Pipeline};
+use lightpaths::gpu::{Buffer, Context, ContextOptions, Pipeline, SplitBuffer};
 use lightpaths::passes::frame::prefix_sum::PrefixSumPush;
 
 #[test]
@@ -215,7 +215,7 @@ fn a_host_flag_begins_as_zero() {
 #[test]
 fn a_part_is_as_long_as_a_binding_may_be() {
     fn check<T>(context: &Context) {
-        let (longest, size) = (u64::from(Parts::longest::<T>(context)), size_of::<T>() as u64);
+        let (longest, size) = (u64::from(SplitBuffer::longest::<T>(context)), size_of::<T>() as u64);
         let most = context.limits().storage_range_bytes;
         assert!(longest * size <= most, "{longest} items of {size} bytes in {most}");
         assert!(

@@ -285,7 +285,8 @@ fn shaders_keep_to_the_rules() {
     const TEXELS: u32 = 46;
     const ADDRESSES: u32 = 5347;
     for (stem, module) in modules() {
-        let follows = module.constants.iter().any(|constant| constant.name == spirv::USE_BUFFER_DEVICE_ADDRESS);
+        let follows =
+            module.constants.iter().any(|constant| constant.name == spirv::USE_BUFFER_DEVICE_ADDRESS);
         // Texel buffers are no feature: every device has them.
         let reads_texels = module.bindings.iter().any(|binding| binding.is_texels);
         let needs = [(SHADER, true), (TEXELS, reads_texels), (ADDRESSES, follows)];
@@ -323,7 +324,8 @@ fn host_files_name_what_shaders_declare() {
         let constants = module.constants.iter().map(|constant| &constant.name);
         // A workgroup's size has no name in GLSL.
         // What follows from the bindings is `Pipeline`'s.
-        let elsewhere = |name: &str| spirv::LOCAL_SIZE.contains(&name) || name == spirv::USE_BUFFER_DEVICE_ADDRESS;
+        let elsewhere =
+            |name: &str| spirv::LOCAL_SIZE.contains(&name) || name == spirv::USE_BUFFER_DEVICE_ADDRESS;
         let constants = constants.filter(|name| !elsewhere(name));
         for name in bindings.chain(constants) {
             assert!(host.contains(&format!("\"{name}\"")), "`{stem}`: no pass names `{name}`");

@@ -9,7 +9,7 @@ use super::context::Names;
 use super::device::Limits;
 use super::optional::Optional;
 use super::shaders::Shader;
-use super::spirv::{self, Binding, USE_BUFFER_DEVICE_ADDRESS, Module};
+use super::spirv::{self, Binding, Module, USE_BUFFER_DEVICE_ADDRESS};
 use super::{Buffer, Context, Tuning, VkResultExt};
 use crate::error::{Error, Result};
 
@@ -92,7 +92,8 @@ impl Program {
     /// Whether these bindings need the variant that follows addresses. Panics if the shader has no such variant.
     pub(super) fn uses_buffer_device_address(&self, bindings: &[(&str, &Buffer)]) -> bool {
         let follows = bindings.iter().any(|(_, buffer)| buffer.holds_address());
-        let knows = || self.module.constants.iter().any(|constant| constant.name == USE_BUFFER_DEVICE_ADDRESS);
+        let knows =
+            || self.module.constants.iter().any(|constant| constant.name == USE_BUFFER_DEVICE_ADDRESS);
         assert!(!follows || knows(), "`{}` does not follow addresses", self.stem);
         follows
     }

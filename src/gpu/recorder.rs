@@ -221,8 +221,9 @@ impl Recorder {
         }
         let uses_buffer_device_address = program.uses_buffer_device_address(bindings);
         let Some(handles) = program.handles(uses_buffer_device_address) else {
-            let is_known =
-                |(other, follows): &Missing| Arc::ptr_eq(other, program) && *follows == uses_buffer_device_address;
+            let is_known = |(other, follows): &Missing| {
+                Arc::ptr_eq(other, program) && *follows == uses_buffer_device_address
+            };
             if !self.missing.iter().any(is_known) {
                 self.missing.push((program.clone(), uses_buffer_device_address));
             }

@@ -184,7 +184,7 @@ impl Renderer {
     fn gather_at(&self, points: &[CachePoint]) -> Result<Vec<Record>> {
         let count = points.len() as u32;
         let buffer = Buffer::from_slice(&self.context, "gather points", points)?;
-        let (hemisphere, code) = (self.gather.hemisphere, self.gather.code);
+        let (hemisphere, code) = (self.gather.hemisphere, self.gather.packing);
         let rays = gather_rays::trace(
             &self.context,
             &self.buffers,

@@ -124,7 +124,7 @@ pub(super) fn reads(made: &Precomputed, views: &Views, pyramid: &Pyramid) -> Res
     }
     let sources = pyramid.indirect_sources.read::<u32>()?;
     let targets = made.merged_rays.targets.read::<u32>()?;
-    Ok(Reads::of(&made.hvds, targets, made.code, views.tables(), &made.near_parts, &sources))
+    Ok(Reads::of(&made.hvds, targets, made.packing, views.tables(), &made.near_parts, &sources))
 }
 
 /// Shares of the hierarchy that nothing reads, 0..=1.

@@ -1,29 +1,29 @@
 //! The renderer: owns the passes; the precomputation and the frame are recipes in the paper's order.
 
 mod ablation;
-mod pass_costs;
-mod clamping;
 mod changes;
-mod enclosures;
-mod statistics;
+mod clamping;
+mod culling;
 mod edits;
+mod enclosures;
 mod film;
 mod gloss;
 mod inspect;
 mod lights;
+mod liveness;
 mod memory_hint;
 mod near_lights;
 mod needs;
 mod outputs;
+mod pass_costs;
 mod precompute;
 mod preview;
+mod quality_warnings;
 mod replay;
 mod report;
 mod resize;
-mod quality_warnings;
-mod liveness;
 mod seen;
-mod culling;
+mod statistics;
 mod steps;
 mod stored;
 mod views;
@@ -54,10 +54,10 @@ use changes::{Changes, Stages};
 use enclosures::Enclosures;
 use gloss::GlossPasses;
 use lights::Lights;
+use liveness::Scopes;
 use needs::{Gathering, Needs};
 use precompute::Precomputed;
 use report::FrameWatch;
-use liveness::Scopes;
 use std::sync::Arc;
 use std::time::Instant;
 use views::Views;
@@ -135,7 +135,7 @@ impl Renderer {
         let factor_count = form_factors.point_count();
         let is_glossy = made.gloss.is_some();
         let near_lights = near_lights::near_lights(context, &scene, &made)?;
-        let (paths, bits) = ((factor_count, made.area_m2), made.code.cluster_bits);
+        let (paths, bits) = ((factor_count, made.area_m2), made.packing.cluster_bits);
         let gloss = |tables| GlossPasses::new(context, &scene, &made.buffers, tables, paths, bits);
         let gloss = made.gloss.as_ref().map(gloss).transpose()?;
         let mut pyramid =
@@ -158,7 +158,7 @@ impl Renderer {
             points,
             made.merged_rays,
             hemisphere,
-            made.code,
+            made.packing,
             is_glossy,
         )?;
         let mut renderer = Self {

@@ -2,7 +2,7 @@
 
 use super::{Layer, Renderer, Statistics};
 use crate::error::Result;
-use crate::gpu::{Buffer, Parts};
+use crate::gpu::{Buffer, SplitBuffer};
 use crate::passes::precompute::merged_rays::MergedRays;
 use crate::scene::Scene;
 use crate::types::{NO_SIDE, PixelSurface};
@@ -146,7 +146,7 @@ pub struct StageBuffers<'a> {
     /// What all light in them is to be multiplied with: where a single light is active, its emission.
     pub emission_scale: Vec3,
     /// `Contribution`s in cluster order.
-    pub contributions: &'a Parts,
+    pub contributions: &'a SplitBuffer,
     /// `ContributionRange` of each base cluster.
     pub contribution_ranges: &'a Buffer,
     /// 1/area for which each cluster shows, 1/m².

@@ -2,8 +2,8 @@
 
 use super::Statistics;
 use super::enclosures::{Enclosures, lost_lights};
-use super::statistics::{self, Watch};
 use super::quality_warnings::{blurred, outgoing_directions, room, uncovered, undersampled, wide_cells};
+use super::statistics::{self, Watch};
 use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
@@ -11,7 +11,7 @@ use crate::passes::frame::near_field::NearCluster;
 use crate::passes::precompute::cache_points::{self, Geometry, Placed, SizeField};
 use crate::passes::precompute::cluster_views::{self, ViewTables};
 use crate::passes::precompute::entry_points::{self, Strata};
-use crate::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, MIN_ENTRY_POINTS};
+use crate::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere, MIN_ENTRY_POINTS};
 use crate::passes::precompute::gloss::{self, GlossTables};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
@@ -76,7 +76,7 @@ pub(super) struct Precomputed {
     /// None where no material may be glossy.
     pub(super) gloss: Option<GlossTables>,
     pub(super) hemisphere: Hemisphere,
-    pub(super) code: GatherCode,
+    pub(super) packing: GatherTargetPacking,
     pub(super) cluster_tables: ClusterTables,
     /// None where no material may be glossy: then rays ask for clusters no more.
     pub(super) clusters: Option<ClusterBuffers>,
@@ -215,7 +215,8 @@ pub(super) fn precompute(
 
     let near_clusters =
         near_clusters::find(&patches[..extent.end(&hvds)], extent, cell_size, &placement.points);
-    let code = GatherCode::new(hvds.cluster_count(), scene.materials.len(), placement.min_radius)?;
+    let packing =
+        GatherTargetPacking::new(hvds.cluster_count(), scene.materials.len(), placement.min_radius)?;
     let point_count = placement.points.len() as u32;
     let rays = gather_rays::trace(
         context,
@@ -224,7 +225,7 @@ pub(super) fn precompute(
         &cache_points,
         point_count,
         hemisphere,
-        code,
+        packing,
         seed,
         progress,
     )?;
@@ -238,7 +239,7 @@ pub(super) fn precompute(
         hemisphere,
         seed,
     };
-    let mut near_hits = NearHits::find(near, &rays, code)?;
+    let mut near_hits = NearHits::find(near, &rays, packing)?;
     watch.lap("gather rays");
     let directions = Directions::new(quality.directions);
     let outgoing = outgoing_directions(&scene.materials, directions);
@@ -246,7 +247,7 @@ pub(super) fn precompute(
         scene.warnings.extend(blurred(&scene.materials, outgoing));
     }
     let mut views = None;
-    let mut code = code;
+    let mut packing = packing;
     if quality.occlusion {
         let sources = cluster_views::Sources {
             hvds: &hvds,
@@ -259,17 +260,23 @@ pub(super) fn precompute(
             directions,
             clear_distance: clear_distance(&bvh.nodes[0]),
         };
-        let (tables, packed) =
-            cluster_views::build((&Rays::of_segments(context)?, &buffers), sources, &rays, code, progress)?;
-        (views, code) = (Some(tables), packed);
+        let (tables, packed) = cluster_views::build(
+            (&Rays::of_segments(context)?, &buffers),
+            sources,
+            &rays,
+            packing,
+            progress,
+        )?;
+        (views, packing) = (Some(tables), packed);
         watch.lap("occlusion");
     }
     let view_count = views.as_ref().map_or(0, ViewTables::count);
     let near_readers = near_hits.reader_count();
     let part_count = near_hits.entries.len() as u32;
     let tight_parts = near_hits.count_before(tight_count * hemisphere.rays());
-    let code = near_hits.redirect(&rays, code, hvds.cluster_count() + view_count, scene.materials.len())?;
-    let (gloss, code) = gloss::build(
+    let packing =
+        near_hits.redirect(&rays, packing, hvds.cluster_count() + view_count, scene.materials.len())?;
+    let (gloss, packing) = gloss::build(
         gloss::Sources {
             hvds: &hvds,
             view_count: view_count + part_count,
@@ -283,9 +290,9 @@ pub(super) fn precompute(
             directions: outgoing,
         },
         &rays,
-        code,
+        packing,
     )?
-    .map_or((None, code), |(tables, code)| (Some(tables), code));
+    .map_or((None, packing), |(tables, packing)| (Some(tables), packing));
     watch.lap("outgoing directions");
     let merged_rays = MergedRays::new(context, rays, hemisphere)?;
     watch.lap("merged rays");
@@ -331,7 +338,7 @@ pub(super) fn precompute(
         views: views.filter(|views| !views.is_empty()),
         gloss,
         hemisphere,
-        code,
+        packing,
         cluster_tables,
         clusters: is_glossy.then_some(clusters),
         closed: Enclosures { solids, groups: closed, rays: tracer, order: bvh.order, is_due: false },

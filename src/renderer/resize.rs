@@ -37,7 +37,7 @@ impl Renderer {
         let compose = Compose::new(context, buffers, size, self.gloss.is_some())?;
         let tonemap = Tonemap::new(context, pixel_count)?;
         let quality = &self.scene.quality;
-        let paths = (self.gather.code.cluster_bits, quality.entry_points > 0);
+        let paths = (self.gather.packing.cluster_bits, quality.entry_points > 0);
         let of_gloss = |_| GlossPixels::new(context, buffers, pixel_count, quality.gloss_rays, paths);
         let of_gloss = self.gloss.as_ref().map(of_gloss).transpose()?;
         let capacity = of_gloss.as_ref().map(|pixels| pixels.capacity);

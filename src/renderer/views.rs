@@ -26,7 +26,7 @@ impl Views {
     ) -> Result<Self> {
         let clusters = (pyramid.irradiance.bytes() / 12) as u32;
         let Some(tables) = tables else { return Ok(Self(None, clusters)) };
-        let pass = ClusterViews::new(context, clusters, &tables.first_parts, &tables.parts, tables.code)?;
+        let pass = ClusterViews::new(context, clusters, &tables.first_parts, &tables.parts, tables.packing)?;
         pyramid.make_room(context, hvds, tables.count(), tables.pairs.iter().map(|pair| pair[0]))?;
         Ok(Self(Some((tables, pass)), clusters))
     }
@@ -60,7 +60,7 @@ impl Views {
         let mut rows = rays.read()?;
         let quality = &of.scene.quality;
         let directions = (quality.seed, Directions::new(quality.directions));
-        tables.redirect(&mut rows, points, of.gather.hemisphere, directions, of.gather.code, self.1);
+        tables.redirect(&mut rows, points, of.gather.hemisphere, directions, of.gather.packing, self.1);
         rays.write(&rows)
     }
 }

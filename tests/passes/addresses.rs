@@ -5,7 +5,7 @@ use crate::world::{Random, World};
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::entry_points::{Strata, place};
-use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
+use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
 use lightpaths::passes::precompute::light_paths;
 use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::types::{GatherRay, Node, Surface, Triangle};
@@ -39,10 +39,10 @@ fn made(world: &World) -> [Vec<u8>; 4] {
 
     let points = world.cache_points(&mut random, 200, 0.2);
     let points = Buffer::from_slice(context, "cache points", &points).unwrap();
-    let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
+    let packing = GatherTargetPacking::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
     let hemisphere = Hemisphere::new(64);
     let table =
-        gather_rays::trace(context, buffers, clusters, &points, 200, hemisphere, code, SEED, &mut Silent)
+        gather_rays::trace(context, buffers, clusters, &points, 200, hemisphere, packing, SEED, &mut Silent)
             .unwrap();
     let rays: Vec<GatherRay> = table.read().unwrap();
     [

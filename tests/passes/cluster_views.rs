@@ -7,9 +7,9 @@ use lightpaths::cpu;
 use lightpaths::cpu::hemisphere::{Strata, frame};
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::ClusterTables;
-use lightpaths::passes::frame::cluster_views::{ClusterViews, PartCode};
+use lightpaths::passes::frame::cluster_views::{ClusterViews, ProxyPartPacking};
 use lightpaths::passes::precompute::cluster_views::{self, ViewTables};
-use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
+use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
 use lightpaths::passes::precompute::{Silent, rays::Rays};
 use lightpaths::scene::{Scene, directions::Directions, shapes};
 use lightpaths::types::{CachePoint, GatherRay, NO_TARGET};
@@ -21,23 +21,23 @@ fn irradiance_of_views_equals_the_reference() {
     let clusters = world.hvds.cluster_count();
     for count in [0, 1, 63, 64, 65, 997] {
         let mut first_parts = vec![0];
-        let code = PartCode::new(clusters);
+        let packing = ProxyPartPacking::new(clusters);
         let mut parts = Vec::new();
         for _ in 0..count {
-            let part = |_| code.pack(random.below(clusters), 1 + random.below(code.steps()));
+            let part = |_| packing.pack(random.below(clusters), 1 + random.below(packing.steps()));
             parts.extend((0..=count % 7).map(part));
             first_parts.push(parts.len() as u32);
         }
         let irradiance: Vec<Vec3> = (0..clusters + count).map(|_| 1.0 + random.cube()).collect();
         let buffer = Buffer::from_slice(&world.context, "irradiance", &irradiance).unwrap();
-        let pass = ClusterViews::new(&world.context, clusters, &first_parts, &parts, code).unwrap();
+        let pass = ClusterViews::new(&world.context, clusters, &first_parts, &parts, packing).unwrap();
         world.context.run(|rec| pass.record(rec, &buffer)).unwrap();
         let found: Vec<Vec3> = buffer.read().unwrap();
         let (kept, views) = found.split_at(clusters as usize);
         assert!(*kept == irradiance[..clusters as usize], "clusters keep what they have");
         for (device, run) in views.iter().zip(first_parts.windows(2)) {
             let parts = &parts[run[0] as usize..run[1] as usize];
-            let shown = |&part: &u32| (irradiance[code.cluster(part) as usize], code.weight(part));
+            let shown = |&part: &u32| (irradiance[packing.cluster(part) as usize], packing.weight(part));
             let reference = cpu::cluster_views::view(parts.iter().map(shown));
             assert_near(*device, reference, SUM, 0.0, "view");
         }
@@ -66,7 +66,7 @@ fn make(scene: &Scene) -> Made {
     let points = world.cache_points(&mut Random::new(102), 1_000, 0.1);
     let buffer = Buffer::from_slice(&world.context, "cache points", &points).unwrap();
     let hemisphere = Hemisphere::new(HEMISPHERE);
-    let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.01).unwrap();
+    let packing = GatherTargetPacking::new(world.hvds.cluster_count(), world.materials.len(), 0.01).unwrap();
     let clusters = ClusterTables::new(&world.hvds, &many).upload(&world.context).unwrap();
     let rays = gather_rays::trace(
         &world.context,
@@ -75,7 +75,7 @@ fn make(scene: &Scene) -> Made {
         &buffer,
         points.len() as u32,
         hemisphere,
-        code,
+        packing,
         SEED,
         &mut Silent,
     )
@@ -94,10 +94,10 @@ fn make(scene: &Scene) -> Made {
     };
     let tracer = Rays::of_segments(&world.context).unwrap();
     let (tables, packed) =
-        cluster_views::build((&tracer, &world.buffers), sources, &rays, code, &mut Silent).unwrap();
+        cluster_views::build((&tracer, &world.buffers), sources, &rays, packing, &mut Silent).unwrap();
     let after = rays.read().unwrap();
     assert_silent(&world.context);
-    Made { world, points, tables, before, after, bits: [code.cluster_bits, packed.cluster_bits] }
+    Made { world, points, tables, before, after, bits: [packing.cluster_bits, packed.cluster_bits] }
 }
 
 /// Cluster and material.
@@ -120,7 +120,7 @@ fn weights_of_a_view_are_what_its_readers_see() {
     assert!(tables.count() > 50 && tables.pairs.is_sorted());
     for run in tables.first_parts.windows(2) {
         let parts = &tables.parts[run[0] as usize..run[1] as usize];
-        let sum: f64 = parts.iter().map(|&part| f64::from(tables.code.weight(part))).sum();
+        let sum: f64 = parts.iter().map(|&part| f64::from(tables.packing.weight(part))).sum();
         assert!(sum == 1.0 && parts.len() <= 64, "{sum} of {} parts", parts.len());
     }
 
@@ -160,7 +160,7 @@ fn weights_of_a_view_are_what_its_readers_see() {
         assert!(!readers.is_empty());
         let run = &tables.first_parts[pair[2] as usize..][..2];
         let parts = &tables.parts[run[0] as usize..run[1] as usize];
-        assert!(parts.iter().all(|&part| is_below(tables.code.cluster(part), pair[0])));
+        assert!(parts.iter().all(|&part| is_below(tables.packing.cluster(part), pair[0])));
         // What all readers together see of each child, by many points, against what the view says.
         let children =
             world.hvds.first_children[pair[0] as usize]..world.hvds.first_children[pair[0] as usize + 1];
@@ -173,8 +173,8 @@ fn weights_of_a_view_are_what_its_readers_see() {
         let seen: Vec<f64> = children.clone().map(seen).collect();
         let all: f64 = seen.iter().sum();
         for (child, seen) in children.zip(seen) {
-            let weights = parts.iter().filter(|&&part| is_below(tables.code.cluster(part), child));
-            let weight: f64 = weights.map(|&part| f64::from(tables.code.weight(part))).sum();
+            let weights = parts.iter().filter(|&&part| is_below(tables.packing.cluster(part), child));
+            let weight: f64 = weights.map(|&part| f64::from(tables.packing.weight(part))).sum();
             shares += 1;
             // Eight samples of each part: shares of the whole that are off by a tenth are rare.
             wrong += u32::from((weight - seen / all).abs() > 0.1);
@@ -198,10 +198,10 @@ fn views_are_the_same_each_time() {
         let (cluster, material) = unpack(*row, a.bits[0]);
         row.target = material << a.bits[1] | cluster;
     }
-    let code = GatherCode { cluster_bits: a.bits[1], min_distance: 0.01 };
+    let packing = GatherTargetPacking { cluster_bits: a.bits[1], min_distance: 0.01 };
     let hemisphere = Hemisphere::new(HEMISPHERE);
     let clusters = a.world.hvds.cluster_count();
-    a.tables.redirect(&mut rows, &a.points, hemisphere, (SEED, Directions::new(256)), code, clusters);
+    a.tables.redirect(&mut rows, &a.points, hemisphere, (SEED, Directions::new(256)), packing, clusters);
     let differing = rows.iter().zip(&a.after).filter(|(a, b)| a.target != b.target).count();
     // A ray that nothing can hide from may share a pair with one that something can.
     assert!(differing * 10 <= a.tables.readers as usize, "{differing} of {}", a.tables.readers);

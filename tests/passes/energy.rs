@@ -5,7 +5,7 @@ use crate::world::{FLOAT, Random, SUM, World, assert_near};
 use glam::{DVec3, Vec3};
 use lightpaths::cpu;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
-use lightpaths::gpu::{Buffer, Context, Parts};
+use lightpaths::gpu::{Buffer, Context, SplitBuffer};
 use lightpaths::passes::frame::hvds::{
     ClusterFlux, ClusterLayer, ClusterLight, ClusterLists, MIN_SHARE, MIN_VERTICES, Pyramid, VERTICES_AROUND,
     contribution_ranges, indirect_sources,
@@ -99,7 +99,7 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
         let pyramid = Pyramid::new(&context, &hvds, &first_contributions, min_area_m2, true).unwrap();
         let all = ClusterLists::all(&context, &hvds.levels).unwrap();
         let light = light(&context, &factors, Some(&carried), base as u32);
-        let contribution_buffer = Parts::cut(&context, "contributions", &contributions, 97).unwrap();
+        let contribution_buffer = SplitBuffer::cut(&context, "contributions", &contributions, 97).unwrap();
         context.take_redundant_barriers();
         context
             .run(|rec| {
@@ -172,8 +172,9 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
             rows.map(|(row, carried)| light(&context, row, is_glossy.then_some(carried), count)).collect()
         };
         let (lights, alone) = (lights(), lights());
-        let contribution_buffer = Parts::cut(&context, "contributions", &contributions, u32::MAX).unwrap();
-        let cut = Parts::cut(&context, "contributions", &contributions, 61).unwrap();
+        let contribution_buffer =
+            SplitBuffer::cut(&context, "contributions", &contributions, u32::MAX).unwrap();
+        let cut = SplitBuffer::cut(&context, "contributions", &contributions, 61).unwrap();
         let due: Vec<ClusterLight<'_>> = lights.iter().map(OneLight::due).collect();
         let lit: Vec<(Vec3, &Buffer)> =
             emissions.iter().copied().zip(lights.iter().map(|l| &l.layer)).collect();

@@ -8,7 +8,7 @@ use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::gather::{Gather, GatherSources};
 use lightpaths::passes::frame::needed_records::RecordList;
-use lightpaths::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
+use lightpaths::passes::precompute::gather_rays::{GatherTargetPacking, Hemisphere, RayTable};
 use lightpaths::passes::precompute::merged_rays::MergedRayPacking;
 use lightpaths::types::{CachePoint, GatherRay, MergedRay, NO_TARGET, Record, Reflectance};
 
@@ -18,12 +18,12 @@ const ALBEDOS: [Vec3; 3] = [Vec3::new(0.9, 0.5, 0.1), Vec3::ZERO, Vec3::new(0.2,
 /// Rays that read anything, and gradients of any sign and size up to 2, subnormal halves among them.
 pub(crate) fn random_rays(
     random: &mut Random,
-    code: GatherCode,
+    packing: GatherTargetPacking,
     clusters: u32,
     count: u32,
 ) -> Vec<GatherRay> {
     let ray = |_| {
-        let target = random.below(clusters) | random.below(3) << code.cluster_bits;
+        let target = random.below(clusters) | random.below(3) << packing.cluster_bits;
         let target = if random.below(5) == 0 { NO_TARGET } else { target };
         GatherRay { target, gradient: random.word() & 0xbfff_bfff }
     };
@@ -56,7 +56,7 @@ fn random_points(random: &mut Random, count: u32) -> Vec<CachePoint> {
 fn irradiance_and_gradients_equal_the_reference() {
     let context = context();
     let mut random = Random::new(31);
-    let code = GatherCode::new(CLUSTERS, ALBEDOS.len(), 0.037).unwrap();
+    let packing = GatherTargetPacking::new(CLUSTERS, ALBEDOS.len(), 0.037).unwrap();
     let reflectance = |diffuse| Reflectance { diffuse, exponent: 1.0, specular: Vec3::ZERO, flags: 0 };
     let materials = Buffer::from_slice(&context, "materials", &ALBEDOS.map(reflectance)).unwrap();
     // Eight orders of magnitude.
@@ -76,7 +76,7 @@ fn irradiance_and_gradients_equal_the_reference() {
     ] {
         let strata = Strata { rings, sectors: 4 * rings };
         let points = random_points(&mut random, point_count);
-        let mut rays = random_rays(&mut random, code, CLUSTERS, point_count * strata.rays());
+        let mut rays = random_rays(&mut random, packing, CLUSTERS, point_count * strata.rays());
         if let Some(last) = rays.last_chunk_mut::<4>().filter(|_| rings == 1) {
             last.fill(GatherRay { target: NO_TARGET, gradient: 0x3c00_3c00 });
         }
@@ -89,15 +89,15 @@ fn irradiance_and_gradients_equal_the_reference() {
         let colour_buffers =
             colour_parts.map(|part| Buffer::from_slice(&context, "ray colours", part).unwrap());
         let hemisphere = Hemisphere { rings, sectors: strata.sectors };
-        let packing = MergedRayPacking::new(targets(&rays), hemisphere);
+        let merging = MergedRayPacking::new(targets(&rays), hemisphere);
         let sources = Sources {
             albedos: &ALBEDOS,
             irradiance: &irradiance,
-            targets: &packing.targets,
-            target_bits: packing.target_bits,
-            cluster_bits: code.cluster_bits,
-            min_distance: code.min_distance,
-            rotation_unit: packing.rotation_unit,
+            targets: &merging.targets,
+            target_bits: merging.target_bits,
+            cluster_bits: packing.cluster_bits,
+            min_distance: packing.min_distance,
+            rotation_unit: merging.rotation_unit,
             slots: &[],
         };
         let pass = Gather::new(
@@ -111,7 +111,7 @@ fn irradiance_and_gradients_equal_the_reference() {
                 has_colours,
             },
             hemisphere,
-            code,
+            packing,
             false,
         )
         .unwrap();
@@ -133,7 +133,7 @@ fn irradiance_and_gradients_equal_the_reference() {
             assert_eq!(record.position, point.position);
             let colours = if has_colours { colours } else { &[] };
             let (merged_rays, colours): (Vec<MergedRay>, Vec<u32>) =
-                packing.merged_rays(row, colours).into_iter().unzip();
+                merging.merged_rays(row, colours).into_iter().unzip();
             let colours = if has_colours { &colours[..] } else { &[] };
             let reference = gather(sources, strata, point.normal, &merged_rays, colours);
             assert_near(record.irradiance, reference.irradiance, SUM, 0.0, "irradiance");
@@ -141,7 +141,7 @@ fn irradiance_and_gradients_equal_the_reference() {
             // the outermost ring, a turn of which counts √(2·rings) times.
             let brightest = reference.irradiance.max_element();
             let steepness = row.iter().map(|ray| unpack(ray.gradient).abs().max_element()).sum::<f64>();
-            let scale = brightest * steepness / f64::from(code.min_distance);
+            let scale = brightest * steepness / f64::from(packing.min_distance);
             assert_columns(&record.translation, reference.translation, scale, "translation");
             let scale = brightest * f64::from(2 * rings).sqrt();
             assert_columns(&record.rotation, reference.rotation, scale, "rotation");
@@ -187,15 +187,15 @@ fn the_rotational_gradient_is_a_derivative() {
     let strata = Strata { rings: 64, sectors: 256 };
     // A radiance field that depends on the direction in the world only, one cluster for each of 64 steps of height.
     let irradiance: Vec<Vec3> = (0..64).map(|step| Vec3::splat(step as f32)).collect();
-    let packing = MergedRayPacking::new((0..64).collect(), Hemisphere { rings: 64, sectors: 256 });
+    let merging = MergedRayPacking::new((0..64).collect(), Hemisphere { rings: 64, sectors: 256 });
     let sources = Sources {
         albedos: &[Vec3::ONE],
         irradiance: &irradiance,
-        targets: &packing.targets,
-        target_bits: packing.target_bits,
+        targets: &merging.targets,
+        target_bits: merging.target_bits,
         cluster_bits: 8,
         min_distance: 1.0,
-        rotation_unit: packing.rotation_unit,
+        rotation_unit: merging.rotation_unit,
         slots: &[],
     };
     let gathered = |normal: Vec3| {

@@ -10,7 +10,7 @@ use lightpaths::cpu::textures::unpack_colour;
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::clearance::{Clearance, ClearancePush};
-use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere, RayTable};
+use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere, RayTable};
 use lightpaths::types::{CachePoint, NO_TARGET};
 
 const SEED: u32 = 5;
@@ -27,7 +27,7 @@ fn tracing(world: &World, rings: u32) -> Tracing<'_> {
     }
 }
 
-fn trace(world: &World, points: &[CachePoint], rings: u32, code: GatherCode) -> RayTable {
+fn trace(world: &World, points: &[CachePoint], rings: u32, packing: GatherTargetPacking) -> RayTable {
     let buffer = Buffer::from_slice(&world.context, "cache points", points).unwrap();
     let rays = gather_rays::trace(
         &world.context,
@@ -36,7 +36,7 @@ fn trace(world: &World, points: &[CachePoint], rings: u32, code: GatherCode) -> 
         &buffer,
         points.len() as u32,
         Hemisphere { rings, sectors: 4 * rings },
-        code,
+        packing,
         SEED,
         &mut Silent,
     );
@@ -51,14 +51,14 @@ fn targets_and_gradient_weights_equal_the_reference() {
 }
 
 fn targets_and_gradient_weights_equal_the_reference_in(world: &World) {
-    let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
+    let packing = GatherTargetPacking::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
     let mut random = Random::new(41);
     let (mut tinted, mut other_colours) = (0, 0);
     let (mut rays_in_all, mut disagree, mut coarse, mut lost, mut compared) = (0, 0, 0, 0, 0);
     for (rings, count) in [(1, 0), (1, 1), (1, 130), (3, 7), (4, 65), (8, 23)] {
         let points = world.cache_points(&mut random, count, 0.1);
         let tracing = tracing(world, rings);
-        let table = trace(world, &points, rings, code);
+        let table = trace(world, &points, rings, packing);
         let rays = table.read().unwrap();
         let colours: Vec<u32> =
             table.colours.iter().flat_map(|buffer| buffer.read::<u32>().unwrap()).collect();
@@ -68,7 +68,7 @@ fn targets_and_gradient_weights_equal_the_reference_in(world: &World) {
         for ((index, point), row) in (0..).zip(&points).zip(rays.chunks_exact(per_point as usize)) {
             let found: Vec<_> = (0..per_point).map(|ray| tracing.trace(point, index, ray)).collect();
             let target = |target: Option<(u32, u32)>| {
-                target.map_or(NO_TARGET, |(cluster, material)| cluster | material << code.cluster_bits)
+                target.map_or(NO_TARGET, |(cluster, material)| cluster | material << packing.cluster_bits)
             };
             let wrong =
                 row.iter().zip(&found).filter(|(ray, found)| ray.target != target(found.target)).count();
@@ -94,7 +94,7 @@ fn targets_and_gradient_weights_equal_the_reference_in(world: &World) {
             for ray in 0..per_point {
                 // The gradient is linear in the radiances: a ray's weight is its gradient when it alone is bright.
                 let alone = |other: u32| f64::from(u8::from(other == ray));
-                let min_distance = f64::from(code.min_distance);
+                let min_distance = f64::from(packing.min_distance);
                 let weight =
                     translational_gradient(tracing.strata, &distances, alone, min_distance) * min_distance;
                 let stored = unpack(row[ray as usize].gradient);

@@ -16,7 +16,7 @@ use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::gloss::{Gloss, GlossBeam, GlossLight};
 use lightpaths::passes::frame::hvds::contribution_ranges;
 use lightpaths::passes::precompute::Silent;
-use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
+use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
 use lightpaths::passes::precompute::gloss::{self, GlossTables};
 use lightpaths::passes::precompute::light_paths;
 use lightpaths::passes::precompute::path_orders::LightPaths;
@@ -37,9 +37,9 @@ pub(crate) struct Glossy {
     pub(crate) paths: LightPaths,
     pub(crate) points: Vec<CachePoint>,
     pub(crate) traced: Vec<GatherRay>,
-    pub(crate) code: GatherCode,
+    pub(crate) packing: GatherTargetPacking,
     pub(crate) packed: Vec<GatherRay>,
-    pub(crate) packed_code: GatherCode,
+    pub(crate) target_packing: GatherTargetPacking,
     pub(crate) tables: GlossTables,
 }
 
@@ -75,7 +75,8 @@ impl Glossy {
         )
         .unwrap();
         let points = world.cache_points(&mut random, 300, 0.1);
-        let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
+        let packing =
+            GatherTargetPacking::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
         let rays = gather_rays::trace(
             &world.context,
             &world.buffers,
@@ -83,7 +84,7 @@ impl Glossy {
             &Buffer::from_slice(&world.context, "cache points", &points).unwrap(),
             points.len() as u32,
             HEMISPHERE,
-            code,
+            packing,
             SEED,
             &mut Silent,
         )
@@ -101,9 +102,9 @@ impl Glossy {
             seed: SEED,
             directions: DIRECTIONS,
         };
-        let (tables, packed_code) = gloss::build(sources, &rays, code).unwrap().unwrap();
+        let (tables, target_packing) = gloss::build(sources, &rays, packing).unwrap().unwrap();
         let packed = rays.read().unwrap();
-        Self { world, entry_points, paths, points, traced, code, packed, packed_code, tables }
+        Self { world, entry_points, paths, points, traced, packing, packed, target_packing, tables }
     }
 
     pub(crate) fn material_of(&self, side: u32) -> usize {
@@ -134,11 +135,11 @@ fn rays_that_meet_glossy_surfaces_read_the_direction_that_they_come_from() {
             assert_eq!(after.target, NO_TARGET);
             continue;
         }
-        let unpack = |target: u32, code: GatherCode| {
-            (target & ((1 << code.cluster_bits) - 1), target >> code.cluster_bits)
+        let unpack = |target: u32, packing: GatherTargetPacking| {
+            (target & ((1 << packing.cluster_bits) - 1), target >> packing.cluster_bits)
         };
-        let (cluster, material) = unpack(before.target, glossy.code);
-        let (read, same) = unpack(after.target, glossy.packed_code);
+        let (cluster, material) = unpack(before.target, glossy.packing);
+        let (read, same) = unpack(after.target, glossy.target_packing);
         assert_eq!(material, same);
         if !glossy.world.materials[material as usize].may_be_glossy() {
             diffuse += 1;

@@ -57,7 +57,7 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
     let runs = Buffer::from_slice(&world.context, "contribution runs", &runs).unwrap();
     let contributions =
         Buffer::from_slice(&world.context, "contributions", &glossy.paths.contributions).unwrap();
-    let bits = glossy.code.cluster_bits;
+    let bits = glossy.packing.cluster_bits;
     let tracing = Tracing {
         geometry: world.geometry(),
         hvds: &world.hvds,

@@ -45,9 +45,9 @@ pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss,
         .collect();
     for has_colours in [false, true] {
         let points = Buffer::from_slice(context, "cache points", &glossy.points).unwrap();
-        let (code, rays) = (glossy.packed_code, table(has_colours));
+        let (packing, rays) = (glossy.target_packing, table(has_colours));
         let list = RecordList::all(context, point_count, rays.rows_per_buffer).unwrap();
-        let pass = Gather::new(context, points, point_count, rays, HEMISPHERE, code, true).unwrap();
+        let pass = Gather::new(context, points, point_count, rays, HEMISPHERE, packing, true).unwrap();
         let sources = GatherSources {
             materials: &world.buffers.materials,
             irradiance: &irradiance_buffer,
@@ -57,15 +57,15 @@ pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss,
         context.run(|rec| pass.record(rec, sources, &list)).unwrap();
         let records: Vec<Record> = pass.records.read().unwrap();
         let targets = glossy.packed.iter().map(|ray| ray.target).filter(|&target| target != NO_TARGET);
-        let packing = MergedRayPacking::new(targets.collect(), HEMISPHERE);
+        let merging = MergedRayPacking::new(targets.collect(), HEMISPHERE);
         let sources = gather::Sources {
             albedos: &albedos,
             irradiance: &irradiance,
-            targets: &packing.targets,
-            target_bits: packing.target_bits,
-            cluster_bits: code.cluster_bits,
-            min_distance: code.min_distance,
-            rotation_unit: packing.rotation_unit,
+            targets: &merging.targets,
+            target_bits: merging.target_bits,
+            cluster_bits: packing.cluster_bits,
+            min_distance: packing.min_distance,
+            rotation_unit: merging.rotation_unit,
             slots: &slots,
         };
         let strata = Strata { rings: HEMISPHERE.rings, sectors: HEMISPHERE.sectors };
@@ -75,7 +75,7 @@ pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss,
         {
             let colours = if has_colours { colours } else { &[] };
             let (merged_rays, colours): (Vec<MergedRay>, Vec<u32>) =
-                packing.merged_rays(row, colours).into_iter().unzip();
+                merging.merged_rays(row, colours).into_iter().unzip();
             let colours = if has_colours { &colours[..] } else { &[] };
             let reference = gather::gather(sources, strata, point.normal, &merged_rays, colours);
             assert_near(record.irradiance, reference.irradiance, SUM, 0.0, "gathered slots");
@@ -106,7 +106,7 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
     let primary = Primary::new(context, count).unwrap();
     let clusters = world.hvds.cluster_count() as usize;
     let inverse_areas: Vec<f32> = (0..clusters).map(|_| 1.0 + random.unit()).collect();
-    let bits = glossy.code.cluster_bits;
+    let bits = glossy.packing.cluster_bits;
     let pass = GlossPixels::new(context, &world.buffers, count, LOBE_RAYS, (bits, true)).unwrap();
     let slots = SlotReads::none(context).unwrap();
     let around = Surroundings {
@@ -170,7 +170,7 @@ pub(crate) fn pixels_read_the_slots_of_broad_lobes(
     let (view, count) = (View::from(&camera), camera.size[0] * camera.size[1]);
     let primary = Primary::new(context, count).unwrap();
     let clusters = world.hvds.cluster_count() as usize;
-    let bits = glossy.code.cluster_bits;
+    let bits = glossy.packing.cluster_bits;
     let materials = world.reflectances();
     let exponents: Vec<f32> = materials[..2].iter().map(|material| material.exponent).collect();
     let between = 0.5 * (exponents[0] + exponents[1]);

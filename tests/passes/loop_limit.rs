@@ -15,7 +15,7 @@ use lightpaths::passes::frame::gloss_pixels::GlossPixels;
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::frame::slot_reads::SlotReads;
 use lightpaths::passes::precompute::Silent;
-use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
+use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
 use lightpaths::passes::precompute::light_paths;
 use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::passes::reference::photon_reach;
@@ -134,8 +134,8 @@ fn kernels_of_frames_say_it_in(world: &mut World, is_truncated: bool) {
         pass.record(&mut rec.pass("form_factors"), &world.buffers, light, &factors);
     });
 
-    let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
-    let pass = GlossPixels::new(&context, &world.buffers, PIXELS, 4, (code.cluster_bits, true)).unwrap();
+    let packing = GatherTargetPacking::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
+    let pass = GlossPixels::new(&context, &world.buffers, PIXELS, 4, (packing.cluster_bits, true)).unwrap();
     let slots = SlotReads::none(&context).unwrap();
     assert_said(world, is_truncated, "gloss_rays", |world, rec| {
         pass.record_rays(rec, &world.buffers, (&world.clusters, &slots), &primary.pixels, &view, 5);
@@ -168,7 +168,7 @@ fn kernels_of_the_precomputation_and_of_photons_are_refused_in(world: &mut World
     );
 
     let cache_points = world.cache_points(&mut Random::new(4), 40, 0.1);
-    let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
+    let packing = GatherTargetPacking::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
     let buffer = Buffer::from_slice(context, "cache points", &cache_points).unwrap();
     let rays = gather_rays::trace(
         context,
@@ -177,7 +177,7 @@ fn kernels_of_the_precomputation_and_of_photons_are_refused_in(world: &mut World
         &buffer,
         40,
         Hemisphere::new(16),
-        code,
+        packing,
         5,
         &mut Silent,
     );

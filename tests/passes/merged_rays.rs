@@ -7,7 +7,7 @@ use glam::DVec2;
 use lightpaths::cpu::gather::{unpack, unpack_change};
 use lightpaths::cpu::hemisphere::Strata;
 use lightpaths::gpu::Buffer;
-use lightpaths::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
+use lightpaths::passes::precompute::gather_rays::{GatherTargetPacking, Hemisphere, RayTable};
 use lightpaths::passes::precompute::merged_rays::{MergedRayPacking, MergedRays};
 use lightpaths::types::{MergedRay, NO_TARGET};
 use std::collections::BTreeMap;
@@ -23,9 +23,9 @@ fn merged_rays_add_up_the_rays_that_meet_one_target() {
         [(8, 7, 0, 21), (8, 7, 3, 21), (3, 1, 0, 3), (1, 100_000, 0, 9_000)]
     {
         let strata = Strata { rings, sectors: 4 * rings };
-        let code = GatherCode::new(clusters, 3, 1.0).unwrap();
+        let packing = GatherTargetPacking::new(clusters, 3, 1.0).unwrap();
         let rows = if rings == 1 { 4_000 } else { 40 };
-        let rays = random_rays(&mut random, code, clusters, rows * strata.rays());
+        let rays = random_rays(&mut random, packing, clusters, rows * strata.rays());
         let tinted = rays.iter().filter(|_| colour_count > 0);
         let colours: Vec<u32> = tinted.map(|_| random.below(colour_count.max(1))).collect();
         let packing = MergedRayPacking::new(targets(&rays), Hemisphere { rings, sectors: 4 * rings });
@@ -74,9 +74,9 @@ fn merged_rays_add_up_the_rays_that_meet_one_target() {
 fn merged_rays_stand_point_by_point_in_parts() {
     let (context, mut random) = (context(), Random::new(41));
     let hemisphere = Hemisphere { rings: 2, sectors: 8 };
-    let code = GatherCode::new(501, 3, 1.0).unwrap();
+    let packing = GatherTargetPacking::new(501, 3, 1.0).unwrap();
     for (points, rows) in [(0, 1), (1, 1), (7, 7), (7, 3), (64, 63)] {
-        let rays = random_rays(&mut random, code, 501, points * hemisphere.rays());
+        let rays = random_rays(&mut random, packing, 501, points * hemisphere.rays());
         let parts = rays.chunks((rows * hemisphere.rays()) as usize);
         let buffers: Vec<Buffer> =
             parts.map(|part| Buffer::from_slice(&context, "gather rays", part).unwrap()).collect();

@@ -5,7 +5,7 @@ use crate::world::{Random, SUM, World, assert_near};
 use glam::{DVec3, Mat3, Vec3};
 use lightpaths::cpu;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
-use lightpaths::gpu::{Buffer, Parts};
+use lightpaths::gpu::{Buffer, SplitBuffer};
 use lightpaths::passes::frame::hvds::{ClusterFlux, ClusterLight, ClusterLists, Pyramid};
 use lightpaths::passes::frame::near_field::{NearCluster, NearField};
 use lightpaths::passes::precompute::cache_points::Placed;
@@ -32,7 +32,7 @@ fn irradiance_of_near_clusters_equals_the_reference() {
     let factors = Buffer::from_slice(&world.context, "factors", &factors).unwrap();
     let layer = Pyramid::layer(&world.context, base as u32).unwrap();
     let light = ClusterLight { factors: &factors, carried: None, layer: &layer };
-    let contributions = Parts::cut(&world.context, "contributions", &contributions, u32::MAX).unwrap();
+    let contributions = SplitBuffer::cut(&world.context, "contributions", &contributions, u32::MAX).unwrap();
     for count in [0, 1, 63, 64, 65, 997] {
         let record = |_| Record {
             position: random.cube(),
@@ -48,7 +48,7 @@ fn irradiance_of_near_clusters_equals_the_reference() {
             target: 2 * index + 1,
         };
         let near: Vec<NearCluster> = (0..count).map(near).collect();
-        // Parts of clusters, near or not, with targets behind them all.
+        // SplitBuffer of clusters, near or not, with targets behind them all.
         let part = |index: u32| NearCluster {
             cluster: random.below(world.hvds.cluster_count()),
             record: random.below(50),

@@ -7,7 +7,7 @@ use lightpaths::cpu::hemisphere::{Strata, frame};
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::precompute::Silent;
 use lightpaths::passes::precompute::cache_points::Placed;
-use lightpaths::passes::precompute::gather_rays::{self, GatherCode, Hemisphere};
+use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
 use lightpaths::passes::precompute::near_clusters::{self, Extent};
 use lightpaths::passes::precompute::near_hits::{NearHits, Sources};
 use lightpaths::types::{GatherRay, MAY_BE_GLOSSY, NO_TARGET};
@@ -28,7 +28,7 @@ fn near_hits_of(world: &World) {
     let (materials, clusters) = (world.materials.len(), world.hvds.cluster_count());
     let hemisphere = Hemisphere::new(64);
     let strata = Strata { rings: hemisphere.rings, sectors: hemisphere.sectors };
-    let code = GatherCode::new(clusters, materials, 0.05).unwrap();
+    let packing = GatherTargetPacking::new(clusters, materials, 0.05).unwrap();
     let mut random = Random::new(57);
     let place = |point| Placed { point, clearance: 0.1 };
     let points: Vec<Placed> = world.cache_points(&mut random, 700, 0.2).into_iter().map(place).collect();
@@ -43,7 +43,7 @@ fn near_hits_of(world: &World) {
         &cache_points,
         count,
         hemisphere,
-        code,
+        packing,
         SEED,
         progress,
     )
@@ -66,16 +66,16 @@ fn near_hits_of(world: &World) {
         hemisphere,
         seed: SEED,
     };
-    let mut near = NearHits::find(sources, &table, code).unwrap();
+    let mut near = NearHits::find(sources, &table, packing).unwrap();
     let out: Vec<GatherRay> = table.read().unwrap();
     let views = 17;
     let readers = near.reader_count();
-    let packed = near.redirect(&table, code, clusters + views, materials).unwrap();
+    let packed = near.redirect(&table, packing, clusters + views, materials).unwrap();
     let after: Vec<GatherRay> = table.read().unwrap();
 
     let may_be_glossy = |material: u32| world.reflectances()[material as usize].flags & MAY_BE_GLOSSY != 0;
-    let unpack = |target: u32, code: GatherCode| {
-        (target & ((1 << code.cluster_bits) - 1), target >> code.cluster_bits)
+    let unpack = |target: u32, packing: GatherTargetPacking| {
+        (target & ((1 << packing.cluster_bits) - 1), target >> packing.cluster_bits)
     };
     let mut places: HashMap<u32, Vec<(u32, DVec3)>> = HashMap::new();
     let mut untouched = 0;
@@ -86,7 +86,7 @@ fn near_hits_of(world: &World) {
             assert_eq!(after.target, NO_TARGET);
             continue;
         }
-        let (cluster, material) = unpack(before.target, code);
+        let (cluster, material) = unpack(before.target, packing);
         let (read, reads) = unpack(after.target, packed);
         assert_eq!(material, reads);
         let from = &points[point as usize].point;
@@ -142,11 +142,20 @@ fn near_hits_of(world: &World) {
 fn without_near_points_all_stays() {
     let world = World::room();
     let hemisphere = Hemisphere::new(16);
-    let code = GatherCode::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
+    let packing = GatherTargetPacking::new(world.hvds.cluster_count(), world.materials.len(), 0.05).unwrap();
     let cache_points = Buffer::from_slice::<Vec3>(&world.context, "cache points", &[]).unwrap();
     let (context, buffers, clusters) = (&world.context, &world.buffers, &world.clusters);
-    let table =
-        gather_rays::trace(context, buffers, clusters, &cache_points, 0, hemisphere, code, SEED, &mut Silent);
+    let table = gather_rays::trace(
+        context,
+        buffers,
+        clusters,
+        &cache_points,
+        0,
+        hemisphere,
+        packing,
+        SEED,
+        &mut Silent,
+    );
     let (table, materials) = (table.unwrap(), &world.materials);
     let (patches, points) = (&[], &[]);
     let sources = Sources {
@@ -159,8 +168,8 @@ fn without_near_points_all_stays() {
         hemisphere,
         seed: SEED,
     };
-    let mut near = NearHits::find(sources, &table, code).unwrap();
+    let mut near = NearHits::find(sources, &table, packing).unwrap();
     assert!(near.entries.is_empty());
-    let packed = near.redirect(&table, code, world.hvds.cluster_count(), materials.len()).unwrap();
-    assert_eq!(packed.cluster_bits, code.cluster_bits);
+    let packed = near.redirect(&table, packing, world.hvds.cluster_count(), materials.len()).unwrap();
+    assert_eq!(packed.cluster_bits, packing.cluster_bits);
 }

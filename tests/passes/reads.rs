@@ -4,13 +4,13 @@ use crate::common::{assert_silent, context};
 use crate::world::{Random, World};
 use glam::Vec3;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
-use lightpaths::gpu::{Buffer, Parts};
+use lightpaths::gpu::{Buffer, SplitBuffer};
 use lightpaths::passes::frame::hvds::{
     ClusterLight, ClusterLists, MIN_VERTICES, Pyramid, contribution_ranges, indirect_sources,
 };
 use lightpaths::passes::frame::near_field::NearCluster;
 use lightpaths::passes::precompute::cluster_views::ViewTables;
-use lightpaths::passes::precompute::gather_rays::{GatherCode, RayTable};
+use lightpaths::passes::precompute::gather_rays::{GatherTargetPacking, RayTable};
 use lightpaths::passes::precompute::reads::Reads;
 use lightpaths::scene::hvds::Hvds;
 use lightpaths::types::{Contribution, GatherRay, NO_CLUSTER, NO_TARGET, OPEN};
@@ -28,7 +28,7 @@ fn random_views(random: &mut Random, clusters: u32, count: u32) -> ViewTables {
     let mut views = ViewTables::new(clusters);
     for _ in 0..count {
         let parts = 1 + random.below(5);
-        views.parts.extend((0..parts).map(|_| views.code.pack(random.below(clusters), 1)));
+        views.parts.extend((0..parts).map(|_| views.packing.pack(random.below(clusters), 1)));
         views.first_parts.push(views.parts.len() as u32);
     }
     views
@@ -50,7 +50,7 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
     };
     let contributions: Vec<Contribution> = (0..=first_contributions[2 * base]).map(contribution).collect();
     let factors: Vec<f32> = (0..99).map(|_| 1.0 + random.unit()).collect();
-    let contributions = Parts::cut(&context, "contributions", &contributions, u32::MAX).unwrap();
+    let contributions = SplitBuffer::cut(&context, "contributions", &contributions, u32::MAX).unwrap();
     let factors = Buffer::from_slice(&context, "factors", &factors).unwrap();
     let sources = indirect_sources(&hvds, &contribution_ranges(&hvds, &first_contributions), MIN_VERTICES);
     for (ray_count, view_count, part_count) in [(0, 0, 0), (1, 0, 0), (40, 0, 5), (40, 9, 0), (400, 70, 20)] {
@@ -62,14 +62,14 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
             })
             .collect();
         let views = random_views(&mut random, clusters, view_count);
-        let code = GatherCode::new(taken + part_count, 3, 1.0).unwrap();
+        let packing = GatherTargetPacking::new(taken + part_count, 3, 1.0).unwrap();
         let rays: Vec<GatherRay> = (0..2 * ray_count)
             .map(|_| {
                 // Fine clusters mostly; some rays leave the scene.
                 let end = 1 + random.below(taken + part_count);
                 let cluster = random.below(end);
                 let cluster = if random.below(4) == 0 { taken + part_count - 1 - cluster } else { cluster };
-                let target = cluster | random.below(3) << code.cluster_bits;
+                let target = cluster | random.below(3) << packing.cluster_bits;
                 GatherRay { target: if random.below(5) == 0 { NO_TARGET } else { target }, gradient: 0 }
             })
             .collect();
@@ -81,9 +81,9 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
             has_colours: false,
         };
         let views_read = (view_count > 0).then_some(&views);
-        let reads = Reads::find(&hvds, &table, code, views_read, &near_parts, &sources).unwrap();
+        let reads = Reads::find(&hvds, &table, packing, views_read, &near_parts, &sources).unwrap();
 
-        let mask = (1 << code.cluster_bits) - 1;
+        let mask = (1 << packing.cluster_bits) - 1;
         let targets = rays.iter().filter(|ray| ray.target != NO_TARGET).map(|ray| ray.target & mask);
         let mut read: Vec<u32> = near_parts.iter().map(|part| part.cluster).collect();
         for target in targets.filter(|&target| target < taken) {
@@ -91,7 +91,7 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
                 None => read.push(target),
                 Some(view) => {
                     let [first, end] = [view, view + 1].map(|view| views.first_parts[view as usize] as usize);
-                    read.extend(views.parts[first..end].iter().map(|&part| views.code.cluster(part)));
+                    read.extend(views.parts[first..end].iter().map(|&part| views.packing.cluster(part)));
                 }
             }
         }

@@ -32,7 +32,7 @@ impl Random {
         Self(Vec::new().into_iter(), seed << 32)
     }
 
-    pub(crate) fn host_flag(&mut self) -> u32 {
+    pub(crate) fn word(&mut self) -> u32 {
         if self.0.as_slice().is_empty() {
             self.1 += 1;
             self.0 = random_words(self.1, 4096).into_iter();

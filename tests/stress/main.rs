@@ -1,7 +1,6 @@
 //! What renderers break on: odd sizes, odd places, odd powers, and the order of things.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-mod pass_costs;
 mod boxes;
 mod closed;
 #[path = "../common/mod.rs"]
@@ -15,6 +14,7 @@ mod film;
 mod geometry;
 mod loop_limit;
 mod near_lights;
+mod pass_costs;
 mod rays;
 mod single_edits;
 mod views;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 /// How a part of a view is packed: `cluster << weight_bits | (steps - 1)`. All steps of a view's parts together make its weight of 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PartCode {
+pub struct ProxyPartPacking {
     /// Bits of a weight.
     pub weight_bits: u32,
 }
@@ -16,7 +16,7 @@ pub struct PartCode {
 /// Bits of a weight at most: views that differ in rounding only should be one.
 const MAX_WEIGHT_BITS: u32 = 12;
 
-impl PartCode {
+impl ProxyPartPacking {
     /// Leaves weights what so many clusters do not take.
     pub fn new(clusters: u32) -> Self {
         Self { weight_bits: clusters.leading_zeros().min(MAX_WEIGHT_BITS) }
@@ -63,7 +63,7 @@ pub struct ClusterViews {
     pipeline: Pipeline,
     cluster_count: u32,
     view_count: u32,
-    code: PartCode,
+    packing: ProxyPartPacking,
     first_parts: Buffer,
     parts: Buffer,
 }
@@ -72,7 +72,7 @@ impl ClusterViews {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "cluster_views";
 
-    /// Uploads the lists: `first_parts` has the first part of each view, and the end; `parts` are packed with that code.
+    /// Uploads the lists: `first_parts` has the first part of each view, and the end; `parts` are packed with that packing.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -81,13 +81,13 @@ impl ClusterViews {
         cluster_count: u32,
         first_parts: &[u32],
         parts: &[u32],
-        code: PartCode,
+        packing: ProxyPartPacking,
     ) -> Result<Self> {
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
             cluster_count,
             view_count: first_parts.len() as u32 - 1,
-            code,
+            packing,
             first_parts: Buffer::from_slice(context, "first view parts", first_parts)?,
             parts: Buffer::from_slice(context, "view parts", parts)?,
         })
@@ -108,7 +108,7 @@ impl ClusterViews {
             &ClusterViewsPush {
                 cluster_count: self.cluster_count,
                 view_count: self.view_count,
-                weight_bits: self.code.weight_bits,
+                weight_bits: self.packing.weight_bits,
             },
             &[("FirstParts", &self.first_parts), ("ViewParts", &self.parts), ("Irradiance", irradiance)],
         );

@@ -6,7 +6,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
-use crate::gpu::{Buffer, Context, SplitPart, SplitBuffer, PassScope, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder, SplitBuffer, SplitPart};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::light_sum::LightSum;
 use crate::passes::frame::shafts::{BATCH, ShaftKernel, Shafts};

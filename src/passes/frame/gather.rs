@@ -8,7 +8,7 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::gloss::Gloss;
 use crate::passes::frame::needed_records::RecordList;
 use crate::passes::has_textures;
-use crate::passes::precompute::gather_rays::{GatherCode, Hemisphere, RayTable};
+use crate::passes::precompute::gather_rays::{GatherTargetPacking, Hemisphere, RayTable};
 use crate::passes::precompute::merged_rays::MergedRays;
 use crate::types::Record;
 use bytemuck::Zeroable;
@@ -66,7 +66,7 @@ pub struct Gather {
     pipeline: Pipeline,
     point_count: u32,
     /// How the rays were packed.
-    pub code: GatherCode,
+    pub packing: GatherTargetPacking,
     /// How a hemisphere is stratified.
     pub hemisphere: Hemisphere,
     /// `CachePoint`s.
@@ -95,11 +95,11 @@ impl Gather {
         point_count: u32,
         rays: RayTable,
         hemisphere: Hemisphere,
-        code: GatherCode,
+        packing: GatherTargetPacking,
         is_glossy: bool,
     ) -> Result<Self> {
         let merged_rays = MergedRays::new(context, rays, hemisphere)?;
-        Self::of_merged_rays(context, cache_points, point_count, merged_rays, hemisphere, code, is_glossy)
+        Self::of_merged_rays(context, cache_points, point_count, merged_rays, hemisphere, packing, is_glossy)
     }
 
     /// The same, of rays that are merged.
@@ -112,7 +112,7 @@ impl Gather {
         point_count: u32,
         merged_rays: MergedRays,
         hemisphere: Hemisphere,
-        code: GatherCode,
+        packing: GatherTargetPacking,
         is_glossy: bool,
     ) -> Result<Self> {
         let glossy_constant = ("IS_GLOSSY", u32::from(is_glossy));
@@ -124,7 +124,7 @@ impl Gather {
             radiance: Pipeline::new(context, "gather_radiance", &[glossy_constant])?,
             pipeline: Pipeline::new(context, Self::STEM, &constants)?,
             point_count,
-            code,
+            packing,
             hemisphere,
             cache_points,
             radiances: room(merged_rays.target_count, 16)?,
@@ -158,7 +158,7 @@ impl Gather {
             [target_count, 1, 1],
             &GatherRadiancePush {
                 target_count,
-                cluster_bits: self.code.cluster_bits,
+                cluster_bits: self.packing.cluster_bits,
                 cluster_count: (irradiance.bytes() / 12) as u32,
             },
             &[
@@ -182,7 +182,7 @@ impl Gather {
                     first_point: merged_rays.points.start,
                     end_point: merged_rays.points.end,
                     target_bits: self.merged_rays.target_bits,
-                    min_distance: self.code.min_distance,
+                    min_distance: self.packing.min_distance,
                     rotation_unit: self.merged_rays.rotation_unit,
                     stratum: std::f32::consts::PI / self.hemisphere.rays() as f32,
                 },

@@ -5,7 +5,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, SplitBuffer, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, Pipeline, Recorder, SplitBuffer};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::frame::light_sum::LightSum;
 use crate::scene::hvds::Hvds;

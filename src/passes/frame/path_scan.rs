@@ -5,7 +5,7 @@
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
-use crate::gpu::{Buffer, Context, SplitPart, SplitBuffer, Pipeline, Recorder};
+use crate::gpu::{Buffer, Context, Pipeline, Recorder, SplitBuffer, SplitPart};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::has_textures;
 use crate::types::Contribution;
@@ -159,8 +159,9 @@ impl PathScan {
             [group, ("IS_GLOSSY", u32::from(!lobes.is_empty())), has_textures(!colours.is_empty())];
         let lobes =
             (!lobes.is_empty()).then(|| SplitBuffer::cut(context, "path lobes", lobes, most)).transpose()?;
-        let colours =
-            (!colours.is_empty()).then(|| SplitBuffer::cut(context, "step colours", colours, most)).transpose()?;
+        let colours = (!colours.is_empty())
+            .then(|| SplitBuffer::cut(context, "step colours", colours, most))
+            .transpose()?;
         let step_count = steps.len() as u32;
         let block_count = u64::from(step_count.div_ceil(BLOCK_STEPS));
         Ok(Self {
@@ -284,7 +285,8 @@ impl PathScan {
                 if blocks.is_empty() {
                     continue;
                 }
-                let beside = |list: &'a Option<SplitBuffer>| list.iter().flat_map(SplitBuffer::iter).nth(index);
+                let beside =
+                    |list: &'a Option<SplitBuffer>| list.iter().flat_map(SplitBuffer::iter).nth(index);
                 let [lobes, colours] = [&self.lobes, &self.colours].map(|list| beside(list).unwrap_or(steps));
                 bound.extend(self.contributions.iter().map(|contributions| Bound {
                     blocks: blocks.clone(),

@@ -5,12 +5,12 @@
 //! hides a part of the cluster, the pair becomes a *view*: the mean over the clusters below it, each weighted by its open share,
 //! its area and its cosine with the direction. Where nothing is hidden, or all alike, rays keep the cluster.
 
-use super::gather_rays::{GatherCode, Hemisphere, RayDirections, RayTable};
+use super::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
 use super::occlusion::{Ask, Cells, Hiding, Readers, Seen};
 use super::{Progress, rays::Rays, shares};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
-use crate::passes::frame::cluster_views::PartCode;
+use crate::passes::frame::cluster_views::ProxyPartPacking;
 use crate::passes::precompute::gather_rays::MIN_ENTRY_POINTS;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
@@ -62,7 +62,7 @@ pub struct ViewTables {
     /// Parts of the views, packed.
     pub parts: Vec<u32>,
     /// How they are packed.
-    pub code: PartCode,
+    pub packing: ProxyPartPacking,
     /// Cluster, direction and view of each pair that is one, in this order.
     pub pairs: Vec<[u32; 3]>,
     /// Pairs that were measured with rays.
@@ -111,16 +111,16 @@ pub fn build(
     (rays, scene): (&Rays, &SceneBuffers),
     sources: Sources<'_>,
     table: &RayTable,
-    code: GatherCode,
+    packing: GatherTargetPacking,
     progress: &mut dyn Progress,
-) -> Result<(ViewTables, GatherCode)> {
+) -> Result<(ViewTables, GatherTargetPacking)> {
     let mut tables = ViewTables::new(sources.hvds.cluster_count());
     let cells = Cells::new(sources.hvds, sources.surfaces, sources.clear_distance);
-    let readers = readers(&sources, &cells, table, code)?;
+    let readers = readers(&sources, &cells, table, packing)?;
     let runs: Vec<&[(u64, u32)]> = readers.chunk_by(|a, b| a.0 == b.0).collect();
 
     progress.stage("occlusion", runs.len() as u64);
-    let room = GatherCode::max_clusters(sources.materials.len())
+    let room = GatherTargetPacking::max_clusters(sources.materials.len())
         .saturating_sub(u64::from(sources.hvds.cluster_count()));
     let mut known: HashMap<Vec<(u32, u32)>, u32> = HashMap::new();
     let mut redirected = Vec::new();
@@ -145,7 +145,7 @@ pub fn build(
             }
             let view = *known.entry(weights.clone()).or_insert(next);
             if view == next {
-                let packed = tables.code;
+                let packed = tables.packing;
                 let part = |&(cluster, steps): &(u32, u32)| packed.pack(cluster, steps);
                 tables.parts.extend(weights.iter().map(part));
                 tables.first_parts.push(tables.parts.len() as u32);
@@ -160,16 +160,17 @@ pub fn build(
     tables.measured = runs.len() as u64;
     tables.readers = redirected.len() as u64;
     if tables.is_empty() {
-        return Ok((tables, code));
+        return Ok((tables, packing));
     }
     let clusters = sources.hvds.cluster_count();
-    let packed = GatherCode::new(clusters + tables.count(), sources.materials.len(), code.min_distance)?;
-    let mask = (1 << code.cluster_bits) - 1;
+    let packed =
+        GatherTargetPacking::new(clusters + tables.count(), sources.materials.len(), packing.min_distance)?;
+    let mask = (1 << packing.cluster_bits) - 1;
     redirected.sort_unstable();
     let mut redirected = redirected.as_slice();
     table.revise(1, |first, rays| {
         for ray in rays.iter_mut().filter(|ray| ray.target != NO_TARGET) {
-            ray.target = ray.target & mask | ray.target >> code.cluster_bits << packed.cluster_bits;
+            ray.target = ray.target & mask | ray.target >> packing.cluster_bits << packed.cluster_bits;
         }
         let of_piece = redirected.partition_point(|&(ray, _)| (ray as usize) < first + rays.len());
         let (here, others) = redirected.split_at(of_piece);
@@ -187,16 +188,16 @@ fn readers(
     sources: &Sources<'_>,
     cells: &Cells<'_>,
     table: &RayTable,
-    code: GatherCode,
+    packing: GatherTargetPacking,
 ) -> Result<Vec<(u64, u32)>> {
     let base = sources.hvds.levels[0].end;
     let directions = sources.ray_directions();
     let cluster_of = |row: &GatherRay| {
-        let cluster = row.target & ((1 << code.cluster_bits) - 1);
+        let cluster = row.target & ((1 << packing.cluster_bits) - 1);
         if row.target == NO_TARGET || cluster < base {
             return None;
         }
-        let material = &sources.materials[(row.target >> code.cluster_bits) as usize];
+        let material = &sources.materials[(row.target >> packing.cluster_bits) as usize];
         (!material.may_be_glossy()).then_some(cluster)
     };
     let mut is_read = vec![false; sources.hvds.cluster_count() as usize];
@@ -332,7 +333,7 @@ fn outcome(sources: &Sources<'_>, pair: &Pair) -> Outcome {
     if trust < f64::from(MIN_ENTRY_POINTS) {
         return Outcome::Poor;
     }
-    let all = PartCode::new(sources.hvds.cluster_count()).steps();
+    let all = ProxyPartPacking::new(sources.hvds.cluster_count()).steps();
     let in_steps = |(node, weight): (&Node, &f64)| (node.cluster, (weight * f64::from(all)).round() as u32);
     let steps = pair.nodes.iter().zip(&seen).map(in_steps);
     let mut steps: Vec<(u32, u32)> = steps.filter(|&(_, steps)| steps > 0).collect();
@@ -349,7 +350,7 @@ impl ViewTables {
         Self {
             first_parts: vec![0],
             parts: Vec::new(),
-            code: PartCode::new(clusters),
+            packing: ProxyPartPacking::new(clusters),
             pairs: Vec::new(),
             measured: 0,
             poor: 0,
@@ -386,18 +387,18 @@ impl ViewTables {
         Some(self.pairs[found][2])
     }
 
-    /// Points rays that read a pair to its view. They start at `points`; `code` has room for both.
+    /// Points rays that read a pair to its view. They start at `points`; `packing` has room for both.
     pub fn redirect(
         &self,
         rows: &mut [GatherRay],
         points: &[CachePoint],
         hemisphere: Hemisphere,
         (seed, directions): (u32, Directions),
-        code: GatherCode,
+        packing: GatherTargetPacking,
         cluster_count: u32,
     ) {
         let rays = RayDirections::new(points, hemisphere, seed);
-        let mask = (1 << code.cluster_bits) - 1;
+        let mask = (1 << packing.cluster_bits) - 1;
         for (index, row) in rows.iter_mut().enumerate().filter(|(_, row)| row.target != NO_TARGET) {
             let cluster = row.target & mask;
             let first = self.pairs.partition_point(|pair| pair[0] < cluster);

@@ -109,21 +109,21 @@ impl<'a> RayDirections<'a> {
 
 /// How a gather ray's target is packed, and what its gradient counts in.
 #[derive(Clone, Copy, Debug)]
-pub struct GatherCode {
+pub struct GatherTargetPacking {
     /// Bits of the cluster index; the material index takes the rest.
     pub cluster_bits: u32,
     /// Unit of the gradient, metres.
     pub min_distance: f32,
 }
 
-impl GatherCode {
+impl GatherTargetPacking {
     /// Room for so many clusters and materials.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`] if both do not fit one word.
     pub fn new(clusters: u32, materials: usize, min_distance: f32) -> Result<Self> {
         let cluster_bits = (u64::from(clusters) + 1).next_power_of_two().ilog2().max(1);
-        // One code is `NO_TARGET`: the topmost material index stays unused.
+        // One packing is `NO_TARGET`: the topmost material index stays unused.
         let room = 1_u64 << (32 - cluster_bits);
         if materials as u64 >= room {
             return Err(Error::OutOfMemory(format!(
@@ -288,7 +288,7 @@ pub fn trace(
     cache_points: &Buffer,
     point_count: u32,
     hemisphere: Hemisphere,
-    code: GatherCode,
+    packing: GatherTargetPacking,
     seed: u32,
     progress: &mut dyn Progress,
 ) -> Result<RayTable> {
@@ -307,9 +307,9 @@ pub fn trace(
                 first_row,
                 point_count: count,
                 seed,
-                cluster_bits: code.cluster_bits,
+                cluster_bits: packing.cluster_bits,
                 min_entry_points: MIN_ENTRY_POINTS,
-                min_distance: code.min_distance,
+                min_distance: packing.min_distance,
             };
             let ((), timings) = context.run(|rec| {
                 rec.pass(STEM).dispatch(
@@ -347,12 +347,12 @@ mod tests {
     #[test]
     fn clusters_and_materials_fill_the_word_of_a_gather_ray() {
         for materials in [1, 2, 3, 4, 100, 1023, 1024] {
-            let most = GatherCode::max_clusters(materials) as u32;
-            let code = GatherCode::new(most, materials, 1.0).unwrap();
+            let most = GatherTargetPacking::max_clusters(materials) as u32;
+            let packing = GatherTargetPacking::new(most, materials, 1.0).unwrap();
             // The last cluster and the last material, and no ray at all, are told apart.
-            let last = (materials as u32 - 1) << code.cluster_bits | (most - 1);
+            let last = (materials as u32 - 1) << packing.cluster_bits | (most - 1);
             assert_ne!(last, NO_TARGET, "{materials} materials");
-            assert!(GatherCode::new(most + 1, materials, 1.0).is_err(), "{materials} materials");
+            assert!(GatherTargetPacking::new(most + 1, materials, 1.0).is_err(), "{materials} materials");
         }
     }
 }

@@ -2,7 +2,7 @@
 //! path vertices, and which outgoing directions of which clusters gather rays read. [Yue §2]
 //! In: paths, gather rays. Out: tables; gather rays that read a direction point to its slot.
 
-use super::gather_rays::{GatherCode, Hemisphere, RayDirections, RayTable};
+use super::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
 use super::path_orders::LightPaths;
 use crate::error::Result;
 use crate::passes::frame::gloss::{GlossEntry, GlossSlot, GlossVertex, NO_ENTRY};
@@ -74,8 +74,8 @@ pub struct Sources<'a> {
 pub fn build(
     sources: Sources<'_>,
     rays: &RayTable,
-    code: GatherCode,
-) -> Result<Option<(GlossTables, GatherCode)>> {
+    packing: GatherTargetPacking,
+) -> Result<Option<(GlossTables, GatherTargetPacking)>> {
     if !sources.materials.iter().any(Material::may_be_glossy) {
         return Ok(None);
     }
@@ -85,8 +85,8 @@ pub fn build(
     tables.base_ranges = base_ranges(sources.hvds);
 
     let mut rows = rays.read()?;
-    let wanted = wanted_directions(&sources, &rows, code);
-    let mask = (1 << code.cluster_bits) - 1;
+    let wanted = wanted_directions(&sources, &rows, packing);
+    let mask = (1 << packing.cluster_bits) - 1;
     let read = rows.iter().zip(&wanted).filter(|(_, bin)| **bin != NO_BIN);
     let slots = tables.find_slots(&sources, read.map(|(ray, &bin)| (ray.target & mask, bin)).collect());
     let directions = sources.ray_directions();
@@ -94,13 +94,16 @@ pub fn build(
     let read = read.map(|(index, (ray, &bin))| (slots[&(ray.target & mask, bin)], directions.back(index)));
     tables.find_directions(read);
     let first_slot = sources.hvds.cluster_count() + sources.view_count;
-    let packed =
-        GatherCode::new(first_slot + tables.slots.len() as u32, sources.materials.len(), code.min_distance)?;
+    let packed = GatherTargetPacking::new(
+        first_slot + tables.slots.len() as u32,
+        sources.materials.len(),
+        packing.min_distance,
+    )?;
     for (ray, bin) in rows.iter_mut().zip(&wanted) {
         if ray.target == NO_TARGET {
             continue;
         }
-        let (cluster, material) = (ray.target & mask, ray.target >> code.cluster_bits);
+        let (cluster, material) = (ray.target & mask, ray.target >> packing.cluster_bits);
         let read = if *bin == NO_BIN { cluster } else { first_slot + slots[&(cluster, *bin)] };
         ray.target = read | material << packed.cluster_bits;
     }
@@ -121,11 +124,11 @@ const LEAF_VERTICES: u32 = 512;
 const NO_BIN: u32 = u32::MAX;
 
 /// For each gather ray the bin towards which the surface that it meets must reflect.
-fn wanted_directions(sources: &Sources<'_>, rows: &[GatherRay], code: GatherCode) -> Vec<u32> {
+fn wanted_directions(sources: &Sources<'_>, rows: &[GatherRay], packing: GatherTargetPacking) -> Vec<u32> {
     let directions = sources.ray_directions();
     let may_be_glossy: Vec<bool> = sources.materials.iter().map(Material::may_be_glossy).collect();
     let wanted = |(index, found): (usize, &GatherRay)| {
-        if found.target == NO_TARGET || !may_be_glossy[(found.target >> code.cluster_bits) as usize] {
+        if found.target == NO_TARGET || !may_be_glossy[(found.target >> packing.cluster_bits) as usize] {
             return NO_BIN;
         }
         sources.directions.bin(directions.back(index))

@@ -135,17 +135,17 @@ pub struct MergedRayLists {
 impl MergedRays {
     fn empty(
         context: &Arc<Context>,
-        code: &MergedRayPacking,
+        packing: &MergedRayPacking,
         rows_per_part: u32,
         has_colours: bool,
     ) -> Result<Self> {
         Ok(Self {
             rows_per_part,
             parts: Vec::new(),
-            targets: Buffer::from_slice(context, "gather targets", &code.targets)?,
-            target_count: code.targets.len() as u32,
-            target_bits: code.target_bits,
-            rotation_unit: code.rotation_unit,
+            targets: Buffer::from_slice(context, "gather targets", &packing.targets)?,
+            target_count: packing.targets.len() as u32,
+            target_bits: packing.target_bits,
+            rotation_unit: packing.rotation_unit,
             has_colours,
             ray_count: 0,
             merged_ray_count: 0,
@@ -164,8 +164,8 @@ impl MergedRays {
     ) -> Result<Self> {
         let MergedRayLists { targets, counts, merged_rays, colours } = lists;
         let rows_per_part = (counts.len().max(1) as u32).min(max_rows(context, hemisphere));
-        let code = MergedRayPacking::new(targets, hemisphere);
-        let mut found = Self::empty(context, &code, rows_per_part, has_colours)?;
+        let packing = MergedRayPacking::new(targets, hemisphere);
+        let mut found = Self::empty(context, &packing, rows_per_part, has_colours)?;
         let mut start = 0;
         for counts in counts.chunks(rows_per_part as usize) {
             let end = start + counts.iter().map(|&count| count as usize).sum::<usize>();
@@ -204,8 +204,8 @@ impl MergedRays {
         let (per_row, has_colours) = (hemisphere.rays() as usize, table.has_colours);
         let mut targets = Vec::new();
         table.scan(hemisphere.rays(), |_, rays| targets.extend(distinct(rays)))?;
-        let code = MergedRayPacking::new(targets, hemisphere);
-        let mut found = Self::empty(context, &code, rows_per_part, has_colours)?;
+        let packing = MergedRayPacking::new(targets, hemisphere);
+        let mut found = Self::empty(context, &packing, rows_per_part, has_colours)?;
         let piece = (PIECE_RAYS / per_row).max(1) * per_row;
         let mut rows: Vec<Vec<(MergedRay, u32)>> = Vec::new();
         for (rays, colours) in table.buffers.into_iter().zip(table.colours) {
@@ -218,7 +218,7 @@ impl MergedRays {
                 rows.extend(shares::in_shares_of(SHARE, length / per_row, |share| {
                     let merged_rays = |row: usize| {
                         let own = row * per_row..(row + 1) * per_row;
-                        code.merged_rays(&read[own.clone()], image_colours.get(own).unwrap_or(&[]))
+                        packing.merged_rays(&read[own.clone()], image_colours.get(own).unwrap_or(&[]))
                     };
                     share.map(merged_rays).collect()
                 }));

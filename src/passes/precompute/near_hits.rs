@@ -4,7 +4,7 @@
 //! In: gather rays, clusters, cache points. Out: entries; gather rays that read one point to it.
 
 use super::coverage::Placed;
-use super::gather_rays::{GatherCode, Hemisphere, RayTable};
+use super::gather_rays::{GatherTargetPacking, Hemisphere, RayTable};
 use super::near_clusters::{Patch, fits, record_reach};
 use super::reaches::Reaches;
 use super::shares;
@@ -65,7 +65,7 @@ impl NearHits {
     ///
     /// # Errors
     /// The device failed.
-    pub fn find(sources: Sources<'_>, table: &RayTable, code: GatherCode) -> Result<Self> {
+    pub fn find(sources: Sources<'_>, table: &RayTable, packing: GatherTargetPacking) -> Result<Self> {
         let per_point = sources.hemisphere.rays() as usize;
         let mut found = Self { rays_per_point: sources.hemisphere.rays(), ..Self::default() };
         if sources.near_count == 0 || sources.min_radius <= 0.0 {
@@ -79,7 +79,7 @@ impl NearHits {
                 let mut part = Self::default();
                 for row in share {
                     let row_rays = &rays[row * per_point..(row + 1) * per_point];
-                    part.add(&sources, &records, (points.start + row) as u32, row_rays, code);
+                    part.add(&sources, &records, (points.start + row) as u32, row_rays, packing);
                 }
                 vec![part]
             });
@@ -107,17 +107,18 @@ impl NearHits {
         records: &Records<'_>,
         index: u32,
         row: &[GatherRay],
-        code: GatherCode,
+        packing: GatherTargetPacking,
     ) {
         let point = &sources.points[index as usize].point;
-        let (frame, mask) = (frame(point.normal), (1 << code.cluster_bits) - 1);
+        let (frame, mask) = (frame(point.normal), (1 << packing.cluster_bits) - 1);
         let strata = Strata { rings: sources.hemisphere.rings, sectors: sources.hemisphere.sectors };
         let mut hits: Vec<(u32, u32, Vec3)> = Vec::new();
         for (ray, found) in (0..).zip(row.iter()).filter(|(_, found)| found.target != NO_TARGET) {
             let cluster = found.target & mask;
             let Some(patch) = sources.patches.get(cluster as usize) else { continue };
             let is_near = point.position.distance(patch.middle) < sources.reach;
-            if !is_near || sources.materials[(found.target >> code.cluster_bits) as usize].may_be_glossy() {
+            if !is_near || sources.materials[(found.target >> packing.cluster_bits) as usize].may_be_glossy()
+            {
                 continue;
             }
             // Where the ray meets the cluster's plane, not outside its cell.
@@ -138,7 +139,7 @@ impl NearHits {
             self.readers.extend(run.iter().map(|&(_, ray, _)| Reader {
                 ray: index * strata.rays() + ray,
                 entry,
-                material: row[ray as usize].target >> code.cluster_bits,
+                material: row[ray as usize].target >> packing.cluster_bits,
             }));
         }
     }
@@ -161,19 +162,20 @@ impl NearHits {
     pub fn redirect(
         &mut self,
         table: &RayTable,
-        code: GatherCode,
+        packing: GatherTargetPacking,
         taken: u32,
         materials: usize,
-    ) -> Result<GatherCode> {
+    ) -> Result<GatherTargetPacking> {
         if self.entries.is_empty() {
-            return Ok(code);
+            return Ok(packing);
         }
-        let packed = GatherCode::new(taken + self.entries.len() as u32, materials, code.min_distance)?;
-        let mask = (1 << code.cluster_bits) - 1;
+        let packed =
+            GatherTargetPacking::new(taken + self.entries.len() as u32, materials, packing.min_distance)?;
+        let mask = (1 << packing.cluster_bits) - 1;
         let mut readers = self.readers.as_slice();
         table.revise(self.rays_per_point, |first, rays| {
             for ray in rays.iter_mut().filter(|ray| ray.target != NO_TARGET) {
-                ray.target = ray.target & mask | ray.target >> code.cluster_bits << packed.cluster_bits;
+                ray.target = ray.target & mask | ray.target >> packing.cluster_bits << packed.cluster_bits;
             }
             // Readers stand point by point, and pieces of the table end with points.
             let of_piece = readers.partition_point(|reader| (reader.ray as usize) < first + rays.len());

@@ -2,7 +2,7 @@
 //! In: gather rays, views, parts of clusters. Out: clusters whose irradiance is read; clusters whose flux that takes.
 
 use super::cluster_views::ViewTables;
-use super::gather_rays::{GatherCode, RayTable};
+use super::gather_rays::{GatherTargetPacking, RayTable};
 use crate::error::Result;
 use crate::passes::frame::near_field::NearCluster;
 use crate::scene::hvds::Hvds;
@@ -33,7 +33,7 @@ impl Reads {
     pub fn find(
         hvds: &Hvds,
         rays: &RayTable,
-        code: GatherCode,
+        packing: GatherTargetPacking,
         views: Option<&ViewTables>,
         near_parts: &[NearCluster],
         indirect_sources: &[u32],
@@ -41,14 +41,14 @@ impl Reads {
         let mut targets = BTreeSet::new();
         rays.scan(1, |_, rays| targets.extend(rays.iter().map(|ray| ray.target)))?;
         targets.remove(&NO_TARGET);
-        Ok(Self::of(hvds, targets, code, views, near_parts, indirect_sources))
+        Ok(Self::of(hvds, targets, packing, views, near_parts, indirect_sources))
     }
 
     /// The same, of the targets of gather rays: what these met.
     pub fn of(
         hvds: &Hvds,
         targets: impl IntoIterator<Item = u32>,
-        code: GatherCode,
+        packing: GatherTargetPacking,
         views: Option<&ViewTables>,
         near_parts: &[NearCluster],
         indirect_sources: &[u32],
@@ -57,13 +57,13 @@ impl Reads {
         let view_count = views.map_or(0, |views| views.count() as usize);
         let mut irradiance = vec![false; count + view_count + near_parts.len()];
         for target in targets {
-            irradiance[(target & ((1 << code.cluster_bits) - 1)) as usize] = true;
+            irradiance[(target & ((1 << packing.cluster_bits) - 1)) as usize] = true;
         }
         let read_views = irradiance.split_off(count);
         if let Some(views) = views {
             for (parts, _) in views.first_parts.windows(2).zip(read_views).filter(|(_, is_read)| *is_read) {
                 for &part in &views.parts[parts[0] as usize..parts[1] as usize] {
-                    irradiance[views.code.cluster(part) as usize] = true;
+                    irradiance[views.packing.cluster(part) as usize] = true;
                 }
             }
         }

@@ -139,7 +139,7 @@ impl Renderer {
         let first_view = self.views.first();
         let first_part = first_view + views.map_or(0, |views| views.count());
         let first_slot = first_part + parts.len() as u32;
-        let bits = self.gather.code.cluster_bits;
+        let bits = self.gather.packing.cluster_bits;
         let reading = |target_index: u32| {
             let target = targets[target_index as usize];
             let read = target & ((1 << bits) - 1);

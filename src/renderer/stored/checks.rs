@@ -204,7 +204,7 @@ fn views(contents: &Contents) -> Result<(), Refusal> {
     let (count, clusters) = (contents.view_count(), contents.hvds.areas_m2.len());
     demand(cuts(&views.first_parts, count, views.parts.len()), "views")?;
     let is_cluster = |cluster: u32| (cluster as usize) < clusters;
-    demand(views.parts.iter().all(|&part| is_cluster(views.code.cluster(part))), "parts of views")?;
+    demand(views.parts.iter().all(|&part| is_cluster(views.packing.cluster(part))), "parts of views")?;
     let is_pair = |pair: &[u32; 3]| is_cluster(pair[0]) && (pair[2] as usize) < count;
     let are_pairs = views.pairs.is_sorted_by(|a, b| a[..2] < b[..2]) && views.pairs.iter().all(is_pair);
     demand(are_pairs, "pairs of views")

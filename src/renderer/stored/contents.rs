@@ -1,7 +1,7 @@
 //! What a file of light paths holds, before anybody believes it.
 
 use super::write::Numbers;
-use crate::passes::frame::cluster_views::PartCode;
+use crate::passes::frame::cluster_views::ProxyPartPacking;
 use crate::passes::frame::near_field::NearCluster;
 use crate::passes::precompute::cluster_views::ViewTables;
 use crate::passes::precompute::gloss::GlossTables;
@@ -76,7 +76,7 @@ impl Contents {
             Ok(ViewTables {
                 first_parts: file.list("view first parts")?,
                 parts: file.list("view parts")?,
-                code: PartCode::new(hvds.cluster_count()),
+                packing: ProxyPartPacking::new(hvds.cluster_count()),
                 pairs: file.list("view pairs")?,
                 measured: 0,
                 poor: 0,

@@ -4,7 +4,7 @@ use super::checks::{self, has_images};
 use super::contents::Contents;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
-use crate::passes::precompute::gather_rays::{GatherCode, Hemisphere};
+use crate::passes::precompute::gather_rays::{GatherTargetPacking, Hemisphere};
 use crate::passes::precompute::gloss::base_ranges;
 use crate::passes::precompute::merged_rays::MergedRays;
 use crate::passes::precompute::{narrow_gaps, rays::Rays, sides};
@@ -91,7 +91,8 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     let numbers = contents.numbers;
     let quality = scene.quality.clone();
     let hemisphere = Hemisphere::new(quality.gather_rays);
-    let code = GatherCode { cluster_bits: numbers.cluster_bits, min_distance: numbers.min_distance };
+    let packing =
+        GatherTargetPacking { cluster_bits: numbers.cluster_bits, min_distance: numbers.min_distance };
     let buffers = SceneBuffers::new(
         context,
         &bvh,
@@ -133,7 +134,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
         views: contents.views,
         gloss,
         hemisphere,
-        code,
+        packing,
         cluster_tables,
         clusters,
         closed: Enclosures {

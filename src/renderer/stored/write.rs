@@ -67,8 +67,8 @@ impl Tables {
             "numbers",
             vec![Numbers {
                 all_area_m2: made.all_area_m2,
-                min_distance: made.code.min_distance,
-                cluster_bits: made.code.cluster_bits,
+                min_distance: made.packing.min_distance,
+                cluster_bits: made.packing.cluster_bits,
                 tight_count: made.tight_count,
                 tight_parts: made.tight_parts,
                 is_covering: made.is_covering.into(),

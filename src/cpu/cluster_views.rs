@@ -9,27 +9,27 @@ pub fn view(parts: impl IntoIterator<Item = (Vec3, f32)>) -> DVec3 {
     parts.into_iter().map(|(irradiance, weight)| f64::from(weight) * irradiance.as_dvec3()).sum()
 }
 
-/// Area of a cluster that faces a point and that the point sees, and all that faces it, m². Looks at `per_piece`² points of each
-/// triangle of the pieces in the base clusters below it.
+/// Area of a cluster that faces a point and that the point sees, and all that faces it, m². Looks at `per_fragment`² points of each
+/// triangle of the fragments in the base clusters below it.
 pub fn seen_area(
     geometry: Geometry<'_>,
     hvds: &Hvds,
     cluster: u32,
     reader: DVec3,
-    per_piece: u32,
+    per_fragment: u32,
 ) -> [f64; 2] {
     let mut areas = [0.0; 2];
-    for piece in &hvds.pieces {
-        let mut around = piece.cluster;
+    for fragment in &hvds.fragments {
+        let mut around = fragment.cluster;
         while around < cluster {
             around = hvds.parents[around as usize];
         }
         if around != cluster {
             continue;
         }
-        let normal = geometry.normal(piece.side);
-        let points = spread(&piece.corners, per_piece);
-        let area_m2 = piece.area_m2 / points.len() as f64;
+        let normal = geometry.normal(fragment.side);
+        let points = spread(&fragment.corners, per_fragment);
+        let area_m2 = fragment.area_m2 / points.len() as f64;
         for point in points {
             let origin = geometry.offset_origin(point, normal);
             let direction = reader - origin.as_dvec3();

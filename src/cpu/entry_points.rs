@@ -6,7 +6,7 @@ use crate::scene::hvds::Hvds;
 use crate::types::PathVertex;
 use glam::{DVec3, Vec3};
 
-/// A triangle of some piece of a side: its corners, side, and the weight of its points.
+/// A triangle of some fragment of a side: its corners, side, and the weight of its points.
 pub type Patch = ([Vec3; 3], u32, f32);
 
 /// Places the points of every patch; `first_points` has the first point of each, and the total.

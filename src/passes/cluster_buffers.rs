@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// The tables on the host.
 pub struct ClusterTables {
-    /// The hierarchy, without its pieces.
+    /// The hierarchy, without its fragments.
     pub hvds: Hvds,
     /// Entry points that each cluster holds, in expectation.
     pub entry_points: Vec<f32>,
@@ -20,7 +20,7 @@ pub struct ClusterTables {
 impl ClusterTables {
     /// Of a hierarchy. `entry_points`: how many each cluster holds, in expectation.
     pub fn new(hvds: &Hvds, entry_points: &[f32]) -> Self {
-        Self { hvds: hvds.without_pieces(), entry_points: entry_points.to_vec() }
+        Self { hvds: hvds.without_fragments(), entry_points: entry_points.to_vec() }
     }
 
     /// Uploads them.

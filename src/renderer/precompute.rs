@@ -145,8 +145,8 @@ pub(super) fn precompute(
     let cell_size = cells.grid.cell_size() as f32;
     let clearances = size_field.clearances_of(&geometry, &hvds);
     let mut has_unweighted = vec![false; hvds.levels[0].len()];
-    for (piece, &clearance) in hvds.pieces.iter().zip(&clearances) {
-        has_unweighted[piece.cluster as usize] |= clearance < NEARBY * hvds.grid.cell_size() as f32;
+    for (fragment, &clearance) in hvds.fragments.iter().zip(&clearances) {
+        has_unweighted[fragment.cluster as usize] |= clearance < NEARBY * hvds.grid.cell_size() as f32;
     }
     hvds.add_unweighted(&has_unweighted);
     let densities: Vec<f32> = clearances.iter().map(|&c| entry_points::density(c, cell_size)).collect();
@@ -165,7 +165,7 @@ pub(super) fn precompute(
     let [resolved, parted] =
         narrow_gaps::resolved((high - low).length(), hvds.grid.cell_size() as f32, hemisphere);
     let told: Vec<String> = undersampled(scene, &gaps, resolved, strata.area_m2, cell_size).collect();
-    let room = room(&hvds.pieces, &clearances);
+    let room = room(&hvds.fragments, &clearances);
     let told = told.into_iter().chain(wide_cells(room, &hvds.grid, quality.cells));
     scene.warnings.extend(told.filter(|_| !is_direct));
     if quality.occlusion {

@@ -4,7 +4,7 @@ use super::precompute::{FINEST, finest_cells};
 use crate::passes::frame::gloss::is_little;
 use crate::passes::precompute::narrow_gaps;
 use crate::scene::directions::{Directions, directions_for, resolved_exponent};
-use crate::scene::hvds::Piece;
+use crate::scene::hvds::Fragment;
 use crate::scene::{Material, Scene};
 use crate::types::Grid;
 use glam::Vec3;
@@ -106,10 +106,10 @@ const ROOM: f64 = 0.75;
 /// The same of what the camera sees, by few rays. The built-in scenes have 0.47 (atrium, `draft`) and more.
 const ROOM_IN_VIEW: f64 = 0.45;
 
-/// How far half of the surface has no other before it, metres; by what the pieces are from what they see.
-pub(super) fn room(pieces: &[Piece], clearances: &[f32]) -> f64 {
-    let area = |piece: &Piece| piece.open_area_m2();
-    let mut rooms: Vec<(f32, f64)> = clearances.iter().copied().zip(pieces.iter().map(area)).collect();
+/// How far half of the surface has no other before it, metres; by what the fragments are from what they see.
+pub(super) fn room(fragments: &[Fragment], clearances: &[f32]) -> f64 {
+    let area = |fragment: &Fragment| fragment.open_area_m2();
+    let mut rooms: Vec<(f32, f64)> = clearances.iter().copied().zip(fragments.iter().map(area)).collect();
     rooms.sort_by(|a, b| a.0.total_cmp(&b.0));
     let half = 0.5 * rooms.iter().map(|(_, area)| area).sum::<f64>();
     let mut below = 0.0;

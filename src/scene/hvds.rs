@@ -14,7 +14,7 @@ use std::ops::Range;
 
 /// The part of one triangle side in one base cell: where candidate cache points are drawn.
 #[derive(Clone, Debug)]
-pub struct Piece {
+pub struct Fragment {
     /// 2·triangle + (1 if the back side).
     pub side: u32,
     /// Its base cluster.
@@ -27,7 +27,7 @@ pub struct Piece {
     pub corners: Vec<Vec3>,
 }
 
-impl Piece {
+impl Fragment {
     /// Area that light can come to, m².
     pub fn open_area_m2(&self) -> f64 {
         f64::from(self.open) * self.area_m2
@@ -56,7 +56,7 @@ pub struct Hvds {
     /// First child of each cluster one level down, and the end; zero for base clusters.
     pub first_children: Vec<u32>,
     /// Parts of active sides in base cells.
-    pub pieces: Vec<Piece>,
+    pub fragments: Vec<Fragment>,
     /// Of each cluster, whether it holds surface so different that it stands for none below it; empty where all may.
     pub mixed: Vec<bool>,
 }
@@ -97,32 +97,32 @@ impl Hvds {
         cells: u32,
         stands: Walls,
     ) -> Self {
-        let (mut parts, mut pieces) = cut_sides(triangles, surfaces, &grid);
+        let (mut parts, mut fragments) = cut_sides(triangles, surfaces, &grid);
         let normal_of = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
         let is_sheet =
             |side: u32| [false, true].iter().all(|&b| surfaces[side as usize / 2].side_is_active(b));
         let planes =
-            walls::split(&mut pieces, grid.cell_size(), normal_of, walls::cell_key, is_sheet, stands);
+            walls::split(&mut fragments, grid.cell_size(), normal_of, walls::cell_key, is_sheet, stands);
         if stands == Walls::All || !planes.is_empty() {
             // Cells that a triangle only grazes count, too; what is split counts part by part.
             parts.retain(|part| part.1 == 0.0 && !planes.contains_key(&part.0));
-            parts.extend(pieces.iter().map(|(key, piece)| (*key, piece.area_m2)));
+            parts.extend(fragments.iter().map(|(key, fragment)| (*key, fragment.area_m2)));
         }
-        Self::from_pieces(grid, cells, parts, pieces, &planes)
+        Self::from_fragments(grid, cells, parts, fragments, &planes)
     }
 
-    fn from_pieces(
+    fn from_fragments(
         grid: types::Grid,
         cells: u32,
         mut parts: Keyed<f64>,
-        mut pieces: Keyed<Piece>,
+        mut fragments: Keyed<Fragment>,
         planes: &HashMap<u64, Plane>,
     ) -> Self {
         parts.sort_by_key(|part| part.0);
 
         let mut level = merge(&parts);
-        for (key, piece) in &mut pieces {
-            piece.cluster = level.partition_point(|cluster| cluster.0 < *key) as u32;
+        for (key, fragment) in &mut fragments {
+            fragment.cluster = level.partition_point(|cluster| cluster.0 < *key) as u32;
         }
         let mut hvds = Self {
             grid,
@@ -134,7 +134,7 @@ impl Hvds {
             unweighted: Vec::new(),
             parents: Vec::new(),
             first_children: vec![0],
-            pieces: pieces.into_iter().map(|(_, piece)| piece).collect(),
+            fragments: fragments.into_iter().map(|(_, fragment)| fragment).collect(),
             mixed: Vec::new(),
         };
         hvds.cell_table(&level, planes);
@@ -166,7 +166,7 @@ impl Hvds {
     }
 
     /// The clusters alone: where, how large, and how they nest.
-    pub fn without_pieces(&self) -> Self {
+    pub fn without_fragments(&self) -> Self {
         Self {
             grid: self.grid,
             levels: self.levels.clone(),
@@ -177,7 +177,7 @@ impl Hvds {
             unweighted: self.unweighted.clone(),
             parents: self.parents.clone(),
             first_children: self.first_children.clone(),
-            pieces: Vec::new(),
+            fragments: Vec::new(),
             mixed: self.mixed.clone(),
         }
     }
@@ -194,26 +194,26 @@ impl Hvds {
         if is_mixed { types::NO_CLUSTER } else { parent }
     }
 
-    /// Sums a quantity of the pieces over every cluster of every level.
-    pub fn sum_up(&self, of_pieces: impl IntoIterator<Item = f64>) -> Vec<f32> {
+    /// Sums a quantity of the fragments over every cluster of every level.
+    pub fn sum_up(&self, of_fragment: impl IntoIterator<Item = f64>) -> Vec<f32> {
         let mut of_base = vec![0.0; self.levels[0].len()];
-        for (piece, value) in self.pieces.iter().zip(of_pieces) {
-            of_base[piece.cluster as usize] += value;
+        for (fragment, value) in self.fragments.iter().zip(of_fragment) {
+            of_base[fragment.cluster as usize] += value;
         }
         self.sum_levels(self.with_unweighted(of_base))
     }
 
-    /// Takes away interior surface: `open` is the share, 0..=1, that is left of each piece. Clusters stay where they are, even those
+    /// Takes away interior surface: `open` is the share, 0..=1, that is left of each fragment. Clusters stay where they are, even those
     /// of which nothing is left.
     pub fn leave_out_interior(&mut self, open: &[f32]) {
         if open.iter().all(|&open| open == 1.0) {
             return;
         }
-        for (piece, &open) in self.pieces.iter_mut().zip(open) {
-            piece.open = open;
+        for (fragment, &open) in self.fragments.iter_mut().zip(open) {
+            fragment.open = open;
         }
-        self.pieces.retain(|piece| piece.open > 0.0);
-        self.areas_m2 = self.sum_up(self.pieces.iter().map(Piece::open_area_m2));
+        self.fragments.retain(|fragment| fragment.open > 0.0);
+        self.areas_m2 = self.sum_up(self.fragments.iter().map(Fragment::open_area_m2));
         self.shown_m2.clone_from(&self.areas_m2);
     }
 
@@ -280,9 +280,9 @@ fn cut_sides(
     triangles: &[Triangle],
     surfaces: &[types::Surface],
     grid: &types::Grid,
-) -> (Keyed<f64>, Keyed<Piece>) {
+) -> (Keyed<f64>, Keyed<Fragment>) {
     let mut parts = Vec::new();
-    let mut pieces = Vec::new();
+    let mut fragments = Vec::new();
     for (index, (triangle, surface)) in triangles.iter().zip(surfaces).enumerate() {
         for back in [false, true] {
             if !surface.side_is_active(back) {
@@ -298,12 +298,13 @@ fn cut_sides(
                 if area_m2 > 0.0 {
                     let corners = polygon.iter().map(|&p| (p + pull).as_vec3()).collect();
                     let side = 2 * index as u32 + u32::from(back);
-                    pieces.push((key(code, cell), Piece { side, cluster: 0, area_m2, open: 1.0, corners }));
+                    fragments
+                        .push((key(code, cell), Fragment { side, cluster: 0, area_m2, open: 1.0, corners }));
                 }
             });
         }
     }
-    (parts, pieces)
+    (parts, fragments)
 }
 
 /// Adds up the areas of equal keys; keys come sorted and stay so.

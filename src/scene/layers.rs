@@ -1,7 +1,7 @@
 //! Surfaces that lie over each other in one cell and face the same way, a screen close to a wall: what is between them may be as bright as
 //! the room before them is dark, so they are no one cluster. [Yue §5, Figure 3]
 
-use super::hvds::Piece;
+use super::hvds::Fragment;
 use super::walls::Plane;
 use glam::{DVec2, DVec3, Vec3};
 
@@ -10,7 +10,7 @@ const APART: f64 = 4e-3;
 /// One covers the other if the boxes around them share so much of the smaller.
 const COVERS: f64 = 0.25;
 
-/// Pieces between two heights, and the box around them as seen along the normal.
+/// Fragments between two heights, and the box around them as seen along the normal.
 #[derive(Clone, Copy)]
 struct Slab {
     bottom: f64,
@@ -41,29 +41,29 @@ impl Slab {
 
 /// The plane half-way between two layers of a cluster; none where nothing covers anything. The widest gap of several is taken.
 pub(super) fn between(
-    cluster: &[&(u64, Piece)],
+    cluster: &[&(u64, Fragment)],
     cell_size: f64,
     normal_of: &impl Fn(u32) -> Vec3,
 ) -> Option<Plane> {
     if cluster.len() < 2 {
         return None;
     }
-    let normal = |piece: &Piece| piece.area_m2 * normal_of(piece.side).as_dvec3();
-    let normal = cluster.iter().map(|(_, piece)| normal(piece)).sum::<DVec3>().normalize_or_zero();
+    let normal = |fragment: &Fragment| fragment.area_m2 * normal_of(fragment.side).as_dvec3();
+    let normal = cluster.iter().map(|(_, fragment)| normal(fragment)).sum::<DVec3>().normalize_or_zero();
     let (tangent, bitangent) = normal.any_orthonormal_pair();
-    let slab = |piece: &Piece| {
+    let slab = |fragment: &Fragment| {
         let none = Slab {
             bottom: f64::INFINITY,
             top: f64::NEG_INFINITY,
             low: DVec2::INFINITY,
             high: DVec2::NEG_INFINITY,
         };
-        piece.corners.iter().map(|corner| corner.as_dvec3()).fold(none, |slab, p| {
+        fragment.corners.iter().map(|corner| corner.as_dvec3()).fold(none, |slab, p| {
             let (height, place) = (normal.dot(p), DVec2::new(tangent.dot(p), bitangent.dot(p)));
             slab.with(&Slab { bottom: height, top: height, low: place, high: place })
         })
     };
-    let mut slabs: Vec<Slab> = cluster.iter().map(|(_, piece)| slab(piece)).collect();
+    let mut slabs: Vec<Slab> = cluster.iter().map(|(_, fragment)| slab(fragment)).collect();
     slabs.sort_by(|a, b| a.bottom.total_cmp(&b.bottom));
     let mut over: Vec<Slab> = slabs.clone();
     for index in (1..slabs.len()).rev() {
@@ -104,13 +104,13 @@ mod tests {
         let grid = grid::grid(Vec3::ZERO, Vec3::new(2.0, 1.0, 2.0), 16);
         let hvds = Hvds::build(&triangles, &surfaces, grid, 16);
         let mut heights = vec![[false; 2]; hvds.levels[0].len()];
-        for piece in hvds.pieces.iter().filter(|piece| piece.area_m2 > 1e-6) {
-            let middle = piece.corners.iter().sum::<Vec3>() / piece.corners.len() as f32;
-            heights[piece.cluster as usize][usize::from(middle.y > 0.5 * (both[0] + both[1]))] = true;
-            let surface = &surfaces[piece.side as usize / 2];
-            let is_back = piece.side % 2 == 1;
+        for fragment in hvds.fragments.iter().filter(|fragment| fragment.area_m2 > 1e-6) {
+            let middle = fragment.corners.iter().sum::<Vec3>() / fragment.corners.len() as f32;
+            heights[fragment.cluster as usize][usize::from(middle.y > 0.5 * (both[0] + both[1]))] = true;
+            let surface = &surfaces[fragment.side as usize / 2];
+            let is_back = fragment.side % 2 == 1;
             let cell = grid.index_of(grid.cell_of(middle, surface.normal_of(is_back)));
-            assert_eq!(hvds.base_cluster(cell, surface.side_code(is_back), middle), Some(piece.cluster));
+            assert_eq!(hvds.base_cluster(cell, surface.side_code(is_back), middle), Some(fragment.cluster));
         }
         let whole = 2.0 * triangles.iter().map(Triangle::area_m2).sum::<f64>();
         for level in &hvds.levels {

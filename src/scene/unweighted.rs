@@ -9,7 +9,7 @@ use crate::types::NO_CLUSTER;
 pub const NEARBY: f32 = 2.0;
 
 impl Hvds {
-    /// Gives those base clusters unweighted. Pieces lie in the clusters; the unweighted ones hold the same.
+    /// Gives those base clusters unweighted. Fragments lie in the clusters; the unweighted ones hold the same.
     pub fn add_unweighted(&mut self, has_unweighted: &[bool]) {
         let levels = std::mem::take(&mut self.levels);
         let parents = std::mem::take(&mut self.parents);

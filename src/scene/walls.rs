@@ -1,7 +1,7 @@
 //! Where a wall stands on a surface, light differs on its two sides, however near they are: the cluster is split along the wall. Where one
 //! surface of a cluster covers another, it is split between the two.
 
-use super::hvds::{Keyed, Piece};
+use super::hvds::{Fragment, Keyed};
 use super::{clip, layers};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -31,22 +31,23 @@ pub(super) enum Walls {
     All,
 }
 
-/// Splits the pieces of each cluster in which one surface covers another, and of each that one of these walls stands on in the same cell;
+/// Splits the fragments of each cluster in which one surface covers another, and of each that one of these walls stands on in the same cell;
 /// `is_sheet` tells of a side whether light comes to the other one of its triangle, too.
 /// Keys have room for the part in their lowest bits. Returns the plane of each cluster that is split, by the key of its first part.
 pub(super) fn split(
-    pieces: &mut Keyed<Piece>,
+    fragments: &mut Keyed<Fragment>,
     cell_size: f64,
     normal_of: impl Fn(u32) -> Vec3,
     cell_of: impl Fn(u64) -> u64,
     is_sheet: impl Fn(u32) -> bool,
     walls: Walls,
 ) -> HashMap<u64, Plane> {
-    let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
-    order.sort_by_key(|&index| (cell_of(pieces[index as usize].0), pieces[index as usize].0));
+    let mut order: Vec<u32> = (0..fragments.len() as u32).collect();
+    order.sort_by_key(|&index| (cell_of(fragments[index as usize].0), fragments[index as usize].0));
     let mut planes = HashMap::new();
-    for cell in order.chunk_by(|&a, &b| cell_of(pieces[a as usize].0) == cell_of(pieces[b as usize].0)) {
-        let all: Vec<&(u64, Piece)> = cell.iter().map(|&index| &pieces[index as usize]).collect();
+    for cell in order.chunk_by(|&a, &b| cell_of(fragments[a as usize].0) == cell_of(fragments[b as usize].0))
+    {
+        let all: Vec<&(u64, Fragment)> = cell.iter().map(|&index| &fragments[index as usize]).collect();
         for cluster in all.chunk_by(|a, b| a.0 == b.0) {
             let stands = |side: u32| walls == Walls::All || is_sheet(side);
             let wall = || wall_on(cluster, &all, cell_size, &normal_of, &stands);
@@ -58,53 +59,56 @@ pub(super) fn split(
     if planes.is_empty() {
         return planes;
     }
-    let mut cut = Vec::with_capacity(pieces.len());
-    for (key, piece) in pieces.drain(..) {
+    let mut cut = Vec::with_capacity(fragments.len());
+    for (key, fragment) in fragments.drain(..) {
         let Some(&plane) = planes.get(&key) else {
-            cut.push((key, piece));
+            cut.push((key, fragment));
             continue;
         };
-        let polygon: Vec<DVec3> = piece.corners.iter().map(|corner| corner.as_dvec3()).collect();
+        let polygon: Vec<DVec3> = fragment.corners.iter().map(|corner| corner.as_dvec3()).collect();
         for part in 0..2 {
             let kept = clip::clip_by(&polygon, |p| if part == 0 { -over(plane, p) } else { over(plane, p) });
             let area_m2 = clip::area(&kept);
             if area_m2 > 0.0 {
                 let corners = kept.iter().map(|p| p.as_vec3()).collect();
-                cut.push((key | part, Piece { corners, area_m2, ..piece }));
+                cut.push((key | part, Fragment { corners, area_m2, ..fragment }));
             }
         }
     }
-    *pieces = cut;
+    *fragments = cut;
     planes
 }
 
 /// The wall that touches most of a cluster, of those that cut it in two.
 fn wall_on(
-    cluster: &[&(u64, Piece)],
-    all: &[&(u64, Piece)],
+    cluster: &[&(u64, Fragment)],
+    all: &[&(u64, Fragment)],
     cell_size: f64,
     normal_of: &impl Fn(u32) -> Vec3,
     stands: &impl Fn(u32) -> bool,
 ) -> Option<Plane> {
-    if !all.iter().any(|(_, piece)| stands(piece.side)) {
+    if !all.iter().any(|(_, fragment)| stands(fragment.side)) {
         return None;
     }
-    let area: f64 = cluster.iter().map(|(_, piece)| piece.area_m2).sum();
-    let mean = |of: &dyn Fn(&Piece) -> DVec3| {
-        cluster.iter().map(|(_, piece)| piece.area_m2 * of(piece)).sum::<DVec3>() / area
+    let area: f64 = cluster.iter().map(|(_, fragment)| fragment.area_m2).sum();
+    let mean = |of: &dyn Fn(&Fragment) -> DVec3| {
+        cluster.iter().map(|(_, fragment)| fragment.area_m2 * of(fragment)).sum::<DVec3>() / area
     };
-    let normal = mean(&|piece| normal_of(piece.side).as_dvec3()).normalize_or_zero();
-    let centre = |piece: &Piece| piece.corners.iter().sum::<Vec3>().as_dvec3() / piece.corners.len() as f64;
+    let normal = mean(&|fragment| normal_of(fragment.side).as_dvec3()).normalize_or_zero();
+    let centre = |fragment: &Fragment| {
+        fragment.corners.iter().sum::<Vec3>().as_dvec3() / fragment.corners.len() as f64
+    };
     let mut middle = None;
     let mut walls: Vec<(f64, Plane)> = Vec::new();
-    for (key, piece) in all.iter().filter(|other| other.0 != cluster[0].0).map(|other| (other.0, &other.1)) {
-        let wall = normal_of(piece.side).as_dvec3();
-        if wall.dot(normal).abs() >= STANDS || key == cluster[0].0 || !stands(piece.side) {
+    for (key, fragment) in all.iter().filter(|other| other.0 != cluster[0].0).map(|other| (other.0, &other.1))
+    {
+        let wall = normal_of(fragment.side).as_dvec3();
+        if wall.dot(normal).abs() >= STANDS || key == cluster[0].0 || !stands(fragment.side) {
             continue;
         }
         let middle = *middle.get_or_insert_with(|| mean(&centre));
         let height = |p: DVec3| normal.dot(p - middle);
-        let polygon: Vec<DVec3> = piece.corners.iter().map(|corner| corner.as_dvec3()).collect();
+        let polygon: Vec<DVec3> = fragment.corners.iter().map(|corner| corner.as_dvec3()).collect();
         let heights = polygon.iter().map(|&p| height(p));
         let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)));
         if low > TOUCH * cell_size || high < HEIGHT * cell_size {
@@ -121,13 +125,13 @@ fn wall_on(
         }
     }
     walls.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let in_front = |plane: Plane, piece: &Piece| {
-        let polygon: Vec<DVec3> = piece.corners.iter().map(|corner| corner.as_dvec3()).collect();
+    let in_front = |plane: Plane, fragment: &Fragment| {
+        let polygon: Vec<DVec3> = fragment.corners.iter().map(|corner| corner.as_dvec3()).collect();
         clip::area(&clip::clip_by(&polygon, |p| over(plane, p)))
     };
     // In a corner the wall along the cluster's edge may touch more of it than one that stands on it.
     let cuts = |plane: &Plane| {
-        let share = cluster.iter().map(|(_, piece)| in_front(*plane, piece)).sum::<f64>() / area;
+        let share = cluster.iter().map(|(_, fragment)| in_front(*plane, fragment)).sum::<f64>() / area;
         (MIN_SHARE..=1.0 - MIN_SHARE).contains(&share)
     };
     walls.into_iter().map(|wall| wall.1).find(cuts)
@@ -243,18 +247,23 @@ mod tests {
         let grid: types::Grid = grid::grid(Vec3::ZERO, Vec3::new(2.0, 1.0, 2.0), 32);
         let hvds = Hvds::build_split(&triangles, &surfaces, grid, 32);
         let mut split = [false; 2];
-        for piece in hvds.pieces.iter().filter(|piece| piece.side < 4 && piece.area_m2 > 1e-6) {
+        for fragment in hvds.fragments.iter().filter(|fragment| fragment.side < 4 && fragment.area_m2 > 1e-6)
+        {
             // How far it reaches over the wall on either side; a corner of up to a fiftieth of a cell is not cut off.
-            let over = piece.corners.iter().map(|p| p.x - 0.7 - 0.3 * p.z);
+            let over = fragment.corners.iter().map(|p| p.x - 0.7 - 0.3 * p.z);
             let (behind, front) = over.fold((0.0_f32, 0.0_f32), |(a, b), d| (a.max(-d), b.max(d)));
-            assert!(behind.min(front) < 0.25 / grid.inverse_cell, "{:?} lies on both sides", piece.corners);
-            let middle = piece.corners.iter().sum::<Vec3>() / piece.corners.len() as f32;
-            let normal = surfaces[piece.side as usize / 2].normal_of(piece.side % 2 == 1);
+            assert!(
+                behind.min(front) < 0.25 / grid.inverse_cell,
+                "{:?} lies on both sides",
+                fragment.corners
+            );
+            let middle = fragment.corners.iter().sum::<Vec3>() / fragment.corners.len() as f32;
+            let normal = surfaces[fragment.side as usize / 2].normal_of(fragment.side % 2 == 1);
             let cell = hvds.grid.index_of(hvds.grid.cell_of(middle, normal));
-            let code = surfaces[piece.side as usize / 2].side_code(piece.side % 2 == 1);
-            assert_eq!(hvds.base_cluster(cell, code, middle), Some(piece.cluster));
+            let code = surfaces[fragment.side as usize / 2].side_code(fragment.side % 2 == 1);
+            assert_eq!(hvds.base_cluster(cell, code, middle), Some(fragment.cluster));
             let is_split = hvds.clusters_in(cell).any(|found| found.code == code && found.plane.is_some());
-            assert!(!is_split || behind.min(front) < 1e-4, "{:?} lies on both sides", piece.corners);
+            assert!(!is_split || behind.min(front) < 1e-4, "{:?} lies on both sides", fragment.corners);
             split[usize::from(is_split)] = true;
         }
         assert_eq!(split, [true; 2], "some are split, some are not");

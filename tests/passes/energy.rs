@@ -32,7 +32,7 @@ fn two_levels(count: u32) -> Hvds {
         unweighted: vec![NO_CLUSTER; count as usize],
         parents,
         first_children,
-        pieces: Vec::new(),
+        fragments: Vec::new(),
         mixed: Vec::new(),
     }
 }

@@ -7,13 +7,13 @@ use lightpaths::passes::precompute::entry_points::{self, DENSEST, Strata, densit
 
 const SEED: u32 = 11;
 
-/// Density that changes from piece to piece without a jump, over the whole range.
+/// Density that changes from fragment to fragment without a jump, over the whole range.
 fn smooth_densities(world: &World) -> Vec<f32> {
     let density = |corners: &Vec<Vec3>| {
         let middle = corners.iter().sum::<Vec3>() / corners.len() as f32;
         1.0 + (DENSEST - 1.0) * (0.5 + 0.5 * (3.0 * middle.x + 2.0 * middle.y).sin())
     };
-    world.hvds.pieces.iter().map(|piece| density(&piece.corners)).collect()
+    world.hvds.fragments.iter().map(|fragment| density(&fragment.corners)).collect()
 }
 
 #[test]
@@ -34,14 +34,14 @@ fn runs_are_as_long_as_area_and_density_say() {
             assert_eq!(strata.first_points.len(), strata.patches.len() + 1);
             assert_eq!([strata.first_points[0], strata.first_points[strata.patches.len()]], [0, count]);
             assert!(strata.first_points.is_sorted());
-            let area: f64 = world.hvds.pieces.iter().map(|piece| piece.area_m2).sum();
+            let area: f64 = world.hvds.fragments.iter().map(|fragment| fragment.area_m2).sum();
             assert!((strata.area_m2 / area - 1.0).abs() < 1e-9);
 
             // The points of a cluster are a run: its ends are right to half a point each.
             let mut held = vec![0_u32; world.hvds.cluster_count() as usize];
-            let mut order: Vec<_> = world.hvds.pieces.iter().collect();
-            order.sort_by_key(|piece| piece.cluster);
-            let fans = order.iter().flat_map(|piece| vec![piece.cluster; piece.corners.len() - 2]);
+            let mut order: Vec<_> = world.hvds.fragments.iter().collect();
+            order.sort_by_key(|fragment| fragment.cluster);
+            let fans = order.iter().flat_map(|fragment| vec![fragment.cluster; fragment.corners.len() - 2]);
             for (cluster, run) in fans.zip(strata.first_points.windows(2)) {
                 let mut cluster = cluster as usize;
                 while let Some(sum) = held.get_mut(cluster) {
@@ -50,10 +50,10 @@ fn runs_are_as_long_as_area_and_density_say() {
                 }
             }
             for (cluster, (&held, &expected)) in held.iter().zip(&strata.in_clusters).enumerate() {
-                if !holds_pieces(&world, cluster) {
+                if !holds_fragments(&world, cluster) {
                     continue;
                 }
-                // Areas of pieces are f64, those of their fans come from f32 corners.
+                // Areas of fragments are f64, those of their fans come from f32 corners.
                 let off = (held as f32 - expected).abs();
                 assert!(off <= 1.01 + 1e-4 * count as f32, "cluster {cluster}: {held} for {expected}");
             }
@@ -77,14 +77,14 @@ fn placed_points_fall_into_the_clusters_that_they_were_dealt_to() {
     }
     // A point that is moved off an edge by a hair may cross into the next cell.
     let is_off = |cluster: &usize| (held[*cluster] as f32 - strata.in_clusters[*cluster]).abs() > 2.0;
-    let holding = (0..held.len()).filter(|&cluster| holds_pieces(&world, cluster));
+    let holding = (0..held.len()).filter(|&cluster| holds_fragments(&world, cluster));
     let off = holding.filter(is_off).count();
     assert!(off * 100 <= held.len(), "{off} of {} clusters hold two points more or less", held.len());
     assert_silent(&world.context);
 }
 
 /// Wholes hold what their clusters hold.
-fn holds_pieces(world: &World, cluster: usize) -> bool {
+fn holds_fragments(world: &World, cluster: usize) -> bool {
     let mut base = cluster;
     while base >= world.hvds.levels[0].len() {
         base = world.hvds.first_children[base] as usize;
@@ -92,11 +92,11 @@ fn holds_pieces(world: &World, cluster: usize) -> bool {
     base < world.hvds.unweighted.len()
 }
 
-/// ∫ f dA over all pieces, each cut into small triangles.
+/// ∫ f dA over all fragments, each cut into small triangles.
 fn integral(world: &World, f: impl Fn(DVec3) -> f64) -> f64 {
     let mut sum = 0.0;
-    for piece in &world.hvds.pieces {
-        let corners: Vec<DVec3> = piece.corners.iter().map(|corner| corner.as_dvec3()).collect();
+    for fragment in &world.hvds.fragments {
+        let corners: Vec<DVec3> = fragment.corners.iter().map(|corner| corner.as_dvec3()).collect();
         for fan in corners.windows(2).skip(1) {
             let [a, b, c] = [corners[0], fan[0], fan[1]];
             let area = 0.5 * (b - a).cross(c - a).length();
@@ -111,7 +111,9 @@ fn integral(world: &World, f: impl Fn(DVec3) -> f64) -> f64 {
 fn weighted_points_integrate_over_the_area() {
     let world = World::room();
     let count = 30_011;
-    for densities in [vec![1.0; world.hvds.pieces.len()], smooth_densities(&world), world.densities.clone()] {
+    for densities in
+        [vec![1.0; world.hvds.fragments.len()], smooth_densities(&world), world.densities.clone()]
+    {
         let strata = Strata::new(&world.hvds, &densities, count);
         let points = place(&world.context, &world.buffers, &world.clusters, &strata, SEED).unwrap();
         let lightest = points.iter().map(|point| point.weight).fold(f32::INFINITY, f32::min);

@@ -206,7 +206,7 @@ fn the_rotational_gradient_is_a_derivative() {
         };
         let rays: Vec<GatherRay> = (0..strata.rays()).map(ray).collect();
         let merged_rays: Vec<MergedRay> =
-            packing.merged_rays(&rays, &[]).into_iter().map(|(merged_ray, _)| merged_ray).collect();
+            merging.merged_rays(&rays, &[]).into_iter().map(|(merged_ray, _)| merged_ray).collect();
         gather(sources, strata, normal, &merged_rays, &[])
     };
     let at = gathered(Vec3::Z);

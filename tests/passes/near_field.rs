@@ -10,7 +10,7 @@ use lightpaths::passes::frame::hvds::{ClusterFlux, ClusterLight, ClusterLists, P
 use lightpaths::passes::frame::near_field::{NearCluster, NearField};
 use lightpaths::passes::precompute::cache_points::Placed;
 use lightpaths::passes::precompute::near_clusters::{self, Extent};
-use lightpaths::scene::hvds::Piece;
+use lightpaths::scene::hvds::Fragment;
 use lightpaths::types::{Contribution, NO_CLUSTER, OPEN, Record};
 
 #[test]
@@ -129,20 +129,20 @@ fn cluster(world: &World, clearances: &[f32], index: u32) -> Cluster {
     let (mut area, mut room) = (0.0, 0.0);
     let (mut middle, mut normal) = (DVec3::ZERO, DVec3::ZERO);
     let mut is_back = None;
-    for (piece, &clearance) in world.hvds.pieces.iter().zip(clearances) {
+    for (fragment, &clearance) in world.hvds.fragments.iter().zip(clearances) {
         let around = |mut at: u32| {
             while at != index && at != NO_CLUSTER {
                 at = world.hvds.parents[at as usize];
             }
             at == index
         };
-        if around(piece.cluster) || around(world.hvds.unweighted[piece.cluster as usize]) {
-            let corners = piece.corners.iter().map(|corner| corner.as_dvec3());
-            area += piece.area_m2;
-            room += piece.area_m2 * f64::from(clearance);
-            middle += piece.area_m2 * corners.sum::<DVec3>() / piece.corners.len() as f64;
-            normal += piece.area_m2 * world.geometry().normal(piece.side).as_dvec3();
-            let back = piece.side % 2 == 1;
+        if around(fragment.cluster) || around(world.hvds.unweighted[fragment.cluster as usize]) {
+            let corners = fragment.corners.iter().map(|corner| corner.as_dvec3());
+            area += fragment.area_m2;
+            room += fragment.area_m2 * f64::from(clearance);
+            middle += fragment.area_m2 * corners.sum::<DVec3>() / fragment.corners.len() as f64;
+            normal += fragment.area_m2 * world.geometry().normal(fragment.side).as_dvec3();
+            let back = fragment.side % 2 == 1;
             assert!(is_back.replace(back).is_none_or(|before| before == back), "a cluster has one side");
         }
     }
@@ -165,8 +165,8 @@ fn near_clusters_of(extent: Extent) {
     let mut random = Random::new(92);
     // The nearest surfaces on one side of the room are within three cells of 0.1 m, on the other within six.
     const CELL_SIZE: f32 = 0.1;
-    let clearance = |piece: &Piece| if piece.corners[0].x > 0.0 { 0.2 } else { 0.5 };
-    let clearances: Vec<f32> = world.hvds.pieces.iter().map(clearance).collect();
+    let clearance = |fragment: &Fragment| if fragment.corners[0].x > 0.0 { 0.2 } else { 0.5 };
+    let clearances: Vec<f32> = world.hvds.fragments.iter().map(clearance).collect();
     let place = |point| Placed { point, clearance: 0.1 };
     let placed: Vec<Placed> = world.cache_points(&mut random, 800, 0.12).into_iter().map(place).collect();
     let normal = |side: u32| world.geometry().normal(side);

@@ -49,7 +49,7 @@ fn near_hits_of(world: &World) {
     )
     .unwrap();
     let before: Vec<GatherRay> = table.read().unwrap();
-    let clearances = vec![0.1; world.hvds.pieces.len()];
+    let clearances = vec![0.1; world.hvds.fragments.len()];
     let patches = near_clusters::patches(
         &world.hvds,
         &clearances,

@@ -11,7 +11,7 @@ use lightpaths::scene::shapes;
 fn what_lies_on_both_sides_of_a_wall_is_separated_and_no_other_cluster() {
     let world = World::new(&shapes::thin_wall(), 16);
     let hvds = &world.hvds;
-    let clearances = vec![0.1; hvds.pieces.len()];
+    let clearances = vec![0.1; hvds.fragments.len()];
     let normal = |side: u32| world.geometry().normal(side);
     let patches = near_clusters::patches(hvds, &clearances, normal, 1 + LEVELS);
     let found = |entry_points: f32| {

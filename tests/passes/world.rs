@@ -73,7 +73,7 @@ pub(crate) struct World {
     pub coordinates: Vec<[Vec2; 3]>,
     pub materials: Vec<Material>,
     pub hvds: Hvds,
-    /// Density of entry points on each piece of `hvds`: all there may be, in no order.
+    /// Density of entry points on each fragment of `hvds`: all there may be, in no order.
     pub densities: Vec<f32>,
     /// Entry points that each cluster holds, in expectation.
     pub in_clusters: Vec<f32>,
@@ -103,8 +103,9 @@ impl World {
         let mut hvds = Hvds::build_split(&triangles, &surfaces, grid, cells);
         let every_third: Vec<bool> = hvds.levels[0].clone().map(|cluster| cluster % 3 == 0).collect();
         hvds.add_unweighted(&every_third);
-        let densities: Vec<f32> =
-            (0..hvds.pieces.len()).map(|piece| 1.0 + 7.0 * (piece as f32 * 0.618_034).fract()).collect();
+        let densities: Vec<f32> = (0..hvds.fragments.len())
+            .map(|fragment| 1.0 + 7.0 * (fragment as f32 * 0.618_034).fract())
+            .collect();
         let in_clusters = Strata::new(&hvds, &densities, ENTRY_POINTS).in_clusters;
         let clusters = ClusterTables::new(&hvds, &in_clusters).upload(&context).unwrap();
         let clear_distance = clear_distance(&bvh.nodes[0]);

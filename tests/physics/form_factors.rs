@@ -38,7 +38,7 @@ fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     let (low, high) = scene.bounds();
     let hvds = Hvds::build(&scene.triangles, &surfaces, grid::grid(low, high, CELLS), CELLS);
     // As dense everywhere: a path is a path.
-    let strata = Strata::new(&hvds, &vec![1.0; hvds.pieces.len()], PATHS);
+    let strata = Strata::new(&hvds, &vec![1.0; hvds.fragments.len()], PATHS);
     let clusters = ClusterTables::new(&hvds, &strata.in_clusters).upload(context).unwrap();
     let mut entry_points = entry_points::place(context, &buffers, &clusters, &strata, 3).unwrap();
     assert!(entry_points.iter().all(|point| (point.weight - 1.0).abs() < 1e-5));

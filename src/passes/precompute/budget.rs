@@ -14,7 +14,7 @@ const PACKING: f64 = 0.7;
 /// Share of the budget that placement aims at; its estimate is good to a few per cent.
 const BUDGET_SHARE: f64 = 0.9;
 
-/// What a piece of the surface asks for.
+/// What a fragment of the surface asks for.
 pub(super) struct Demand {
     area_m2: f64,
     /// Distances over which its shading normal turns by [`NORMAL_RANGE`], where it turns fastest and where slowest, metres.
@@ -24,12 +24,12 @@ pub(super) struct Demand {
 }
 
 impl Demand {
-    /// Of every piece, given their clearances.
-    pub(super) fn of_pieces(geometry: &Geometry<'_>, clearances: &[f32]) -> Vec<Self> {
-        shares::each(clearances.len(), |piece| {
-            let clearance = f64::from(clearances[piece]);
-            let piece = &geometry.hvds.pieces[piece];
-            let triangle = &geometry.triangles[piece.side as usize / 2];
+    /// Of every fragment, given their clearances.
+    pub(super) fn of_fragment(geometry: &Geometry<'_>, clearances: &[f32]) -> Vec<Self> {
+        shares::each(clearances.len(), |fragment| {
+            let clearance = f64::from(clearances[fragment]);
+            let fragment = &geometry.hvds.fragments[fragment];
+            let triangle = &geometry.triangles[fragment.side as usize / 2];
             let turn = |a: usize, b: usize| {
                 // The chord between unit normals is the angle, for the small angles of a smooth surface.
                 let angle = f64::from((triangle.normals[a] - triangle.normals[b]).length());
@@ -39,7 +39,7 @@ impl Demand {
             let fastest = turns.into_iter().fold(1e-12, f64::max);
             let slowest = turns.into_iter().fold(fastest, f64::min).max(1e-12);
             let reach = [NORMAL_RANGE / fastest, NORMAL_RANGE / slowest];
-            Self { area_m2: piece.open_area_m2(), reach, clearance }
+            Self { area_m2: fragment.open_area_m2(), reach, clearance }
         })
     }
 
@@ -75,7 +75,7 @@ impl Demand {
 
 /// The length that scales all radii, such that the expected number of records meets the budget; the longest at which that may be
 /// off; and the one to take where no length will do. Where curvature asks for
-/// many records whatever the length, the expectation is too high for them: flat pieces are granted a quarter of the budget at
+/// many records whatever the length, the expectation is too high for them: flat fragments are granted a quarter of the budget at
 /// first, and an eighth in any case; six tenths of it where what is curved is covered sparsely.
 pub(super) fn spread(demands: &[Demand], scene_size: f32, budget: u32) -> [f64; 3] {
     let curved = |unit: f64| demands.iter().map(|demand| demand.records(unit)).sum::<f64>();

@@ -11,13 +11,13 @@ use super::budget::{Demand, spread};
 use super::clearance::{Clearance, ClearanceProbe};
 pub use super::coverage::Placed;
 use super::coverage::{Cover, Neighbourhood, Records};
-use super::piece_points::{plane_sequence, point_in_polygon, probed_pieces};
+use super::fragment_points::{plane_sequence, point_in_polygon, probed_fragments};
 use super::{Progress, shares};
 use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::passes::SceneBuffers;
-use crate::scene::{Triangle, hvds::Hvds, hvds::Piece, solids::Solids};
+use crate::scene::{Triangle, hvds::Fragment, hvds::Hvds, solids::Solids};
 use crate::types::{CachePoint, Surface};
 use glam::{DVec3, UVec2, Vec3};
 use std::collections::HashMap;
@@ -51,7 +51,7 @@ pub struct Placement {
     pub is_covering: bool,
 }
 
-/// How far away other surfaces are, all over the active sides: a sample a piece, or some where there are many.
+/// How far away other surfaces are, all over the active sides: a sample a fragment, or some where there are many.
 pub struct SizeField {
     probe: ClearanceProbe,
     samples: Vec<CachePoint>,
@@ -59,7 +59,7 @@ pub struct SizeField {
 }
 
 impl SizeField {
-    /// Measures the clearances of points on the pieces.
+    /// Measures the clearances of points on the fragments.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -71,9 +71,9 @@ impl SizeField {
         progress: &mut dyn Progress,
     ) -> Result<Self> {
         let probe = ClearanceProbe::new(context, geometry.scene_size, seed)?;
-        let pieces = probed_pieces(&geometry.hvds.pieces, geometry.hvds.levels[0].len());
-        progress.stage("clearances", pieces.len() as u64);
-        let samples = shares::each(pieces.len(), |index| geometry.draw(pieces[index], 0, seed));
+        let fragments = probed_fragments(&geometry.hvds.fragments, geometry.hvds.levels[0].len());
+        progress.stage("clearances", fragments.len() as u64);
+        let samples = shares::each(fragments.len(), |index| geometry.draw(fragments[index], 0, seed));
         let measured = probe.measure(buffers, &samples, Some(progress))?;
         // Interior surface is no surface.
         let open = samples.into_iter().zip(measured).filter(|(_, measured)| measured.distance >= 0.0);
@@ -81,19 +81,19 @@ impl SizeField {
         Ok(Self { probe, samples, clearances })
     }
 
-    /// What the samples around say of the clearance at the middle of each piece of another cut of the same surface, metres.
+    /// What the samples around say of the clearance at the middle of each fragment of another cut of the same surface, metres.
     pub fn clearances_of(&self, geometry: &Geometry<'_>, other: &Hvds) -> Vec<f32> {
         let neighbourhood = Neighbourhood::new(&geometry.hvds.grid, &self.samples, &self.clearances);
-        let middle = |piece: usize| {
-            let piece: &Piece = &other.pieces[piece];
-            let position = piece.corners.iter().sum::<Vec3>() / piece.corners.len() as f32;
-            neighbourhood.clamp(&geometry.point(piece.side, position), geometry.scene_size)
+        let middle = |fragment: usize| {
+            let fragment: &Fragment = &other.fragments[fragment];
+            let position = fragment.corners.iter().sum::<Vec3>() / fragment.corners.len() as f32;
+            neighbourhood.clamp(&geometry.point(fragment.side, position), geometry.scene_size)
         };
-        shares::each(other.pieces.len(), middle)
+        shares::each(other.fragments.len(), middle)
     }
 }
 
-/// Places at most `budget` cache points on the pieces of the active sides.
+/// Places at most `budget` cache points on the fragments of the active sides.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -115,7 +115,7 @@ pub fn place(
     }
     let SizeField { probe, samples, clearances } = size_field;
     let neighbourhood = &Neighbourhood::new(&geometry.hvds.grid, samples, clearances);
-    let demands = &Demand::of_pieces(geometry, &size_field.clearances_of(geometry, geometry.hvds));
+    let demands = &Demand::of_fragment(geometry, &size_field.clearances_of(geometry, geometry.hvds));
     let [mut unit, largest, sparse] = spread(demands, geometry.scene_size, budget);
     let mut is_last =
         demands.iter().map(|demand| demand.records(largest)).sum::<f64>() > HOPELESS * f64::from(budget);
@@ -144,7 +144,7 @@ pub struct Geometry<'a> {
     pub triangles: &'a [Triangle],
     /// In BVH order.
     pub surfaces: &'a [Surface],
-    /// Its pieces are where candidates are drawn.
+    /// Its fragments are where candidates are drawn.
     pub hvds: &'a Hvds,
     /// Diagonal of the scene, metres.
     pub scene_size: f32,
@@ -160,10 +160,10 @@ impl Geometry<'_> {
         self.solids.hold(point.position + self.clear_distance * point.facet)
     }
 
-    /// Candidate number `index` of a piece: uniform over it, low-discrepancy in `index`. The radius is left at zero.
-    pub(super) fn draw(&self, piece: usize, index: u32, seed: u32) -> CachePoint {
-        let Piece { side, corners, .. } = &self.hvds.pieces[piece];
-        let u = plane_sequence(index, hash(piece as u32 ^ hash(seed)));
+    /// Candidate number `index` of a fragment: uniform over it, low-discrepancy in `index`. The radius is left at zero.
+    pub(super) fn draw(&self, fragment: usize, index: u32, seed: u32) -> CachePoint {
+        let Fragment { side, corners, .. } = &self.hvds.fragments[fragment];
+        let u = plane_sequence(index, hash(fragment as u32 ^ hash(seed)));
         let corner_mean = self.triangles[*side as usize / 2].positions.iter().sum::<Vec3>() / 3.0;
         // Off the triangle's edges by a hair: a ray from a point on an edge may slip out between two surfaces.
         self.point(*side, point_in_polygon(corners, u).lerp(corner_mean, 1.0 / 32_768.0))
@@ -195,8 +195,8 @@ impl Geometry<'_> {
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Candidate {
     rank: u32,
-    piece: u32,
-    /// Number of its point on the piece.
+    fragment: u32,
+    /// Number of its point on the fragment.
     index: u32,
 }
 
@@ -282,34 +282,36 @@ impl Attempt<'_> {
         Ok((candidates.len() as u64, has_room))
     }
 
-    /// All candidates in a fixed shuffled order, each piece as densely as its records will stand. Where the budget may
+    /// All candidates in a fixed shuffled order, each fragment as densely as its records will stand. Where the budget may
     /// leave something uncovered, where a record covers much comes first.
     fn candidates(&self) -> Vec<Candidate> {
-        let of_piece = |piece: usize| {
-            let count = CANDIDATES_PER_RECORD * self.demands[piece].records(self.unit);
-            let order = self.is_last.then(|| self.demands[piece].order(self.unit, self.geometry.scene_size));
-            let name = hash(piece as u32);
+        let of_fragment = |fragment: usize| {
+            let count = CANDIDATES_PER_RECORD * self.demands[fragment].records(self.unit);
+            let order =
+                self.is_last.then(|| self.demands[fragment].order(self.unit, self.geometry.scene_size));
+            let name = hash(fragment as u32);
             let rank = move |i: u32| match order {
                 None => hash(name ^ i),
                 Some(order) => order << 24 | hash(name ^ i) >> 8,
             };
-            let candidate = move |i| Candidate { rank: rank(i), piece: piece as u32, index: 1 + i };
+            let candidate = move |i| Candidate { rank: rank(i), fragment: fragment as u32, index: 1 + i };
             (0..count.ceil() as u32).map(candidate)
         };
         let mut candidates =
-            shares::in_shares(self.demands.len(), |share| share.flat_map(of_piece).collect());
+            shares::in_shares(self.demands.len(), |share| share.flat_map(of_fragment).collect());
         candidates.sort_unstable();
         candidates
     }
 
-    /// Random points over the whole active surface, in proportion to area, at least one a piece.
+    /// Random points over the whole active surface, in proportion to area, at least one a fragment.
     fn probes(&self) -> Vec<Candidate> {
-        let pieces = &self.geometry.hvds.pieces;
-        let area: f64 = pieces.iter().map(|piece| piece.area_m2).sum();
-        let counts = pieces.iter().map(|piece| (f64::from(PROBES) * piece.area_m2 / area).ceil() as u32);
-        let of_piece = |(piece, count): (u32, u32)| (0..count).map(move |index| (piece, index));
-        let probes = (0..).zip(counts).flat_map(of_piece);
-        (0..).zip(probes).map(|(rank, (piece, index))| Candidate { rank, piece, index }).collect()
+        let fragments = &self.geometry.hvds.fragments;
+        let area: f64 = fragments.iter().map(|fragment| fragment.area_m2).sum();
+        let counts =
+            fragments.iter().map(|fragment| (f64::from(PROBES) * fragment.area_m2 / area).ceil() as u32);
+        let of_fragment = |(fragment, count): (u32, u32)| (0..count).map(move |index| (fragment, index));
+        let probes = (0..).zip(counts).flat_map(of_fragment);
+        (0..).zip(probes).map(|(rank, (fragment, index))| Candidate { rank, fragment, index }).collect()
     }
 
     /// Candidates that no record covers, in the order of their ranks. Leaves the list in another order.
@@ -321,16 +323,16 @@ impl Attempt<'_> {
         cover: Cover,
     ) -> Vec<CachePoint> {
         // Neighbours on the surface one after another: they ask for the same records.
-        candidates.sort_unstable_by_key(|candidate| (candidate.piece, candidate.index));
+        candidates.sort_unstable_by_key(|candidate| (candidate.fragment, candidate.index));
         let candidates = &*candidates;
         let mut open = shares::in_shares(candidates.len(), |share| {
             let drawn = candidates[share].iter().map(|candidate| {
-                let &Candidate { piece, index, .. } = candidate;
-                (candidate, self.geometry.draw(piece as usize, index, seed))
+                let &Candidate { fragment, index, .. } = candidate;
+                (candidate, self.geometry.draw(fragment as usize, index, seed))
             });
             let is_open = |(candidate, point): &(&Candidate, CachePoint)| {
-                let piece = &self.geometry.hvds.pieces[candidate.piece as usize];
-                !records.cover(point, cover) && (piece.open == 1.0 || !self.geometry.is_interior(point))
+                let fragment = &self.geometry.hvds.fragments[candidate.fragment as usize];
+                !records.cover(point, cover) && (fragment.open == 1.0 || !self.geometry.is_interior(point))
             };
             drawn.filter(is_open).collect()
         });

@@ -172,8 +172,8 @@ pub fn build(
         for ray in rays.iter_mut().filter(|ray| ray.target != NO_TARGET) {
             ray.target = ray.target & mask | ray.target >> packing.cluster_bits << packed.cluster_bits;
         }
-        let of_piece = redirected.partition_point(|&(ray, _)| (ray as usize) < first + rays.len());
-        let (here, others) = redirected.split_at(of_piece);
+        let of_chunk = redirected.partition_point(|&(ray, _)| (ray as usize) < first + rays.len());
+        let (here, others) = redirected.split_at(of_chunk);
         for &(ray, view) in here {
             let target = &mut rays[ray as usize - first].target;
             *target = *target >> packed.cluster_bits << packed.cluster_bits | (clusters + view);

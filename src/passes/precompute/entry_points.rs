@@ -1,5 +1,5 @@
 //! Entry points: stratified over the area that light can reach, denser where surfaces stand close together. [Yue §1]
-//! In: pieces of the active sides, their densities. Out: the first vertex of every light path, in Morton order.
+//! In: fragments of the active sides, their densities. Out: the first vertex of every light path, in Morton order.
 //!
 //! Deviation: the paper's entry points are uniform. Where a surface is nearer than a cell, what a gather ray sees of it changes
 //! within the cell; there the clusters must be finer to be right, and need as many entry points to be trusted.
@@ -14,7 +14,7 @@ use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// A triangle of some piece of a side, and how dense its entry points are.
+    /// A triangle of some fragment of a side, and how dense its entry points are.
     pub struct EntryPatch {
         /// First corner.
         pub p0: Vec3,
@@ -77,27 +77,28 @@ pub struct Strata {
 }
 
 impl Strata {
-    /// Deals `count` points to the pieces in proportion to area and density, the running sum in f64: point i goes to the patch
+    /// Deals `count` points to the fragments in proportion to area and density, the running sum in f64: point i goes to the patch
     /// that holds the fraction (i + ½) / count of it.
     pub fn new(hvds: &Hvds, densities: &[f32], count: u32) -> Self {
-        let mut order: Vec<usize> = (0..hvds.pieces.len()).collect();
-        order.sort_by_key(|&piece| hvds.pieces[piece].cluster);
-        let area_m2: f64 = hvds.pieces.iter().map(|piece| piece.area_m2).sum();
-        let share = |(piece, &density): (usize, &f32)| hvds.pieces[piece].area_m2 * f64::from(density);
+        let mut order: Vec<usize> = (0..hvds.fragments.len()).collect();
+        order.sort_by_key(|&fragment| hvds.fragments[fragment].cluster);
+        let area_m2: f64 = hvds.fragments.iter().map(|fragment| fragment.area_m2).sum();
+        let share =
+            |(fragment, &density): (usize, &f32)| hvds.fragments[fragment].area_m2 * f64::from(density);
         let total: f64 = densities.iter().enumerate().map(share).sum();
-        let open = |(piece, share): (usize, f64)| share * f64::from(hvds.pieces[piece].open);
+        let open = |(fragment, share): (usize, f64)| share * f64::from(hvds.fragments[fragment].open);
         let mut strata =
             Self { patches: Vec::new(), first_points: vec![0], area_m2, in_clusters: Vec::new() };
         let mut running = 0.0;
         for index in order {
-            let (piece, density) = (&hvds.pieces[index], f64::from(densities[index]));
-            for fan in piece.corners.windows(2).skip(1) {
-                let (p0, p1, p2) = (piece.corners[0], fan[0], fan[1]);
+            let (fragment, density) = (&hvds.fragments[index], f64::from(densities[index]));
+            for fan in fragment.corners.windows(2).skip(1) {
+                let (p0, p1, p2) = (fragment.corners[0], fan[0], fan[1]);
                 let area_m2 = 0.5 * (p1 - p0).as_dvec3().cross((p2 - p0).as_dvec3()).length();
                 running += area_m2 * density / total;
                 let end = (running * f64::from(count) + 0.5).floor() as u32;
                 let weight = (total / (density * strata.area_m2)) as f32;
-                strata.patches.push(EntryPatch { p0, p1, p2, side: piece.side, weight });
+                strata.patches.push(EntryPatch { p0, p1, p2, side: fragment.side, weight });
                 strata.first_points.push(end.min(count));
             }
         }

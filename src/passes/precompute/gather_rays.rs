@@ -57,7 +57,7 @@ pub const MIN_ENTRY_POINTS: f32 = 8.0;
 const RAYS_OF_INVOCATION: u32 = 32;
 
 /// Rays that the host looks at together, at most, unless a row has more.
-const PIECE_RAYS: usize = 1 << 20;
+const CHUNK_RAYS: usize = 1 << 20;
 
 /// The stratification of a gather hemisphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -199,7 +199,7 @@ impl RayTable {
     /// # Errors
     /// The device failed.
     pub fn scan(&self, row: u32, mut look: impl FnMut(usize, &[GatherRay])) -> Result<()> {
-        self.pieces(row, |first, _, rays| {
+        self.chunks(row, |first, _, rays| {
             look(first, rays);
             Ok(())
         })
@@ -210,24 +210,24 @@ impl RayTable {
     /// # Errors
     /// The device failed.
     pub fn revise(&self, row: u32, mut change: impl FnMut(usize, &mut [GatherRay])) -> Result<()> {
-        self.pieces(row, |first, (buffer, place), rays| {
+        self.chunks(row, |first, (buffer, place), rays| {
             change(first, rays);
             buffer.write_range(place, rays)
         })
     }
 
-    /// Reads piece by piece; `visit` is told the number of the first ray and where it stands.
-    fn pieces(
+    /// Reads chunk by chunk; `visit` is told the number of the first ray and where it stands.
+    fn chunks(
         &self,
         row: u32,
         mut visit: impl FnMut(usize, (&Buffer, usize), &mut [GatherRay]) -> Result<()>,
     ) -> Result<()> {
-        let piece = (PIECE_RAYS / row as usize).max(1) * row as usize;
+        let chunk = (CHUNK_RAYS / row as usize).max(1) * row as usize;
         let mut before = 0;
         for buffer in &self.buffers {
             let count = buffer.bytes() as usize / size_of::<GatherRay>();
-            for place in (0..count).step_by(piece) {
-                let mut rays = buffer.read_range(place, piece.min(count - place))?;
+            for place in (0..count).step_by(chunk) {
+                let mut rays = buffer.read_range(place, chunk.min(count - place))?;
                 visit(before + place, (buffer, place), &mut rays)?;
             }
             before += count;

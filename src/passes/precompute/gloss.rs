@@ -186,9 +186,9 @@ impl GlossTables {
             entry_of_path[entry.path as usize] = index;
         }
         let mut is_glossy = vec![false; sources.hvds.unweighted.len()];
-        for piece in &sources.hvds.pieces {
-            let material = sources.surfaces[piece.side as usize / 2].material;
-            is_glossy[piece.cluster as usize] |= sources.materials[material as usize].may_be_glossy();
+        for fragment in &sources.hvds.fragments {
+            let material = sources.surfaces[fragment.side as usize / 2].material;
+            is_glossy[fragment.cluster as usize] |= sources.materials[material as usize].may_be_glossy();
         }
         for (cluster, is_glossy) in is_glossy.into_iter().enumerate() {
             if !is_glossy {

@@ -15,7 +15,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Rays that the host looks at together, at most, unless a row has more.
-const PIECE_RAYS: usize = 1 << 20;
+const CHUNK_RAYS: usize = 1 << 20;
 
 /// Cache points whose rays one thread looks at together.
 const SHARE: usize = 64;
@@ -206,12 +206,12 @@ impl MergedRays {
         table.scan(hemisphere.rays(), |_, rays| targets.extend(distinct(rays)))?;
         let packing = MergedRayPacking::new(targets, hemisphere);
         let mut found = Self::empty(context, &packing, rows_per_part, has_colours)?;
-        let piece = (PIECE_RAYS / per_row).max(1) * per_row;
+        let chunk = (CHUNK_RAYS / per_row).max(1) * per_row;
         let mut rows: Vec<Vec<(MergedRay, u32)>> = Vec::new();
         for (rays, colours) in table.buffers.into_iter().zip(table.colours) {
             let count = rays.bytes() as usize / size_of::<GatherRay>();
-            for place in (0..count).step_by(piece) {
-                let length = piece.min(count - place);
+            for place in (0..count).step_by(chunk) {
+                let length = chunk.min(count - place);
                 let read: Vec<GatherRay> = rays.read_range(place, length)?;
                 let image_colours: Vec<u32> =
                     if has_colours { colours.read_range(place, length)? } else { Vec::new() };

@@ -70,26 +70,26 @@ impl Patch {
     };
 }
 
-/// The clusters of so many levels from the finest, in order; an unweighted cluster is where its cluster is. `clearances` of the pieces, metres; `normal` of a side.
+/// The clusters of so many levels from the finest, in order; an unweighted cluster is where its cluster is. `clearances` of the fragments, metres; `normal` of a side.
 pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3, levels: usize) -> Vec<Patch> {
     let end = end(hvds, levels);
     let mut patches = vec![Patch { clearance: 0.0, ..Patch::EMPTY }; end];
     let mut areas = vec![0.0; end];
-    for (piece, &clearance) in hvds.pieces.iter().zip(clearances) {
-        let middle = piece.corners.iter().sum::<Vec3>() / piece.corners.len() as f32;
+    for (fragment, &clearance) in hvds.fragments.iter().zip(clearances) {
+        let middle = fragment.corners.iter().sum::<Vec3>() / fragment.corners.len() as f32;
         let [low, high] = [Vec3::min, Vec3::max]
-            .map(|bound| piece.corners[1..].iter().fold(piece.corners[0], |a, &b| bound(a, b)));
-        let area = piece.open_area_m2() as f32;
-        for base in [piece.cluster, hvds.unweighted[piece.cluster as usize]] {
+            .map(|bound| fragment.corners[1..].iter().fold(fragment.corners[0], |a, &b| bound(a, b)));
+        let area = fragment.open_area_m2() as f32;
+        for base in [fragment.cluster, hvds.unweighted[fragment.cluster as usize]] {
             let mut cluster = base as usize;
             while cluster < end {
                 let patch = &mut patches[cluster];
-                areas[cluster] += piece.open_area_m2();
+                areas[cluster] += fragment.open_area_m2();
                 patch.clearance += area * clearance;
                 patch.middle += area * middle;
-                patch.normal += area * normal(piece.side);
+                patch.normal += area * normal(fragment.side);
                 (patch.low, patch.high) = (patch.low.min(low), patch.high.max(high));
-                patch.is_back = piece.side % 2 == 1;
+                patch.is_back = fragment.side % 2 == 1;
                 cluster = hvds.parents[cluster] as usize;
             }
         }

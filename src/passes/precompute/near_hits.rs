@@ -177,9 +177,9 @@ impl NearHits {
             for ray in rays.iter_mut().filter(|ray| ray.target != NO_TARGET) {
                 ray.target = ray.target & mask | ray.target >> packing.cluster_bits << packed.cluster_bits;
             }
-            // Readers stand point by point, and pieces of the table end with points.
-            let of_piece = readers.partition_point(|reader| (reader.ray as usize) < first + rays.len());
-            let (here, others) = readers.split_at(of_piece);
+            // Readers stand point by point, and chunks of the table end with points.
+            let of_chunk = readers.partition_point(|reader| (reader.ray as usize) < first + rays.len());
+            let (here, others) = readers.split_at(of_chunk);
             for reader in here {
                 rays[reader.ray as usize - first].target =
                     (taken + reader.entry) | reader.material << packed.cluster_bits;

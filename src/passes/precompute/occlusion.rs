@@ -7,7 +7,7 @@
 use super::rays::{RayQuery, Rays};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
-use crate::scene::hvds::{Hvds, Piece};
+use crate::scene::hvds::{Fragment, Hvds};
 use crate::types::Surface;
 use glam::{DVec3, UVec2, UVec3, Vec3};
 use std::collections::{BTreeMap, HashMap};
@@ -69,9 +69,9 @@ pub(super) struct Cells<'a> {
     base_ranges: Vec<UVec2>,
     /// Base cell of each base cluster.
     base_cells: Vec<UVec3>,
-    /// Pieces by base cluster, and the first of each base cluster.
-    pieces: Vec<u32>,
-    first_pieces: Vec<u32>,
+    /// Fragments by base cluster, and the first of each base cluster.
+    fragments: Vec<u32>,
+    fragment_offsets: Vec<u32>,
     /// Clusters of each cell above the base level.
     in_cells: HashMap<(usize, UVec3), Vec<u32>>,
     /// Of each cluster, once somebody asked.
@@ -130,7 +130,7 @@ impl<'a> Cells<'a> {
                 }
             }
         }
-        let (pieces, first_pieces) = sorted_pieces(&hvds.pieces, base);
+        let (fragments, fragment_offsets) = sorted_fragments(&hvds.fragments, base);
         let base_ranges = super::gloss::base_ranges(hvds);
         let mut in_cells: HashMap<_, Vec<u32>> = HashMap::new();
         for (level, clusters) in hvds.levels.iter().enumerate().skip(1) {
@@ -146,8 +146,8 @@ impl<'a> Cells<'a> {
             surfaces,
             base_ranges,
             base_cells,
-            pieces,
-            first_pieces,
+            fragments,
+            fragment_offsets,
             in_cells,
             samples,
             clear_distance,
@@ -165,11 +165,12 @@ impl<'a> Cells<'a> {
         self.hvds.first_children[cluster as usize]..self.hvds.first_children[cluster as usize + 1]
     }
 
-    fn pieces_of(&self, cluster: u32) -> impl Iterator<Item = &'a Piece> + Clone {
+    fn fragments_of(&self, cluster: u32) -> impl Iterator<Item = &'a Fragment> + Clone {
         let hvds: &'a Hvds = self.hvds;
         let range = self.base_ranges[cluster as usize];
-        let run = self.first_pieces[range.x as usize] as usize..self.first_pieces[range.y as usize] as usize;
-        self.pieces[run].iter().map(move |&piece| &hvds.pieces[piece as usize])
+        let run = self.fragment_offsets[range.x as usize] as usize
+            ..self.fragment_offsets[range.y as usize] as usize;
+        self.fragments[run].iter().map(move |&fragment| &hvds.fragments[fragment as usize])
     }
 
     /// Unit geometric normal of a side.
@@ -182,25 +183,26 @@ impl<'a> Cells<'a> {
     pub(super) fn hiding(&self, cluster: u32) -> Hiding {
         let flat = FLAT * self.hvds.grid.cell_size();
         // Planes of the cluster's sides: what rises above none hides nothing, as on a solid that bulges everywhere.
-        let Some(sides) = last_of_each(self.pieces_of(cluster), |piece| piece.side) else {
+        let Some(sides) = last_of_each(self.fragments_of(cluster), |fragment| fragment.side) else {
             return Hiding::Unknown;
         };
-        let plane = |piece: &&Piece| (self.normal(piece.side).as_dvec3(), piece.corners[0].as_dvec3());
+        let plane =
+            |fragment: &&Fragment| (self.normal(fragment.side).as_dvec3(), fragment.corners[0].as_dvec3());
         let sides: Vec<(DVec3, DVec3)> = sides.iter().map(plane).collect();
-        let rises = |piece: &&Piece| {
+        let rises = |fragment: &&Fragment| {
             let over = |&(normal, on): &(DVec3, DVec3)| {
-                piece.corners.iter().any(|corner| normal.dot(corner.as_dvec3() - on) > flat)
+                fragment.corners.iter().any(|corner| normal.dot(corner.as_dvec3() - on) > flat)
             };
             sides.iter().any(over)
         };
-        let around = self.in_cells[&self.place(cluster)].iter().flat_map(|&other| self.pieces_of(other));
-        let Some(triangles) = last_of_each(around.filter(rises), |piece| piece.side / 2) else {
+        let around = self.in_cells[&self.place(cluster)].iter().flat_map(|&other| self.fragments_of(other));
+        let Some(triangles) = last_of_each(around.filter(rises), |fragment| fragment.side / 2) else {
             return Hiding::Unknown;
         };
-        let corners = || self.pieces_of(cluster).flat_map(|piece| &piece.corners);
-        let plane = |piece: &&Piece| {
-            let normal = self.surfaces[piece.side as usize / 2].normal.as_dvec3();
-            let on = piece.corners[0].as_dvec3();
+        let corners = || self.fragments_of(cluster).flat_map(|fragment| &fragment.corners);
+        let plane = |fragment: &&Fragment| {
+            let normal = self.surfaces[fragment.side as usize / 2].normal.as_dvec3();
+            let on = fragment.corners[0].as_dvec3();
             let heights = corners().map(|corner| normal.dot(corner.as_dvec3() - on));
             let widen = |[low, high]: [f64; 2], height: f64| [low.min(height), high.max(height)];
             Plane { normal, heights: heights.fold([f64::INFINITY, f64::NEG_INFINITY], widen) }
@@ -215,15 +217,15 @@ impl<'a> Cells<'a> {
 
     /// Points spread over the surface of a cluster, by area.
     fn spread(&self, cluster: u32) -> Samples {
-        let pieces = self.pieces_of(cluster);
-        let area_m2: f64 = pieces.clone().map(Piece::open_area_m2).sum();
+        let fragments = self.fragments_of(cluster);
+        let area_m2: f64 = fragments.clone().map(Fragment::open_area_m2).sum();
         let mut points = Vec::with_capacity(SAMPLES);
         let mut passed = 0.0;
-        for piece in pieces {
-            passed += piece.open_area_m2();
+        for fragment in fragments {
+            passed += fragment.open_area_m2();
             while points.len() < SAMPLES && (points.len() as f64 + 0.5) * area_m2 <= passed * SAMPLES as f64 {
-                let position = point_on(piece, points.len() as u32).as_vec3();
-                points.push(Sample { position, normal: self.normal(piece.side) });
+                let position = point_on(fragment, points.len() as u32).as_vec3();
+                points.push(Sample { position, normal: self.normal(fragment.side) });
             }
         }
         let normal: DVec3 = points.iter().map(|sample| sample.normal.as_dvec3()).sum();
@@ -268,14 +270,14 @@ impl<'a> Cells<'a> {
     }
 }
 
-/// Pieces by cluster of the base level, in their order, and the first of each cluster.
-fn sorted_pieces(pieces: &[Piece], base: usize) -> (Vec<u32>, Vec<u32>) {
+/// Fragments by cluster of the base level, in their order, and the first of each cluster.
+fn sorted_fragments(fragments: &[Fragment], base: usize) -> (Vec<u32>, Vec<u32>) {
     let mut first = vec![0; base + 2];
-    pieces.iter().for_each(|piece| first[piece.cluster as usize + 2] += 1);
+    fragments.iter().for_each(|fragment| first[fragment.cluster as usize + 2] += 1);
     (1..first.len()).for_each(|cluster| first[cluster] += first[cluster - 1]);
-    let mut sorted = vec![0; pieces.len()];
-    for (index, piece) in (0..).zip(pieces) {
-        let place = &mut first[piece.cluster as usize + 1];
+    let mut sorted = vec![0; fragments.len()];
+    for (index, fragment) in (0..).zip(fragments) {
+        let place = &mut first[fragment.cluster as usize + 1];
         sorted[*place as usize] = index;
         *place += 1;
     }
@@ -283,14 +285,14 @@ fn sorted_pieces(pieces: &[Piece], base: usize) -> (Vec<u32>, Vec<u32>) {
     (sorted, first)
 }
 
-/// The last piece of each key, by key; none where there are too many to look at one by one.
+/// The last fragment of each key, by key; none where there are too many to look at one by one.
 fn last_of_each<'a>(
-    pieces: impl Iterator<Item = &'a Piece>,
-    key: fn(&Piece) -> u32,
-) -> Option<Vec<&'a Piece>> {
+    fragments: impl Iterator<Item = &'a Fragment>,
+    key: fn(&Fragment) -> u32,
+) -> Option<Vec<&'a Fragment>> {
     let mut last = BTreeMap::new();
-    for piece in pieces {
-        last.insert(key(piece), piece);
+    for fragment in fragments {
+        last.insert(key(fragment), fragment);
         if last.len() > MAX_PLANES {
             return None;
         }
@@ -299,11 +301,11 @@ fn last_of_each<'a>(
 }
 
 /// Point of a two-dimensional additive recurrence on the plastic number, moved to a convex polygon.
-fn point_on(piece: &Piece, index: u32) -> DVec3 {
+fn point_on(fragment: &Fragment, index: u32) -> DVec3 {
     const G: f64 = 1.324_717_957_244_746;
     let [mut u, v] = [1.0, 2.0].map(|power| (0.5 + f64::from(index + 1) * f64::powf(G, -power)).fract());
-    let corner = |i: usize| piece.corners[i].as_dvec3();
-    let fan = 1..piece.corners.len() - 1;
+    let corner = |i: usize| fragment.corners[i].as_dvec3();
+    let fan = 1..fragment.corners.len() - 1;
     let double_area = |i: usize| (corner(i) - corner(0)).cross(corner(i + 1) - corner(0)).length();
     let total: f64 = fan.clone().map(double_area).sum();
     let mut chosen = fan.start;

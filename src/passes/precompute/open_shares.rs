@@ -1,4 +1,4 @@
-//! How much of each piece of the surface is in the open. Parts of a scene that reach into each other bury surface in their insides, and what lies
+//! How much of each fragment of the surface is in the open. Parts of a scene that reach into each other bury surface in their insides, and what lies
 //! on something covers it but for a gap that no cell resolves: no light comes there, it takes none away from what is around it, and is no place for
 //! entry points.
 
@@ -11,7 +11,7 @@ use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::passes::SceneBuffers;
 
-/// Points of a piece that are asked for, and of one of which they disagree.
+/// Points of a fragment that are asked for, and of one of which they disagree.
 const POINTS: u32 = 4;
 const MORE_POINTS: u32 = 32;
 /// What is covered has something so near in front of it, in cells.
@@ -19,7 +19,7 @@ const GAP: f32 = 1.0 / 16.0;
 /// Rays that look around.
 const RAYS: u32 = 12;
 
-/// The share of each piece that no solid holds and nothing covers, 0..=1.
+/// The share of each fragment that no solid holds and nothing covers, 0..=1.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -30,18 +30,18 @@ pub fn open_shares(
 ) -> Result<Vec<f32>> {
     let mut open = outside_solids(geometry, seed);
     let cell = geometry.hvds.grid.cell_size() as f32;
-    let origin = |piece: usize, index: u32| {
-        let point = geometry.draw(piece, index, seed);
+    let origin = |fragment: usize, index: u32| {
+        let point = geometry.draw(fragment, index, seed);
         (point.position + geometry.clear_distance * point.facet, point.facet)
     };
-    let ahead = |piece: usize| {
-        let (origin, direction) = origin(piece, 0);
+    let ahead = |fragment: usize| {
+        let (origin, direction) = origin(fragment, 0);
         RayQuery { origin, direction }
     };
-    let left: Vec<usize> = (0..open.len()).filter(|&piece| open[piece] > 0.0).collect();
+    let left: Vec<usize> = (0..open.len()).filter(|&fragment| open[fragment] > 0.0).collect();
     let queries = shares::each(left.len(), |index| ahead(left[index]));
     let answers = rays.trace(buffers, &queries)?;
-    let near = |(&piece, t): (&usize, f32)| (t >= 0.0 && t < GAP * cell).then_some(piece);
+    let near = |(&fragment, t): (&usize, f32)| (t >= 0.0 && t < GAP * cell).then_some(fragment);
     let near: Vec<usize> = left.iter().zip(answers.iter().map(|answer| answer.t)).filter_map(near).collect();
     let around = |ray: u32| {
         let (origin, normal) = origin(near[(ray / (POINTS * RAYS)) as usize], ray / RAYS % POINTS);
@@ -50,23 +50,23 @@ pub fn open_shares(
     };
     let queries = shares::each(near.len() * (POINTS * RAYS) as usize, |ray| around(ray as u32));
     let answers = rays.trace(buffers, &queries)?;
-    for (&piece, answers) in near.iter().zip(answers.chunks_exact((POINTS * RAYS) as usize)) {
+    for (&fragment, answers) in near.iter().zip(answers.chunks_exact((POINTS * RAYS) as usize)) {
         let is_covered = |t: f32| t >= 0.0 && t < COVERED_SIGHT * cell;
         let points = answers.chunks_exact(RAYS as usize);
         let covered = points.filter(|point| point.iter().all(|answer| is_covered(answer.t))).count();
-        open[piece] *= 1.0 - covered as f32 / POINTS as f32;
+        open[fragment] *= 1.0 - covered as f32 / POINTS as f32;
     }
     Ok(open)
 }
 
-/// The share of each piece that no solid holds.
+/// The share of each fragment that no solid holds.
 fn outside_solids(geometry: &Geometry<'_>, seed: u32) -> Vec<f32> {
-    let pieces = &geometry.hvds.pieces;
+    let fragments = &geometry.hvds.fragments;
     if geometry.solids.is_empty() {
-        return vec![1.0; pieces.len()];
+        return vec![1.0; fragments.len()];
     }
-    shares::each(pieces.len(), |piece| {
-        let is_open = |index: &u32| !geometry.is_interior(&geometry.draw(piece, *index, seed));
+    shares::each(fragments.len(), |fragment| {
+        let is_open = |index: &u32| !geometry.is_interior(&geometry.draw(fragment, *index, seed));
         let open = (0..POINTS).filter(is_open).count() as u32;
         if open == 0 || open == POINTS {
             return (open / POINTS) as f32;

@@ -57,7 +57,7 @@ impl Contents {
             unweighted: file.list("unweighted clusters")?,
             parents: file.list("parents")?,
             first_children: Vec::new(),
-            pieces: Vec::new(),
+            fragments: Vec::new(),
             mixed: file.list::<u8>("mixed")?.into_iter().map(|mixed| mixed != 0).collect(),
         };
         let contribution = |what: u32| Contribution { what, ..Contribution::new(0, 0) };

@@ -107,7 +107,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
 
     let hvds = contents.hvds;
     // The device's table was made before part of some clusters turned out not to show.
-    let complete = Hvds { shown_m2: hvds.areas_m2.clone(), ..hvds.without_pieces() };
+    let complete = Hvds { shown_m2: hvds.areas_m2.clone(), ..hvds.without_fragments() };
     let cluster_tables = ClusterTables { hvds: complete, entry_points: contents.trusted };
     let mut gloss = contents.gloss;
     let mut clusters = None;

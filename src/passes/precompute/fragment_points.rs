@@ -1,10 +1,10 @@
-//! Points on pieces of the surface.
+//! Points on fragments of the surface.
 
 use crate::cpu::sampling::hash;
-use crate::scene::hvds::Piece;
+use crate::scene::hvds::Fragment;
 use glam::Vec3;
 
-/// Pieces of one cluster whose clearance is measured.
+/// Fragments of one cluster whose clearance is measured.
 const MAX_SURVEYED: usize = 16;
 
 /// Uniform point in a convex polygon.
@@ -30,16 +30,16 @@ pub(super) fn plane_sequence(index: u32, seed: u32) -> [f32; 2] {
     [0, 1].map(|axis| (shift[axis] + f64::from(index) * STEPS[axis]).fract() as f32)
 }
 
-/// Pieces to measure: of a cluster that is cut into many, some.
-pub(super) fn probed_pieces(pieces: &[Piece], base_clusters: usize) -> Vec<usize> {
+/// Fragments to measure: of a cluster that is cut into many, some.
+pub(super) fn probed_fragments(fragments: &[Fragment], base_clusters: usize) -> Vec<usize> {
     let (mut counts, mut passed) = (vec![0; base_clusters], vec![0; base_clusters]);
-    pieces.iter().for_each(|piece| counts[piece.cluster as usize] += 1);
-    let is_taken = |&piece: &usize| {
-        let cluster = pieces[piece].cluster as usize;
+    fragments.iter().for_each(|fragment| counts[fragment.cluster as usize] += 1);
+    let is_taken = |&fragment: &usize| {
+        let cluster = fragments[fragment].cluster as usize;
         passed[cluster] += 1;
         passed[cluster] * MAX_SURVEYED % counts[cluster].max(MAX_SURVEYED) < MAX_SURVEYED
     };
-    (0..pieces.len()).filter(is_taken).collect()
+    (0..fragments.len()).filter(is_taken).collect()
 }
 
 #[cfg(test)]
@@ -48,12 +48,13 @@ mod tests {
 
     #[test]
     fn every_cluster_is_probed_and_none_too_often() {
-        let piece = |cluster: u32| Piece { side: 0, cluster, area_m2: 1.0, open: 1.0, corners: Vec::new() };
-        // Clusters of 1, 2, … 100 pieces, mixed.
-        let mut pieces: Vec<Piece> = (0..100).flat_map(|c| (0..=c).map(move |_| piece(c))).collect();
-        pieces.sort_by_key(|piece| piece.cluster % 7);
+        let fragment =
+            |cluster: u32| Fragment { side: 0, cluster, area_m2: 1.0, open: 1.0, corners: Vec::new() };
+        // Clusters of 1, 2, … 100 fragments, mixed.
+        let mut fragments: Vec<Fragment> = (0..100).flat_map(|c| (0..=c).map(move |_| fragment(c))).collect();
+        fragments.sort_by_key(|fragment| fragment.cluster % 7);
         let mut taken = vec![0; 100];
-        probed_pieces(&pieces, 100).into_iter().for_each(|i| taken[pieces[i].cluster as usize] += 1);
+        probed_fragments(&fragments, 100).into_iter().for_each(|i| taken[fragments[i].cluster as usize] += 1);
         assert_eq!(taken, (1..=100).map(|count| count.min(MAX_SURVEYED)).collect::<Vec<_>>());
     }
 }

@@ -18,7 +18,7 @@ struct BlendPush {
 };
 
 layout(binding = 0) uniform usamplerBuffer CachePoints;
-layout(scalar, binding = 1) readonly buffer FirstNeighbours { uint first_neighbours[]; };  // of each record, and the end
+layout(scalar, binding = 1) readonly buffer NeighbourOffsets { uint neighbour_offsets[]; };  // of each record, and the end
 layout(scalar, binding = 2) readonly buffer Neighbours { Neighbour neighbours[]; };
 layout(binding = 3) uniform usamplerBuffer Records;  // `Record`s
 layout(scalar, binding = 4) writeonly buffer Blended { Record blended[]; };
@@ -33,7 +33,7 @@ void main() {
     vec3 offset = vec3(0.0);
     mat3 translation = mat3(0.0);
     mat3 rotation = mat3(0.0);
-    for (uint i = first_neighbours[index]; i < first_neighbours[index + 1u]; ++i) {
+    for (uint i = neighbour_offsets[index]; i < neighbour_offsets[index + 1u]; ++i) {
         Record record = record_at(Records, neighbours[i].record);
         float weight = neighbours[i].weight;
         // Half of the way by the gradient at the neighbour; below, half by that at the record itself: curvature cancels.

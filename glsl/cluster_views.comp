@@ -14,7 +14,7 @@ struct ClusterViewsPush {
     uint weight_bits;  // of a part
 };
 
-layout(scalar, binding = 0) readonly buffer FirstParts { uint first_parts[]; };  // of each view, and the end
+layout(scalar, binding = 0) readonly buffer PartOffsets { uint part_offsets[]; };  // of each view, and the end
 layout(scalar, binding = 1) readonly buffer ViewParts { uint view_parts[]; };  // cluster << weight_bits | (steps - 1)
 layout(scalar, binding = 2) buffer Irradiance { vec3 irradiance[]; };
 layout(scalar, push_constant) uniform Push { ClusterViewsPush push; };
@@ -24,7 +24,7 @@ void main() {
     if (view >= push.view_count) return;
     uint steps = 1u << push.weight_bits;  // of all parts together
     vec3 sum = vec3(0.0);
-    for (uint i = first_parts[view]; i < first_parts[view + 1u]; ++i) {
+    for (uint i = part_offsets[view]; i < part_offsets[view + 1u]; ++i) {
         uint part = view_parts[i];
         sum += float((part & (steps - 1u)) + 1u) * irradiance[part >> push.weight_bits];
     }

@@ -28,8 +28,8 @@ struct EntryPointsPush {
 layout(binding = 0) uniform usamplerBuffer Triangles;
 layout(binding = 1) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 2) readonly buffer EntryPatches { EntryPatch entry_patches[]; };
-layout(scalar, binding = 3) readonly buffer FirstPoints { uint first_points[]; };  // of each patch
-layout(scalar, binding = 4) readonly buffer CellFirst { uint cell_first[]; };
+layout(scalar, binding = 3) readonly buffer PointOffsets { uint point_offsets[]; };  // of each patch
+layout(scalar, binding = 4) readonly buffer CellOffsets { uint cell_offsets[]; };
 layout(scalar, binding = 5) readonly buffer CellClusters { uint cell_clusters[]; };
 layout(scalar, binding = 6) writeonly buffer EntryPoints { PathVertex entry_points[]; };
 layout(scalar, push_constant) uniform Push { EntryPointsPush push; };
@@ -44,7 +44,7 @@ uint find_patch(uint index) {
     uint high = push.patch_count;
     while (high - low > 1u) {
         uint middle = (low + high) / 2u;
-        if (first_points[middle] <= index) low = middle;
+        if (point_offsets[middle] <= index) low = middle;
         else high = middle;
     }
     return low;

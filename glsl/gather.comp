@@ -24,7 +24,7 @@ struct GatherPush {
 };
 
 layout(binding = 0) uniform usamplerBuffer CachePoints;
-layout(scalar, binding = 1) readonly buffer FirstMergedRays { uint first_merged_rays[]; };  // of each point of the part, and the end
+layout(scalar, binding = 1) readonly buffer MergedRayOffsets { uint merged_ray_offsets[]; };  // of each point of the part, and the end
 // Two a texel. Rays of a point that meet one gather target: gather target | (number of rays - 1) << target_bits; their shares in the gradients under
 // movement (two numbers of eight bits, and the exponent of both in five), then under rotation (four, four and three). Invocations of a point
 // read neighbours here, and, because its merged rays are in the order of their targets, close places of the radiances.
@@ -85,8 +85,8 @@ void main() {
     uint row = index - push.first_point;
 
     vec3 sum[SUMS] = vec3[](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
-    uint first = first_merged_rays[row];
-    uint end = is_listed ? first_merged_rays[row + 1u] : first;
+    uint first = merged_ray_offsets[row];
+    uint end = is_listed ? merged_ray_offsets[row + 1u] : first;
     for (uint i = (first & ~1u) + 2u * lane; i < end; i += 2u * RECORD_LANES) {
         uvec4 both = texelFetch(MergedRays, int(i >> 1));
         add(sum, i, both.xy, i >= first);

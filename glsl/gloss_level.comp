@@ -13,7 +13,7 @@ struct GlossLevelPush {
     uint leaf_count;  // slots that are not sums
 };
 
-layout(scalar, binding = 0) readonly buffer FirstChildren { uint first_children[]; };
+layout(scalar, binding = 0) readonly buffer ChildOffsets { uint child_offsets[]; };
 layout(scalar, binding = 1) readonly buffer Children { uint children[]; };
 layout(scalar, binding = 2) buffer GlossFluxes { vec3 gloss_fluxes[]; };
 layout(scalar, push_constant) uniform Push { GlossLevelPush push; };
@@ -23,7 +23,7 @@ void main() {
     if (index >= push.slot_count) return;
     uint slot = push.first_slot + index;
     vec3 sum = vec3(0.0);
-    for (uint i = first_children[slot - push.leaf_count]; i < first_children[slot - push.leaf_count + 1u]; ++i) {
+    for (uint i = child_offsets[slot - push.leaf_count]; i < child_offsets[slot - push.leaf_count + 1u]; ++i) {
         sum += gloss_fluxes[children[i]];
     }
     gloss_fluxes[slot] = sum;

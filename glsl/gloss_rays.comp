@@ -37,7 +37,7 @@ layout(binding = 0) uniform usamplerBuffer Nodes;
 layout(binding = 1) uniform usamplerBuffer Triangles;
 layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
-layout(scalar, binding = 4) readonly buffer CellFirst { uint cell_first[]; };
+layout(scalar, binding = 4) readonly buffer CellOffsets { uint cell_offsets[]; };
 layout(scalar, binding = 5) readonly buffer CellClusters { uint cell_clusters[]; };
 layout(scalar, binding = 6) readonly buffer ClusterLinks { ClusterLink links[]; };
 layout(scalar, binding = 7) readonly buffer UnweightedClusters { uint unweighted_clusters[]; };
@@ -48,7 +48,7 @@ layout(scalar, binding = 11) writeonly buffer GlossSamples { PixelSurface gloss_
 layout(scalar, binding = 12) writeonly buffer GlossRays { GlossRay gloss_rays[]; };
 layout(scalar, binding = 13) writeonly buffer GlossColours { uint gloss_colours[]; };  // of the image at each ray's hit, packed
 layout(scalar, binding = 14) writeonly buffer TruncatedLoops { uint truncated_loops[]; };  // host flag: LOOP_TRUNCATED if some invocation was
-layout(scalar, binding = 15) readonly buffer FirstReads { uint first_reads[]; };  // of each cluster in `slot_reads`, and the end
+layout(scalar, binding = 15) readonly buffer ReadOffsets { uint read_offsets[]; };  // of each cluster in `slot_reads`, and the end
 layout(scalar, binding = 16) readonly buffer SlotReads { uvec2 slot_reads[]; };   // direction and slot, in order
 layout(scalar, binding = 17) readonly buffer TextureCoordinates { vec2 texture_coordinates[]; };
 layout(scalar, binding = 18) readonly buffer Textures { Texture textures[]; };
@@ -74,7 +74,7 @@ const uint CLIMB = 5u;
 uint slot_towards(uint cluster, vec3 toward) {
     uint bin = direction_bin(toward, push.side);
     for (uint level = 0u; level <= CLIMB && cluster != NO_CLUSTER; ++level) {
-        uvec2 range = uvec2(first_reads[cluster], first_reads[cluster + 1u]);
+        uvec2 range = uvec2(read_offsets[cluster], read_offsets[cluster + 1u]);
         while (range.x < range.y) {
             uint middle = (range.x + range.y) / 2u;
             uvec2 read = slot_reads[middle];

@@ -13,7 +13,7 @@ struct HvdsLevelPush {
     uint cluster_count;
 };
 
-layout(scalar, binding = 0) readonly buffer FirstChildren { uint first_children[]; };  // of each cluster, and the end
+layout(scalar, binding = 0) readonly buffer ChildOffsets { uint child_offsets[]; };  // of each cluster, and the end
 layout(scalar, binding = 1) buffer ClusterFluxes { ClusterFlux cluster_fluxes[]; };
 layout(scalar, binding = 2) readonly buffer SummedClusters { uint summed_clusters[]; };
 layout(scalar, push_constant) uniform Push { HvdsLevelPush push; };
@@ -23,7 +23,7 @@ void main() {
     if (index >= push.cluster_count) return;
     uint cluster = summed_clusters[push.first_place + index];
     ClusterFlux sum = ClusterFlux(vec3(0.0), vec3(0.0));
-    for (uint child = first_children[cluster]; child < first_children[cluster + 1u]; ++child) {
+    for (uint child = child_offsets[cluster]; child < child_offsets[cluster + 1u]; ++child) {
         sum.direct += cluster_fluxes[child].direct;
         sum.indirect += cluster_fluxes[child].indirect;
     }

@@ -16,7 +16,7 @@ struct NeededNeighboursPush {
 
 layout(scalar, binding = 0) readonly buffer IsSeen { uint is_seen[]; };
 layout(scalar, binding = 1) readonly buffer IsCurrent { uint is_current[]; };
-layout(scalar, binding = 2) readonly buffer FirstNeighbours { uint first_neighbours[]; };  // of each record, and the end
+layout(scalar, binding = 2) readonly buffer NeighbourOffsets { uint neighbour_offsets[]; };  // of each record, and the end
 layout(scalar, binding = 3) readonly buffer Neighbours { Neighbour neighbours[]; };
 layout(scalar, binding = 4) writeonly buffer IsNeeded { uint is_needed[]; };  // zero so far
 layout(scalar, push_constant) uniform Push { NeededNeighboursPush push; };
@@ -25,8 +25,8 @@ void main() {
     uint index = flat_invocation();
     if (index >= push.record_count) return;
     bool is_asked = push.takes_all != 0u || is_seen[index] != 0u;
-    uint end = is_asked ? first_neighbours[index + 1u] : 0u;
-    for (uint i = first_neighbours[index]; i < end; ++i) {
+    uint end = is_asked ? neighbour_offsets[index + 1u] : 0u;
+    for (uint i = neighbour_offsets[index]; i < end; ++i) {
         uint record = neighbours[i].record;
         if (is_current[record] == 0u) is_needed[record] = 1u;
     }

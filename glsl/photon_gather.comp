@@ -42,7 +42,7 @@ layout(binding = 2) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 3) readonly buffer Materials { Reflectance materials[]; };
 layout(scalar, binding = 4) readonly buffer Lights { LightSource lights[]; };
 layout(scalar, binding = 5) readonly buffer Points { MapEntry points[]; };
-layout(scalar, binding = 6) readonly buffer FirstEntries { uint first_entries[]; };
+layout(scalar, binding = 6) readonly buffer EntryOffsets { uint entry_offsets[]; };
 layout(scalar, binding = 7) readonly buffer Reaches { uvec4 reaches[]; };
 layout(scalar, binding = 8) readonly buffer Irradiances { vec3 irradiances[]; };
 layout(scalar, binding = 9) buffer PixelSums { GatherSums pixel_sums[]; };
@@ -78,7 +78,7 @@ uint nearest_point(vec3 position, vec3 normal) {
         for (int i = 0; i < width * width * width; ++i) {
             ivec3 cell = corner + ivec3(i % width, i / width % width, i / (width * width)) - (width / 2 - 1);
             uint bucket = photon_bucket(cell);
-            for (uint j = first_entries[bucket]; j < first_entries[bucket + 1u]; ++j) {
+            for (uint j = entry_offsets[bucket]; j < entry_offsets[bucket + 1u]; ++j) {
                 MapEntry point = points[j];
                 vec3 offset = position - point.position;
                 float turned = 1.0 - dot(normal, point.normal);

@@ -23,7 +23,7 @@ struct PhotonIrradiancePush {
 layout(scalar, binding = 0) readonly buffer Points { MapEntry points[]; };
 layout(scalar, binding = 1) readonly buffer Reaches { uvec4 reaches[]; };
 layout(scalar, binding = 2) readonly buffer MapEntries { MapEntry map_entries[]; };
-layout(scalar, binding = 3) readonly buffer FirstEntries { uint first_entries[]; };
+layout(scalar, binding = 3) readonly buffer EntryOffsets { uint entry_offsets[]; };
 layout(scalar, binding = 4) readonly buffer Masses { vec3 masses[]; };
 layout(scalar, binding = 5) writeonly buffer Irradiances { vec3 irradiances[]; };
 layout(scalar, push_constant) uniform Push { PhotonIrradiancePush push; };
@@ -38,8 +38,8 @@ void main() {
     for (uint i = 0u; i < 27u; ++i) {
         ivec3 cell = photon_neighbour(middle, i);
         uint bucket = photon_bucket(cell);
-        uint first = first_entries[bucket];
-        uint end = first_entries[bucket + 1u];
+        uint first = entry_offsets[bucket];
+        uint end = entry_offsets[bucket + 1u];
         // Where a beam is narrow, one photon in `stride` stands for all: a sum over all of them would take forever.
         uint stride = (end - first + MAX_PHOTONS - 1u) / MAX_PHOTONS;
         float weight = float(stride);

@@ -19,7 +19,7 @@ layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(scalar, binding = 1) readonly buffer Photons { Photon photons[]; };
 layout(scalar, binding = 2) readonly buffer SortedPairs { TilePair sorted_pairs[]; };
 layout(scalar, binding = 3) writeonly buffer MapEntries { MapEntry map_entries[]; };
-layout(scalar, binding = 4) writeonly buffer FirstEntries { uint first_entries[]; };  // a bucket, and the end twice
+layout(scalar, binding = 4) writeonly buffer EntryOffsets { uint entry_offsets[]; };  // a bucket, and the end twice
 layout(scalar, push_constant) uniform Push { PhotonOrderPush push; };
 
 #include "include/surfaces.glsl"
@@ -38,7 +38,7 @@ uint pairs_before(uint bucket) {
 
 void main() {
     uint index = flat_invocation();
-    if (index <= PHOTON_BUCKETS + 1u) first_entries[index] = pairs_before(index);
+    if (index <= PHOTON_BUCKETS + 1u) entry_offsets[index] = pairs_before(index);
     if (index >= push.slot_count) return;
     TilePair pair = sorted_pairs[index];
     if (pair.tile == PHOTON_BUCKETS) return;

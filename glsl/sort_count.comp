@@ -9,7 +9,7 @@
 layout(local_size_x = 256) in;
 
 
-layout(scalar, binding = 0) readonly buffer FirstPairs { uint first_pairs[]; };
+layout(scalar, binding = 0) readonly buffer PairOffsets { uint pair_offsets[]; };
 layout(scalar, binding = 1) readonly buffer Pairs { TilePair pairs[]; };
 layout(scalar, binding = 2) writeonly buffer DigitCounts { uint digit_counts[]; };  // digit-major
 layout(scalar, push_constant) uniform Push { SortPush push; };
@@ -23,7 +23,7 @@ void main() {
     counts[thread] = 0u;
     barrier();
     uint index = block * 256u + thread;
-    if (index < first_pairs[push.record_count]) atomicAdd(counts[(pairs[index].tile >> push.shift) & 0xffu], 1u);
+    if (index < pair_offsets[push.record_count]) atomicAdd(counts[(pairs[index].tile >> push.shift) & 0xffu], 1u);
     barrier();
     digit_counts[thread * push.block_count + block] = counts[thread];
 }

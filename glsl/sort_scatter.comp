@@ -9,7 +9,7 @@
 layout(local_size_x = 256) in;
 
 
-layout(scalar, binding = 0) readonly buffer FirstPairs { uint first_pairs[]; };
+layout(scalar, binding = 0) readonly buffer PairOffsets { uint pair_offsets[]; };
 layout(scalar, binding = 1) readonly buffer Pairs { TilePair pairs[]; };
 layout(scalar, binding = 2) readonly buffer DigitOffsets { uint digit_offsets[]; };  // digit-major
 layout(scalar, binding = 3) writeonly buffer SortedPairs { TilePair sorted_pairs[]; };
@@ -22,7 +22,7 @@ void main() {
     if (block >= push.block_count) return;
     uint thread = gl_LocalInvocationIndex;
     uint index = block * 256u + thread;
-    bool exists = index < min(first_pairs[push.record_count], push.block_count * 256u);
+    bool exists = index < min(pair_offsets[push.record_count], push.block_count * 256u);
     TilePair pair = exists ? pairs[index] : TilePair(0u, 0u);
     uint digit = exists ? (pair.tile >> push.shift) & 0xffu : 256u;
     digits[thread] = digit;

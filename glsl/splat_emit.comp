@@ -17,7 +17,7 @@ struct SplatEmitPush {
 };
 
 layout(scalar, binding = 0) readonly buffer Rectangles { PixelRectangle rectangles[]; };
-layout(scalar, binding = 1) readonly buffer FirstPairs { uint first_pairs[]; };  // of each record, and the total
+layout(scalar, binding = 1) readonly buffer PairOffsets { uint pair_offsets[]; };  // of each record, and the total
 layout(scalar, binding = 2) writeonly buffer Pairs { TilePair pairs[]; };
 layout(binding = 3) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 4) readonly buffer TileBoxes { TileBox tile_boxes[]; };
@@ -26,7 +26,7 @@ layout(scalar, push_constant) uniform Push { SplatEmitPush push; };
 void main() {
     uint record = flat_invocation();
     if (record >= push.record_count) return;
-    uint slot = first_pairs[record];
+    uint slot = pair_offsets[record];
     uvec4 tiles = tiles_of(rectangles[record]);
     CachePoint point = cache_point_at(CachePoints, record);
     for (uint y = tiles.y; y < tiles.w; ++y) {

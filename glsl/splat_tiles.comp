@@ -29,7 +29,7 @@ layout(binding = 0) uniform usamplerBuffer Surfaces;
 layout(binding = 1) uniform usamplerBuffer Pixels;
 layout(binding = 2) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 3) readonly buffer Rectangles { PixelRectangle rectangles[]; };
-layout(scalar, binding = 4) readonly buffer FirstPairs { uint first_pairs[]; };
+layout(scalar, binding = 4) readonly buffer PairOffsets { uint pair_offsets[]; };
 layout(scalar, binding = 5) readonly buffer SortedPairs { TilePair sorted_pairs[]; };
 layout(scalar, binding = 6) buffer WeightRuns { WeightRun weight_runs[]; };  // of each pixel
 layout(scalar, binding = 7) buffer Weights { SplatWeight weights[]; };
@@ -97,7 +97,7 @@ void main() {
     uvec2 place = place_in_tile(16u);
     uvec2 corner = corner_of_tile(tile, 16u, push.width);
     if (thread == 0u) tile_weights = crowding = 0u;
-    if (thread < 2u) tile_range[thread] = lower_bound(tile + thread, min(first_pairs[push.record_count], push.pair_capacity));
+    if (thread < 2u) tile_range[thread] = lower_bound(tile + thread, min(pair_offsets[push.record_count], push.pair_capacity));
     barrier();
 
     uvec2 xy = corner + place;
@@ -177,7 +177,7 @@ void main() {
         return;
     }
     // With pairs missing nobody knows who is uncovered; the host makes room and repeats the frame.
-    bool is_complete = first_pairs[push.record_count] <= push.pair_capacity;
+    bool is_complete = pair_offsets[push.record_count] <= push.pair_capacity;
     bool is_uncovered = is_relaxed && count == 0u && push.record_count > 0u && is_complete;
     if (is_uncovered) list_uncovered(index);
     if (is_relaxed && count > 0u) atomicAdd(tally.relaxed, 1u);

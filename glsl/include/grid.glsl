@@ -1,5 +1,5 @@
 // From a point on a surface to the base cluster that holds it: the one mapping that every stage shares.
-// The including shader binds `uint cell_first[]` and `uint cell_clusters[]` (cluster code << 26 | cluster). A cluster that a wall
+// The including shader binds `uint cell_offsets[]` and `uint cell_clusters[]` (cluster code << 26 | cluster). A cluster that a wall
 // stands on is two, which are numbered one after the other: behind the first a word with the code SPLIT follows, and the bits of
 // the wall's plane.
 const uint SPLIT = 63u;
@@ -15,8 +15,8 @@ uint grid_cell(Grid grid, vec3 position, vec3 normal) {
 
 // Base cluster of a side's cluster code in a cell, or NO_CLUSTER; of two, that on the position's side of the wall.
 uint base_cluster(uint cell, uint code, vec3 position) {
-    uint end = cell_first[cell + 1u];
-    for (uint i = cell_first[cell]; i < end; ++i) {
+    uint end = cell_offsets[cell + 1u];
+    for (uint i = cell_offsets[cell]; i < end; ++i) {
         uint cluster = cell_clusters[i] & 0x03ffffffu;
         bool is_found = (cell_clusters[i] >> 26) == code;
         if (i + 1u < end && (cell_clusters[i + 1u] >> 26) == SPLIT) {

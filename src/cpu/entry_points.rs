@@ -9,16 +9,16 @@ use glam::{DVec3, Vec3};
 /// A triangle of some fragment of a side: its corners, side, and the weight of its points.
 pub type Patch = ([Vec3; 3], u32, f32);
 
-/// Places the points of every patch; `first_points` has the first point of each, and the total.
+/// Places the points of every patch; `point_offsets` has the first point of each, and the total.
 pub fn entry_points(
     geometry: Geometry<'_>,
     hvds: &Hvds,
     patches: &[Patch],
-    first_points: &[u32],
+    point_offsets: &[u32],
     seed: u32,
 ) -> Vec<PathVertex> {
     let mut points = Vec::new();
-    for (&(corners, side, weight), run) in patches.iter().zip(first_points.windows(2)) {
+    for (&(corners, side, weight), run) in patches.iter().zip(point_offsets.windows(2)) {
         let [p0, p1, p2] = corners.map(Vec3::as_dvec3);
         for index in run[0]..run[1] {
             let u = sample_3d(index, seed).as_dvec3();

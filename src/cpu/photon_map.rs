@@ -8,13 +8,13 @@ pub fn photon_map(cells: Cells, slots: &[Option<Vec3>]) -> (Vec<u32>, Vec<u32>) 
     let mut order: Vec<(u32, u32)> =
         (0..).zip(slots).filter_map(|(slot, p)| Some((cells.bucket_of((*p)?), slot))).collect();
     order.sort_by_key(|pair| pair.0);
-    let mut first_entries = vec![0; BUCKETS as usize + 1];
+    let mut entry_offsets = vec![0; BUCKETS as usize + 1];
     for &(bucket, _) in &order {
-        first_entries[bucket as usize + 1] += 1;
+        entry_offsets[bucket as usize + 1] += 1;
     }
-    for bucket in 1..first_entries.len() {
-        first_entries[bucket] += first_entries[bucket - 1];
+    for bucket in 1..entry_offsets.len() {
+        entry_offsets[bucket] += entry_offsets[bucket - 1];
     }
-    first_entries.push(slots.len() as u32);
-    (order.into_iter().map(|pair| pair.1).collect(), first_entries)
+    entry_offsets.push(slots.len() as u32);
+    (order.into_iter().map(|pair| pair.1).collect(), entry_offsets)
 }

@@ -33,7 +33,7 @@ impl ClusterTables {
         let links: Vec<ClusterLink> = (0..).zip(&self.entry_points).map(link).collect();
         Ok(ClusterBuffers {
             grid: hvds.grid,
-            cell_first: Buffer::from_slice(context, "cell first", &hvds.cell_first)?,
+            cell_offsets: Buffer::from_slice(context, "cell offsets", &hvds.cell_offsets)?,
             cell_clusters: Buffer::from_slice(context, "cell clusters", &hvds.cell_clusters)?,
             links: Buffer::from_slice(context, "cluster links", &links)?,
             unweighted: Buffer::from_slice(context, "unweighted clusters", &hvds.unweighted)?,
@@ -51,7 +51,7 @@ impl ClusterBuffers {
         let list = |name, words: &[u32]| Buffer::from_slice(context, name, words);
         Ok(Self {
             grid: Grid { cells: UVec3::ONE, ..Zeroable::zeroed() },
-            cell_first: list("cell first", &[0; 2])?,
+            cell_offsets: list("cell offsets", &[0; 2])?,
             cell_clusters: list("cell clusters", &[])?,
             links: list("cluster links", &[])?,
             unweighted: list("unweighted clusters", &[])?,
@@ -65,7 +65,7 @@ pub struct ClusterBuffers {
     /// The base grid.
     pub grid: Grid,
     /// First place in `cell_clusters` of each base cell, and the end.
-    pub cell_first: Buffer,
+    pub cell_offsets: Buffer,
     /// `code << 26 | cluster` of the base cells.
     pub cell_clusters: Buffer,
     /// `ClusterLink` of each cluster: its parent, if that may stand for it.

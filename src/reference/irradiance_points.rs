@@ -117,7 +117,7 @@ impl IrradiancePoints {
     pub(super) fn irradiance(&self) -> Irradiance<'_> {
         Irradiance {
             points: &self.map.entries,
-            first_entries: &self.map.first_entries,
+            entry_offsets: &self.map.entry_offsets,
             reaches: &self.reaches,
             irradiances: &self.irradiances,
             grid: self.grid,

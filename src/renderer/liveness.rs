@@ -143,7 +143,7 @@ pub(super) fn unread(made: &Precomputed, reads: &Reads, directions: Directions) 
     note("levels whose flux nothing takes", levels.iter().filter(is_read).count(), levels.len());
     let near = made.near_clusters.iter().filter(|near| reads.irradiance[near.cluster as usize]).count();
     note("small clusters beside records that nothing reads", near, made.near_clusters.len());
-    let first = &made.paths.first_contributions;
+    let first = &made.paths.contribution_offsets;
     let vertices = |cluster: usize| (first[2 * cluster + 2] - first[2 * cluster]) as usize;
     let unweighted = &made.hvds.unweighted;
     let is_taken = |&cluster: &usize| {

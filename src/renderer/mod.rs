@@ -139,7 +139,7 @@ impl Renderer {
         let gloss = |tables| GlossPasses::new(context, &scene, &made.buffers, tables, paths, bits);
         let gloss = made.gloss.as_ref().map(gloss).transpose()?;
         let mut pyramid =
-            Pyramid::new(context, &made.hvds, &made.paths.first_contributions, made.area_m2, is_glossy)?;
+            Pyramid::new(context, &made.hvds, &made.paths.contribution_offsets, made.area_m2, is_glossy)?;
         let views = Views::new(context, made.views.take(), &made.hvds, &mut pyramid)?;
         pyramid.make_room_for_parts(context, made.near_parts.len() as u32)?;
         let reads = liveness::reads(&made, &views, &pyramid)?;

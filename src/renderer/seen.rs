@@ -76,7 +76,7 @@ impl Seen {
     /// Which light paths bring light to what is seen, after a reflection at least.
     pub(super) fn paths(&self, made: &Precomputed) -> Vec<bool> {
         let mut reach = vec![false; made.entry_points.len()];
-        for (cluster, runs) in (0..).zip(made.paths.first_contributions.windows(3).step_by(2)) {
+        for (cluster, runs) in (0..).zip(made.paths.contribution_offsets.windows(3).step_by(2)) {
             let mut around = above(made, cluster).take(1 + LEVELS as usize);
             if around.any(|cluster| self.clusters.contains(&cluster)) {
                 let contributions = &made.paths.contributions[runs[1] as usize..runs[2] as usize];

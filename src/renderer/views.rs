@@ -26,7 +26,7 @@ impl Views {
     ) -> Result<Self> {
         let clusters = (pyramid.irradiance.bytes() / 12) as u32;
         let Some(tables) = tables else { return Ok(Self(None, clusters)) };
-        let pass = ClusterViews::new(context, clusters, &tables.first_parts, &tables.parts, tables.packing)?;
+        let pass = ClusterViews::new(context, clusters, &tables.part_offsets, &tables.parts, tables.packing)?;
         pyramid.make_room(context, hvds, tables.count(), tables.pairs.iter().map(|pair| pair[0]))?;
         Ok(Self(Some((tables, pass)), clusters))
     }

@@ -42,7 +42,7 @@ pub struct Hvds {
     /// Clusters of each level, base first, root last.
     pub levels: Vec<Range<u32>>,
     /// First place in `cell_clusters` of each base cell, and the end.
-    pub cell_first: Vec<u32>,
+    pub cell_offsets: Vec<u32>,
     /// Clusters of the base cells: `code << 26 | cluster`; behind one that a wall splits, the wall's plane ([`Self::clusters_in`]).
     pub cell_clusters: Vec<u32>,
     /// Exact surface area of each cluster, m²; an unweighted cluster has that of its cluster.
@@ -54,7 +54,7 @@ pub struct Hvds {
     /// The cluster one level up; [`types::NO_CLUSTER`] at the root.
     pub parents: Vec<u32>,
     /// First child of each cluster one level down, and the end; zero for base clusters.
-    pub first_children: Vec<u32>,
+    pub child_offsets: Vec<u32>,
     /// Parts of active sides in base cells.
     pub fragments: Vec<Fragment>,
     /// Of each cluster, whether it holds surface so different that it stands for none below it; empty where all may.
@@ -127,13 +127,13 @@ impl Hvds {
         let mut hvds = Self {
             grid,
             levels: Vec::new(),
-            cell_first: Vec::new(),
+            cell_offsets: Vec::new(),
             cell_clusters: Vec::new(),
             areas_m2: Vec::new(),
             shown_m2: Vec::new(),
             unweighted: Vec::new(),
             parents: Vec::new(),
-            first_children: vec![0],
+            child_offsets: vec![0],
             fragments: fragments.into_iter().map(|(_, fragment)| fragment).collect(),
             mixed: Vec::new(),
         };
@@ -170,13 +170,13 @@ impl Hvds {
         Self {
             grid: self.grid,
             levels: self.levels.clone(),
-            cell_first: self.cell_first.clone(),
+            cell_offsets: self.cell_offsets.clone(),
             cell_clusters: self.cell_clusters.clone(),
             areas_m2: self.areas_m2.clone(),
             shown_m2: self.shown_m2.clone(),
             unweighted: self.unweighted.clone(),
             parents: self.parents.clone(),
-            first_children: self.first_children.clone(),
+            child_offsets: self.child_offsets.clone(),
             fragments: Vec::new(),
             mixed: self.mixed.clone(),
         }
@@ -219,7 +219,9 @@ impl Hvds {
 
     /// The clusters of a base cell, by its place in the table.
     pub fn clusters_in(&self, cell: usize) -> impl Iterator<Item = CellCluster> {
-        walls::read(&self.cell_clusters[self.cell_first[cell] as usize..self.cell_first[cell + 1] as usize])
+        walls::read(
+            &self.cell_clusters[self.cell_offsets[cell] as usize..self.cell_offsets[cell + 1] as usize],
+        )
     }
 
     /// Which base clusters are parts of one that a wall splits.
@@ -248,26 +250,26 @@ impl Hvds {
             entries.push((self.grid.index_of(cell), cluster, key));
         }
         entries.sort_unstable_by_key(|entry| (entry.0, entry.1));
-        self.cell_first = Vec::with_capacity(self.grid.cell_count() + 1);
+        self.cell_offsets = Vec::with_capacity(self.grid.cell_count() + 1);
         for (cell, cluster, key) in entries {
-            self.cell_first.resize(cell + 1, self.cell_clusters.len() as u32);
+            self.cell_offsets.resize(cell + 1, self.cell_clusters.len() as u32);
             walls::write(&mut self.cell_clusters, (key >> 48) as u32, cluster, planes.get(&key));
         }
-        self.cell_first.resize(self.grid.cell_count() + 1, self.cell_clusters.len() as u32);
+        self.cell_offsets.resize(self.grid.cell_count() + 1, self.cell_clusters.len() as u32);
     }
 
-    /// Makes `first_children` from `parents`: children of a cluster stand together, and all of those in the order of their parents.
+    /// Makes `child_offsets` from `parents`: children of a cluster stand together, and all of those in the order of their parents.
     pub fn link_children(&mut self) {
         let base = self.levels[0].len();
-        let mut first_children = vec![0; base];
+        let mut child_offsets = vec![0; base];
         for (child, &parent) in self.parents.iter().enumerate() {
-            if parent as usize == first_children.len() {
-                first_children.push(child as u32);
+            if parent as usize == child_offsets.len() {
+                child_offsets.push(child as u32);
             }
         }
         // The last level's clusters are nobody's children: they end the children of the level's own last cluster.
-        first_children.push(self.levels.last().map_or(0, |root| root.start));
-        self.first_children = first_children;
+        child_offsets.push(self.levels.last().map_or(0, |root| root.start));
+        self.child_offsets = child_offsets;
     }
 }
 
@@ -349,7 +351,7 @@ mod tests {
         assert!(hvds.levels[5].len() <= 8);
         for level in 1..hvds.levels.len() {
             for parent in hvds.levels[level].clone() {
-                let children = hvds.first_children[parent as usize]..hvds.first_children[parent as usize + 1];
+                let children = hvds.child_offsets[parent as usize]..hvds.child_offsets[parent as usize + 1];
                 assert!(!children.is_empty());
                 assert!(
                     children

@@ -114,7 +114,7 @@ mod tests {
             assert!(unweighted > 0.0 && (unweighted - held).abs() < 1e-4 * held, "{unweighted} of {held}");
         }
         for cluster in base..hvds.cluster_count() as usize {
-            let children = hvds.first_children[cluster]..hvds.first_children[cluster + 1];
+            let children = hvds.child_offsets[cluster]..hvds.child_offsets[cluster + 1];
             if cluster >= hvds.levels[0].end as usize {
                 assert!(!children.is_empty());
                 children.for_each(|child| assert_eq!(hvds.parents[child as usize], cluster as u32));

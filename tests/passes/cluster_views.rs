@@ -20,22 +20,22 @@ fn irradiance_of_views_equals_the_reference() {
     let mut random = Random::new(101);
     let clusters = world.hvds.cluster_count();
     for count in [0, 1, 63, 64, 65, 997] {
-        let mut first_parts = vec![0];
+        let mut part_offsets = vec![0];
         let packing = ProxyPartPacking::new(clusters);
         let mut parts = Vec::new();
         for _ in 0..count {
             let part = |_| packing.pack(random.below(clusters), 1 + random.below(packing.steps()));
             parts.extend((0..=count % 7).map(part));
-            first_parts.push(parts.len() as u32);
+            part_offsets.push(parts.len() as u32);
         }
         let irradiance: Vec<Vec3> = (0..clusters + count).map(|_| 1.0 + random.cube()).collect();
         let buffer = Buffer::from_slice(&world.context, "irradiance", &irradiance).unwrap();
-        let pass = ClusterViews::new(&world.context, clusters, &first_parts, &parts, packing).unwrap();
+        let pass = ClusterViews::new(&world.context, clusters, &part_offsets, &parts, packing).unwrap();
         world.context.run(|rec| pass.record(rec, &buffer)).unwrap();
         let found: Vec<Vec3> = buffer.read().unwrap();
         let (kept, views) = found.split_at(clusters as usize);
         assert!(*kept == irradiance[..clusters as usize], "clusters keep what they have");
-        for (device, run) in views.iter().zip(first_parts.windows(2)) {
+        for (device, run) in views.iter().zip(part_offsets.windows(2)) {
             let parts = &parts[run[0] as usize..run[1] as usize];
             let shown = |&part: &u32| (irradiance[packing.cluster(part) as usize], packing.weight(part));
             let reference = cpu::cluster_views::view(parts.iter().map(shown));
@@ -118,7 +118,7 @@ fn weights_of_a_view_are_what_its_readers_see() {
     let (world, tables) = (&made.world, &made.tables);
     let clusters = world.hvds.cluster_count();
     assert!(tables.count() > 50 && tables.pairs.is_sorted());
-    for run in tables.first_parts.windows(2) {
+    for run in tables.part_offsets.windows(2) {
         let parts = &tables.parts[run[0] as usize..run[1] as usize];
         let sum: f64 = parts.iter().map(|&part| f64::from(tables.packing.weight(part))).sum();
         assert!(sum == 1.0 && parts.len() <= 64, "{sum} of {} parts", parts.len());
@@ -158,12 +158,12 @@ fn weights_of_a_view_are_what_its_readers_see() {
     let (mut shares, mut wrong) = (0, 0);
     for (pair, readers) in tables.pairs.iter().zip(&readers).step_by(7) {
         assert!(!readers.is_empty());
-        let run = &tables.first_parts[pair[2] as usize..][..2];
+        let run = &tables.part_offsets[pair[2] as usize..][..2];
         let parts = &tables.parts[run[0] as usize..run[1] as usize];
         assert!(parts.iter().all(|&part| is_below(tables.packing.cluster(part), pair[0])));
         // What all readers together see of each child, by many points, against what the view says.
         let children =
-            world.hvds.first_children[pair[0] as usize]..world.hvds.first_children[pair[0] as usize + 1];
+            world.hvds.child_offsets[pair[0] as usize]..world.hvds.child_offsets[pair[0] as usize + 1];
         let seen = |cluster: u32| -> f64 {
             let of_reader = |&reader: &DVec3| {
                 cpu::cluster_views::seen_area(world.geometry(), &world.hvds, cluster, reader, 4)[0]
@@ -188,7 +188,7 @@ fn weights_of_a_view_are_what_its_readers_see() {
 fn views_are_the_same_each_time() {
     let [a, b] = [0; 2].map(|_| make(&crate::world::room()));
     assert!(!a.tables.is_empty() && a.tables.parts.len() == b.tables.parts.len());
-    assert_eq!((&a.tables.pairs, &a.tables.first_parts), (&b.tables.pairs, &b.tables.first_parts));
+    assert_eq!((&a.tables.pairs, &a.tables.part_offsets), (&b.tables.pairs, &b.tables.part_offsets));
     assert_eq!(a.tables.parts, b.tables.parts);
     assert!(a.after.iter().zip(&b.after).all(|(a, b)| a.target == b.target));
 

@@ -53,7 +53,7 @@ fn entry_points_equal_the_reference_in(world: &World) {
             world.geometry(),
             &world.hvds,
             &patches,
-            &strata.first_points,
+            &strata.point_offsets,
             SEED,
         );
         match_points(&points, references);

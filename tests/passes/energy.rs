@@ -16,8 +16,8 @@ use std::sync::Arc;
 
 /// A base level of `count` clusters under one root.
 fn two_levels(count: u32) -> Hvds {
-    let mut first_children = vec![0; count as usize + 1];
-    first_children.push(count);
+    let mut child_offsets = vec![0; count as usize + 1];
+    child_offsets.push(count);
     let mut parents = vec![count; count as usize];
     parents.push(NO_CLUSTER);
     let area = |cluster: u32| if cluster % 7 == 3 { 0.0 } else { 0.5 + cluster as f32 };
@@ -25,13 +25,13 @@ fn two_levels(count: u32) -> Hvds {
     Hvds {
         grid: grid::grid(Vec3::ZERO, Vec3::ONE, 8),
         levels: vec![0..count, count..count + 1],
-        cell_first: Vec::new(),
+        cell_offsets: Vec::new(),
         cell_clusters: Vec::new(),
         shown_m2: areas_m2.clone(),
         areas_m2,
         unweighted: vec![NO_CLUSTER; count as usize],
         parents,
-        first_children,
+        child_offsets,
         fragments: Vec::new(),
         mixed: Vec::new(),
     }
@@ -40,9 +40,9 @@ fn two_levels(count: u32) -> Hvds {
 const PATHS: u32 = 499;
 
 /// Random contributions in those lists, and one that nobody reads. At entry points nothing has been reflected yet.
-fn contributions(random: &mut Random, first_contributions: &[u32]) -> Vec<Contribution> {
+fn contributions(random: &mut Random, contribution_offsets: &[u32]) -> Vec<Contribution> {
     let mut contributions = Vec::new();
-    for (list, run) in first_contributions.windows(2).enumerate() {
+    for (list, run) in contribution_offsets.windows(2).enumerate() {
         contributions.extend((run[0]..run[1]).map(|_| {
             let colour = 0.5 * (1.0 + random.cube());
             let throughput = if list % 2 == 0 { Vec3::splat(2.0 * random.unit()) } else { colour };
@@ -83,20 +83,20 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
     for hvds in [1, 2, 63, 64, 65, 997].map(two_levels).into_iter().chain([room]) {
         let base = hvds.levels[0].len();
         // Two lists a cluster, of very different length, every third of them empty.
-        let mut first_contributions = vec![0];
+        let mut contribution_offsets = vec![0];
         for list in 0..2 * base as u32 {
             let length = [0, random.below(9), random.below(70)][list as usize % 3];
-            first_contributions.push(first_contributions[list as usize] + length);
+            contribution_offsets.push(contribution_offsets[list as usize] + length);
         }
-        let contributions = contributions(&mut random, &first_contributions);
-        let runs = contribution_ranges(&hvds, &first_contributions);
+        let contributions = contributions(&mut random, &contribution_offsets);
+        let runs = contribution_ranges(&hvds, &contribution_offsets);
         let min_area_m2 = 0.01;
 
         // Behind the entry point paths may carry another light on.
         let factors: Vec<f32> = (0..PATHS).map(|_| 50.0 * random.unit()).collect();
         let carried: Vec<Vec3> = factors.iter().map(|factor| factor * (1.0 + random.cube())).collect();
         let emission = 1.5 + random.cube();
-        let pyramid = Pyramid::new(&context, &hvds, &first_contributions, min_area_m2, true).unwrap();
+        let pyramid = Pyramid::new(&context, &hvds, &contribution_offsets, min_area_m2, true).unwrap();
         let all = ClusterLists::all(&context, &hvds.levels).unwrap();
         let light = light(&context, &factors, Some(&carried), base as u32);
         let contribution_buffer = SplitBuffer::cut(&context, "contributions", &contributions, 97).unwrap();
@@ -127,8 +127,7 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
             assert_near(flux[cluster].indirect, reference[cluster][1], SUM, 0.0, &name);
             assert_near(irradiance[cluster], resolved[cluster], SUM, 0.0, &name);
             if cluster >= base {
-                let children =
-                    hvds.first_children[cluster] as usize..hvds.first_children[cluster + 1] as usize;
+                let children = hvds.child_offsets[cluster] as usize..hvds.child_offsets[cluster + 1] as usize;
                 for part in [|flux: &ClusterFlux| flux.direct, |flux: &ClusterFlux| flux.indirect] {
                     let sum: DVec3 = flux[children.clone()].iter().map(|flux| part(flux).as_dvec3()).sum();
                     assert_near(part(&flux[cluster]), sum, FLOAT, 0.0, &name);
@@ -147,13 +146,13 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
     let mut random = Random::new(29);
     for (count, light_count) in [(1, 1), (63, 2), (64, 3), (65, 4), (997, 5), (131, 9), (40, 0)] {
         let hvds = two_levels(count);
-        let mut first_contributions = vec![0];
+        let mut contribution_offsets = vec![0];
         for list in 0..2 * count {
             let length = [random.below(70), 0, random.below(9)][list as usize % 3];
-            first_contributions.push(first_contributions[list as usize] + length);
+            contribution_offsets.push(contribution_offsets[list as usize] + length);
         }
-        let contributions = contributions(&mut random, &first_contributions);
-        let runs = contribution_ranges(&hvds, &first_contributions);
+        let contributions = contributions(&mut random, &contribution_offsets);
+        let runs = contribution_ranges(&hvds, &contribution_offsets);
         let entry_area_m2 = 0.01;
         let rows: Vec<Vec<f32>> =
             (0..light_count).map(|_| (0..PATHS).map(|_| 50.0 * random.unit()).collect()).collect();
@@ -164,7 +163,7 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
         let carried: Vec<Vec<Vec3>> = rows.iter().map(&mut behind).collect();
         let emissions: Vec<Vec3> = rows.iter().map(|_| 1.5 + random.cube()).collect();
 
-        let pyramid = Pyramid::new(&context, &hvds, &first_contributions, entry_area_m2, is_glossy).unwrap();
+        let pyramid = Pyramid::new(&context, &hvds, &contribution_offsets, entry_area_m2, is_glossy).unwrap();
         let all = ClusterLists::all(&context, &hvds.levels).unwrap();
         assert_eq!(pyramid.base_count(), count);
         let lights = || -> Vec<OneLight> {

@@ -31,9 +31,9 @@ fn runs_are_as_long_as_area_and_density_say() {
     for densities in [&world.densities, &smooth_densities(&world)] {
         for count in [1, 997, 20_000] {
             let strata = Strata::new(&world.hvds, densities, count);
-            assert_eq!(strata.first_points.len(), strata.patches.len() + 1);
-            assert_eq!([strata.first_points[0], strata.first_points[strata.patches.len()]], [0, count]);
-            assert!(strata.first_points.is_sorted());
+            assert_eq!(strata.point_offsets.len(), strata.patches.len() + 1);
+            assert_eq!([strata.point_offsets[0], strata.point_offsets[strata.patches.len()]], [0, count]);
+            assert!(strata.point_offsets.is_sorted());
             let area: f64 = world.hvds.fragments.iter().map(|fragment| fragment.area_m2).sum();
             assert!((strata.area_m2 / area - 1.0).abs() < 1e-9);
 
@@ -42,7 +42,7 @@ fn runs_are_as_long_as_area_and_density_say() {
             let mut order: Vec<_> = world.hvds.fragments.iter().collect();
             order.sort_by_key(|fragment| fragment.cluster);
             let fans = order.iter().flat_map(|fragment| vec![fragment.cluster; fragment.corners.len() - 2]);
-            for (cluster, run) in fans.zip(strata.first_points.windows(2)) {
+            for (cluster, run) in fans.zip(strata.point_offsets.windows(2)) {
                 let mut cluster = cluster as usize;
                 while let Some(sum) = held.get_mut(cluster) {
                     *sum += run[1] - run[0];
@@ -87,7 +87,7 @@ fn placed_points_fall_into_the_clusters_that_they_were_dealt_to() {
 fn holds_fragments(world: &World, cluster: usize) -> bool {
     let mut base = cluster;
     while base >= world.hvds.levels[0].len() {
-        base = world.hvds.first_children[base] as usize;
+        base = world.hvds.child_offsets[base] as usize;
     }
     base < world.hvds.unweighted.len()
 }

@@ -117,7 +117,7 @@ impl Glossy {
         if hvds.levels[0].contains(&cluster) {
             return vec![cluster];
         }
-        let children = hvds.first_children[cluster as usize]..hvds.first_children[cluster as usize + 1];
+        let children = hvds.child_offsets[cluster as usize]..hvds.child_offsets[cluster as usize + 1];
         children.flat_map(|child| self.base_below(child)).collect()
     }
 }
@@ -209,7 +209,7 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
     for contribution in &mut contributions {
         contribution.throughput = 0.5 * (1.0 + random.cube());
     }
-    let first = &glossy.paths.first_contributions;
+    let first = &glossy.paths.contribution_offsets;
     let contributions_buffer = Buffer::from_slice(&world.context, "contributions", &contributions).unwrap();
     let runs = contribution_ranges(&world.hvds, first);
     let runs_buffer = Buffer::from_slice(&world.context, "contribution runs", &runs).unwrap();
@@ -346,7 +346,7 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
             None => sent(slot.cluster, slot.direction.as_dvec3()),
             // Its children, each in the direction in which it is read.
             Some(sum) => {
-                let run = &glossy.tables.first_children[sum..sum + 2];
+                let run = &glossy.tables.child_offsets[sum..sum + 2];
                 let children = &glossy.tables.children[run[0] as usize..run[1] as usize];
                 let part = |&child: &u32| {
                     let child = &glossy.tables.slots[child as usize];
@@ -401,7 +401,7 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
     let mut contributions = glossy.paths.contributions.clone();
     contributions.iter_mut().for_each(|contribution| contribution.throughput = 0.5 * (1.0 + random.cube()));
     let contributions = Buffer::from_slice(context, "contributions", &contributions).unwrap();
-    let runs = contribution_ranges(&glossy.world.hvds, &glossy.paths.first_contributions);
+    let runs = contribution_ranges(&glossy.world.hvds, &glossy.paths.contribution_offsets);
     let first = Buffer::from_slice(context, "contribution runs", &runs).unwrap();
     let nothing = vec![Vec3::ZERO; glossy.entry_points.len()];
     let dark_paths = Buffer::from_slice(context, "carried flux", &nothing).unwrap();

@@ -53,7 +53,7 @@ fn glossy_pixels_equal_the_reference_in(world: World) {
     let irradiance_buffer = Buffer::from_slice(&world.context, "irradiance", &irradiance).unwrap();
     let inverse_areas =
         Buffer::from_slice(&world.context, "inverse areas", &vec![1.0_f32; clusters]).unwrap();
-    let runs = contribution_ranges(&world.hvds, &glossy.paths.first_contributions);
+    let runs = contribution_ranges(&world.hvds, &glossy.paths.contribution_offsets);
     let runs = Buffer::from_slice(&world.context, "contribution runs", &runs).unwrap();
     let contributions =
         Buffer::from_slice(&world.context, "contributions", &glossy.paths.contributions).unwrap();

@@ -100,7 +100,7 @@ fn a_pixel_tells_its_surface_and_its_records() {
 fn stored(renderer: &Renderer, point: u32) -> BTreeMap<u32, u32> {
     let merged_rays = renderer.stages().merged_rays;
     let part = merged_rays.parts.iter().find(|part| part.points.contains(&point)).unwrap();
-    let first: Vec<u32> = part.first_merged_rays.read().unwrap();
+    let first: Vec<u32> = part.merged_ray_offsets.read().unwrap();
     let row = (point - part.points.start) as usize;
     let list: Vec<MergedRay> = part.merged_rays.read().unwrap();
     let mut counts = BTreeMap::new();

@@ -57,7 +57,7 @@ fn extend(world: &World, states: &mut Vec<PathState>) -> Vec<Vec<(PathVertex, u3
             ("Triangles", &world.buffers.triangles),
             ("Surfaces", &world.buffers.surfaces),
             ("Materials", &world.buffers.materials),
-            ("CellFirst", &world.clusters.cell_first),
+            ("CellOffsets", &world.clusters.cell_offsets),
             ("CellClusters", &world.clusters.cell_clusters),
             ("Paths", &paths),
             ("Vertices", &vertices),
@@ -198,9 +198,9 @@ fn paths_are_stored_whole_in(world: &World) {
         )
         .unwrap();
         // Two lists a cluster: entry points, and other vertices.
-        assert_eq!(paths.first_contributions.len(), 2 * base + 1);
-        assert_eq!(paths.contributions.len(), paths.first_contributions[2 * base] as usize + 1);
-        assert_eq!(paths.steps.len() as u64, u64::from(paths.first_contributions[2 * base]) + paths.lost);
+        assert_eq!(paths.contribution_offsets.len(), 2 * base + 1);
+        assert_eq!(paths.contributions.len(), paths.contribution_offsets[2 * base] as usize + 1);
+        assert_eq!(paths.steps.len() as u64, u64::from(paths.contribution_offsets[2 * base]) + paths.lost);
 
         // The same walk in rounds of our own.
         let mut expected: Vec<Vec<(PathVertex, u32)>> =
@@ -274,7 +274,7 @@ fn paths_are_stored_whole_in(world: &World) {
                 }
                 assert_ne!(vertex.cluster, NO_CLUSTER, "no vertex is lost");
                 assert!(
-                    (paths.first_contributions[list]..paths.first_contributions[list + 1])
+                    (paths.contribution_offsets[list]..paths.contribution_offsets[list + 1])
                         .contains(&step.slot)
                 );
                 assert!(!std::mem::replace(&mut taken[step.slot as usize], true), "slots are used once");

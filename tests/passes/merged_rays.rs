@@ -91,7 +91,7 @@ fn merged_rays_stand_point_by_point_in_parts() {
         let mut point = 0;
         for part in &found.parts {
             assert_eq!(part.points.start, point);
-            let first: Vec<u32> = part.first_merged_rays.read().unwrap();
+            let first: Vec<u32> = part.merged_ray_offsets.read().unwrap();
             assert_eq!(first.len(), part.points.len() + 1);
             let merged_rays: Vec<MergedRay> =
                 part.merged_rays.read_range(0, first[first.len() - 1] as usize).unwrap();

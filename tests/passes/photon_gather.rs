@@ -59,7 +59,7 @@ fn samples_equal_the_reference_in(world: &World) {
         let irradiances = Buffer::from_slice(&world.context, "irradiances", &irradiances).unwrap();
         let irradiance = Irradiance {
             points: &map.entries,
-            first_entries: &map.first_entries,
+            entry_offsets: &map.entry_offsets,
             reaches: &reaches,
             irradiances: &irradiances,
             grid: grid(),

@@ -155,9 +155,9 @@ fn maps_equal_the_reference() {
         let map = map_of(&world, &slots);
         let filled: Vec<Option<Vec3>> =
             slots.iter().map(|slot| (slot.side != NO_SIDE).then_some(slot.position)).collect();
-        let (order, first_entries) = cpu::photon_map::photon_map(cells(), &filled);
-        let found: Vec<u32> = map.first_entries.read().unwrap();
-        assert!(found == first_entries, "{count} slots");
+        let (order, entry_offsets) = cpu::photon_map::photon_map(cells(), &filled);
+        let found: Vec<u32> = map.entry_offsets.read().unwrap();
+        assert!(found == entry_offsets, "{count} slots");
         let entries: Vec<[Vec3; 3]> = map.entries.read_range(0, order.len()).unwrap();
         for ([position, normal, flux], slot) in entries.into_iter().zip(order) {
             let photon = slots[slot as usize];

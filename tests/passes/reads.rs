@@ -29,7 +29,7 @@ fn random_views(random: &mut Random, clusters: u32, count: u32) -> ViewTables {
     for _ in 0..count {
         let parts = 1 + random.below(5);
         views.parts.extend((0..parts).map(|_| views.packing.pack(random.below(clusters), 1)));
-        views.first_parts.push(views.parts.len() as u32);
+        views.part_offsets.push(views.parts.len() as u32);
     }
     views
 }
@@ -40,19 +40,19 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
     let mut random = Random::new(29);
     let hvds = World::room().hvds;
     let (clusters, base) = (hvds.cluster_count(), hvds.levels[0].len());
-    let mut first_contributions = vec![0];
+    let mut contribution_offsets = vec![0];
     for list in 0..2 * base {
-        first_contributions.push(first_contributions[list] + random.below(40) * u32::from(list % 3 > 0));
+        contribution_offsets.push(contribution_offsets[list] + random.below(40) * u32::from(list % 3 > 0));
     }
     let contribution = |_| Contribution {
         throughput: 0.5 * (1.0 + random.cube()),
         ..Contribution::new(random.below(99), OPEN)
     };
-    let contributions: Vec<Contribution> = (0..=first_contributions[2 * base]).map(contribution).collect();
+    let contributions: Vec<Contribution> = (0..=contribution_offsets[2 * base]).map(contribution).collect();
     let factors: Vec<f32> = (0..99).map(|_| 1.0 + random.unit()).collect();
     let contributions = SplitBuffer::cut(&context, "contributions", &contributions, u32::MAX).unwrap();
     let factors = Buffer::from_slice(&context, "factors", &factors).unwrap();
-    let sources = indirect_sources(&hvds, &contribution_ranges(&hvds, &first_contributions), MIN_VERTICES);
+    let sources = indirect_sources(&hvds, &contribution_ranges(&hvds, &contribution_offsets), MIN_VERTICES);
     for (ray_count, view_count, part_count) in [(0, 0, 0), (1, 0, 0), (40, 0, 5), (40, 9, 0), (400, 70, 20)] {
         let taken = clusters + view_count;
         let near_parts: Vec<NearCluster> = (0..part_count)
@@ -90,7 +90,8 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
             match target.checked_sub(clusters) {
                 None => read.push(target),
                 Some(view) => {
-                    let [first, end] = [view, view + 1].map(|view| views.first_parts[view as usize] as usize);
+                    let [first, end] =
+                        [view, view + 1].map(|view| views.part_offsets[view as usize] as usize);
                     read.extend(views.parts[first..end].iter().map(|&part| views.packing.cluster(part)));
                 }
             }
@@ -103,7 +104,7 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
             assert_eq!(reads.flux[index], read.iter().any(takes), "flux of cluster {cluster}");
         }
 
-        let pyramid = Pyramid::new(&context, &hvds, &first_contributions, 0.01, false).unwrap();
+        let pyramid = Pyramid::new(&context, &hvds, &contribution_offsets, 0.01, false).unwrap();
         let lists = ClusterLists::new(&context, &hvds.levels, &reads.flux, &reads.irradiance).unwrap();
         let worked_out = |lists| {
             let layer = Pyramid::layer(&context, hvds.levels[0].len() as u32).unwrap();

@@ -15,9 +15,9 @@ fn sort(pairs: &[[u32; 2]], capacity: u32, tile_count: u32) -> Vec<[u32; 2]> {
     list.resize(sort.capacity() as usize, [0, u32::MAX]);
     sort.input().write(&list).unwrap();
     // The number of pairs is the last of the running counts.
-    let first_pairs = Buffer::from_slice(&context, "first pairs", &[9, 9, pairs.len() as u32]).unwrap();
+    let pair_offsets = Buffer::from_slice(&context, "pair offsets", &[9, 9, pairs.len() as u32]).unwrap();
     let (sorted, _) =
-        context.run(|rec| sort.record(&mut rec.pass("splat"), &first_pairs, 2, tile_count)).unwrap();
+        context.run(|rec| sort.record(&mut rec.pass("splat"), &pair_offsets, 2, tile_count)).unwrap();
     sorted.read_range(0, pairs.len()).unwrap()
 }
 

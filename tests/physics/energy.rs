@@ -156,8 +156,7 @@ fn parents_hold_the_sums_of_their_children_and_levels_the_whole() {
             }
             borrowing += usize::from(source != cluster);
             if depth > 0 {
-                let children =
-                    hvds.first_children[cluster] as usize..hvds.first_children[cluster + 1] as usize;
+                let children = hvds.child_offsets[cluster] as usize..hvds.child_offsets[cluster + 1] as usize;
                 for part in [0, 1] {
                     let sum: DVec3 = flux[children.clone()].iter().map(|flux| flux[part]).sum();
                     assert!(

@@ -26,7 +26,7 @@ pub const LAYOUTS: &[Layout] = &[BlendPush::LAYOUT];
 pub struct Blend {
     pipeline: Pipeline,
     record_count: u32,
-    first_neighbours: Buffer,
+    neighbour_offsets: Buffer,
     neighbours: Buffer,
     /// Blended `Record` of each cache point.
     pub records: Buffer,
@@ -47,7 +47,7 @@ impl Blend {
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
             record_count,
-            first_neighbours: Buffer::from_slice(context, "first neighbours", &neighbourhoods.first)?,
+            neighbour_offsets: Buffer::from_slice(context, "neighbour offsets", &neighbourhoods.first)?,
             neighbours: Buffer::from_slice(context, "neighbours", &neighbourhoods.list)?,
             records: Buffer::from_slice(context, "blended records", &none)?,
         })
@@ -60,7 +60,7 @@ impl Blend {
 
     /// First neighbour of each record and the end, and the list of `Neighbour`s.
     pub fn lists(&self) -> [&Buffer; 2] {
-        [&self.first_neighbours, &self.neighbours]
+        [&self.neighbour_offsets, &self.neighbours]
     }
 
     /// Blends all records, or those with a one in `seen`.
@@ -71,12 +71,12 @@ impl Blend {
             &BlendPush { record_count: self.record_count, takes_all: u32::from(seen.is_none()) },
             &[
                 ("CachePoints", cache_points),
-                ("FirstNeighbours", &self.first_neighbours),
+                ("NeighbourOffsets", &self.neighbour_offsets),
                 ("Neighbours", &self.neighbours),
                 ("Records", records),
                 ("Blended", &self.records),
                 // Where all are taken nobody reads it.
-                ("IsSeen", seen.unwrap_or(&self.first_neighbours)),
+                ("IsSeen", seen.unwrap_or(&self.neighbour_offsets)),
             ],
         );
     }

@@ -64,7 +64,7 @@ pub struct ClusterViews {
     cluster_count: u32,
     view_count: u32,
     packing: ProxyPartPacking,
-    first_parts: Buffer,
+    part_offsets: Buffer,
     parts: Buffer,
 }
 
@@ -72,23 +72,23 @@ impl ClusterViews {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "cluster_views";
 
-    /// Uploads the lists: `first_parts` has the first part of each view, and the end; `parts` are packed with that packing.
+    /// Uploads the lists: `part_offsets` has the first part of each view, and the end; `parts` are packed with that packing.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(
         context: &Arc<Context>,
         cluster_count: u32,
-        first_parts: &[u32],
+        part_offsets: &[u32],
         parts: &[u32],
         packing: ProxyPartPacking,
     ) -> Result<Self> {
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
             cluster_count,
-            view_count: first_parts.len() as u32 - 1,
+            view_count: part_offsets.len() as u32 - 1,
             packing,
-            first_parts: Buffer::from_slice(context, "first view parts", first_parts)?,
+            part_offsets: Buffer::from_slice(context, "first view parts", part_offsets)?,
             parts: Buffer::from_slice(context, "view parts", parts)?,
         })
     }
@@ -97,7 +97,7 @@ impl ClusterViews {
     pub fn bytes(&self) -> u64 {
         // Of each part itself and an irradiance; of each view the first part and the result.
         let parts = self.parts.bytes() / 4;
-        self.first_parts.bytes() + self.parts.bytes() + 12 * (parts + u64::from(self.view_count))
+        self.part_offsets.bytes() + self.parts.bytes() + 12 * (parts + u64::from(self.view_count))
     }
 
     /// Writes the irradiance of all views behind that of the clusters.
@@ -110,7 +110,7 @@ impl ClusterViews {
                 view_count: self.view_count,
                 weight_bits: self.packing.weight_bits,
             },
-            &[("FirstParts", &self.first_parts), ("ViewParts", &self.parts), ("Irradiance", irradiance)],
+            &[("PartOffsets", &self.part_offsets), ("ViewParts", &self.parts), ("Irradiance", irradiance)],
         );
     }
 }

@@ -188,7 +188,7 @@ impl Gather {
                 },
                 &[
                     ("CachePoints", &self.cache_points),
-                    ("FirstMergedRays", &merged_rays.first_merged_rays),
+                    ("MergedRayOffsets", &merged_rays.merged_ray_offsets),
                     ("MergedRays", &merged_rays.merged_rays),
                     ("MergedRayColours", &merged_rays.colours),
                     ("Radiances", &self.radiances),

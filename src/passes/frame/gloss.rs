@@ -231,7 +231,7 @@ pub struct Gloss {
     pub leaf_count: u32,
     /// Slots that are sums, by level.
     sums: Vec<Range<u32>>,
-    first_children: Buffer,
+    child_offsets: Buffer,
     children: Buffer,
     /// `GlossSlot`s.
     pub slots: Buffer,
@@ -272,7 +272,7 @@ impl Gloss {
             max_asked: 0,
             leaf_count: tables.leaf_count,
             sums: tables.sums.clone(),
-            first_children: Buffer::from_slice(context, "gloss first children", &tables.first_children)?,
+            child_offsets: Buffer::from_slice(context, "gloss child offsets", &tables.child_offsets)?,
             children: Buffer::from_slice(context, "gloss children", &tables.children)?,
             slots: Buffer::from_slice(context, "gloss slots", &tables.slots)?,
             path_count,
@@ -364,7 +364,7 @@ impl Gloss {
                 [level.len() as u32, 1, 1],
                 &GlossLevelPush { first_slot: level.start, slot_count: level.len() as u32, leaf_count },
                 &[
-                    ("FirstChildren", &self.first_children),
+                    ("ChildOffsets", &self.child_offsets),
                     ("Children", &self.children),
                     ("GlossFluxes", &self.fluxes),
                 ],

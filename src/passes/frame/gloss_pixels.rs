@@ -299,7 +299,7 @@ impl GlossPixels {
                 ("Triangles", &scene.triangles),
                 ("Surfaces", &scene.surfaces),
                 ("Materials", &scene.materials),
-                ("CellFirst", &clusters.cell_first),
+                ("CellOffsets", &clusters.cell_offsets),
                 ("CellClusters", &clusters.cell_clusters),
                 ("ClusterLinks", &clusters.links),
                 ("UnweightedClusters", &clusters.unweighted),
@@ -310,7 +310,7 @@ impl GlossPixels {
                 ("GlossRays", &self.rays),
                 ("GlossColours", &self.colours),
                 ("TruncatedLoops", &scene.truncated_loops),
-                ("FirstReads", &slots.first),
+                ("ReadOffsets", &slots.first),
                 ("SlotReads", &slots.reads),
             ]),
         );

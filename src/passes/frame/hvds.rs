@@ -164,7 +164,7 @@ pub struct Pyramid {
     entry_area_m2: f32,
     /// `ContributionRange` of each base cluster.
     pub contribution_ranges: Buffer,
-    first_children: Buffer,
+    child_offsets: Buffer,
     /// 1/area of each cluster, 1/m².
     pub inverse_areas: Buffer,
     /// The cluster that each takes its indirect light from.
@@ -181,7 +181,7 @@ impl Pyramid {
     /// What the layers of lights are called in timings.
     pub const LAYERS_STEM: &str = "hvds_layer";
 
-    /// Uploads the nesting. `first_contributions` has the first contribution of each base cluster by an entry
+    /// Uploads the nesting. `contribution_offsets` has the first contribution of each base cluster by an entry
     /// point, then its first by another vertex, and the end. No root is divided by an area below `entry_area_m2`, that of one entry point: what
     /// is smaller cannot be resolved. Smaller clusters are read as parts of views only, whose weights are proportional to area.
     /// `is_glossy`: lights say what paths carry on.
@@ -191,7 +191,7 @@ impl Pyramid {
     pub fn new(
         context: &Arc<Context>,
         hvds: &Hvds,
-        first_contributions: &[u32],
+        contribution_offsets: &[u32],
         entry_area_m2: f32,
         is_glossy: bool,
     ) -> Result<Self> {
@@ -204,7 +204,7 @@ impl Pyramid {
                 false => 1.0 / area.max(entry_area_m2),
             })
             .collect();
-        let runs = contribution_ranges(hvds, first_contributions);
+        let runs = contribution_ranges(hvds, contribution_offsets);
         // What nobody reads is never written.
         let dark = vec![Vec3::ZERO; hvds.cluster_count() as usize];
         let layers = |lights| {
@@ -220,7 +220,7 @@ impl Pyramid {
             max_contributions: contributions_at_once(&runs),
             entry_area_m2,
             contribution_ranges: Buffer::from_slice(context, "contribution runs", &runs)?,
-            first_children: Buffer::from_slice(context, "first children", &hvds.first_children)?,
+            child_offsets: Buffer::from_slice(context, "child offsets", &hvds.child_offsets)?,
             inverse_areas: Buffer::from_slice(context, "inverse areas", &inverse_areas)?,
             indirect_sources: Buffer::from_slice(
                 context,
@@ -344,7 +344,7 @@ impl Pyramid {
                 [level.len() as u32, 1, 1],
                 &HvdsLevelPush { first_place: level.start, cluster_count: level.len() as u32 },
                 &[
-                    ("FirstChildren", &self.first_children),
+                    ("ChildOffsets", &self.child_offsets),
                     ("ClusterFluxes", &self.flux),
                     ("SummedClusters", &lists.summed),
                 ],
@@ -366,16 +366,16 @@ impl Pyramid {
     }
 }
 
-/// The contributions of each base cluster. `first_contributions`: the first of each cluster by an entry point, then its first by another vertex, and the
+/// The contributions of each base cluster. `contribution_offsets`: the first of each cluster by an entry point, then its first by another vertex, and the
 /// end; an unweighted cluster has those of its cluster.
-pub fn contribution_ranges(hvds: &Hvds, first_contributions: &[u32]) -> Vec<ContributionRange> {
+pub fn contribution_ranges(hvds: &Hvds, contribution_offsets: &[u32]) -> Vec<ContributionRange> {
     let run = |first: &[u32]| ContributionRange {
         first: first[0],
         first_other: first[1],
         end: first[2],
         is_unweighted: 0,
     };
-    let mut runs: Vec<ContributionRange> = first_contributions.windows(3).step_by(2).map(run).collect();
+    let mut runs: Vec<ContributionRange> = contribution_offsets.windows(3).step_by(2).map(run).collect();
     for (cluster, &unweighted) in
         hvds.unweighted.iter().enumerate().filter(|(_, unweighted)| **unweighted != NO_CLUSTER)
     {

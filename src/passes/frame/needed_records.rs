@@ -161,7 +161,7 @@ impl NeededRecords {
             );
             pass.barrier(COMPUTE_TO_COMPUTE);
         }
-        let [first_neighbours, neighbours] = blend.lists();
+        let [neighbour_offsets, neighbours] = blend.lists();
         pass.dispatch(
             &self.neighbours,
             [record_count, 1, 1],
@@ -169,7 +169,7 @@ impl NeededRecords {
             &[
                 ("IsSeen", &self.is_seen),
                 ("IsCurrent", &self.is_current),
-                ("FirstNeighbours", first_neighbours),
+                ("NeighbourOffsets", neighbour_offsets),
                 ("Neighbours", neighbours),
                 ("IsNeeded", offsets),
             ],

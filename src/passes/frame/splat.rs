@@ -179,7 +179,7 @@ pub struct Splat {
     tile_boxes: Buffer,
     block_boxes: Buffer,
     rectangles: Buffer,
-    pub(super) first_pairs: Buffer,
+    pub(super) pair_offsets: Buffer,
     pub(super) weight_runs: Buffer,
     pub(super) weights: Buffer,
     pub(super) weight_capacity: u32,
@@ -231,7 +231,7 @@ impl Splat {
             tile_boxes: boxes("tile boxes", tile_count)?,
             block_boxes: boxes("record blocks", u64::from(record_count.div_ceil(RECORD_BLOCK)))?,
             rectangles: Buffer::storage(context, "pixel rectangles", 8 * u64::from(record_count))?,
-            first_pairs: Buffer::from_slice(context, "first pairs", &no_pairs)?,
+            pair_offsets: Buffer::from_slice(context, "pair offsets", &no_pairs)?,
             weight_runs: Buffer::from_slice(context, "weight runs", &no_weights)?,
             weights: Buffer::storage(context, "splat weights", 8 * u64::from(weight_capacity))?,
             weight_capacity,
@@ -268,7 +268,7 @@ impl Splat {
             &[
                 ("CachePoints", cache_points),
                 ("Rectangles", &self.rectangles),
-                ("TileCounts", &self.first_pairs),
+                ("TileCounts", &self.pair_offsets),
                 ("Tally", &self.tally),
                 ("TileBoxes", &self.tile_boxes),
                 ("UncoveredPixels", &self.uncovered),
@@ -276,7 +276,7 @@ impl Splat {
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
-        self.record_sums.record(&mut pass, &self.first_pairs, self.record_count);
+        self.record_sums.record(&mut pass, &self.pair_offsets, self.record_count);
         pass.barrier(COMPUTE_TO_COMPUTE);
         pass.dispatch(
             &self.emit,
@@ -288,14 +288,14 @@ impl Splat {
             },
             &[
                 ("Rectangles", &self.rectangles),
-                ("FirstPairs", &self.first_pairs),
+                ("PairOffsets", &self.pair_offsets),
                 ("Pairs", self.sort.input()),
                 ("CachePoints", cache_points),
                 ("TileBoxes", &self.tile_boxes),
             ],
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
-        let sorted = self.sort.record(&mut pass, &self.first_pairs, self.record_count, tiles[0] * tiles[1]);
+        let sorted = self.sort.record(&mut pass, &self.pair_offsets, self.record_count, tiles[0] * tiles[1]);
         pass.barrier(COMPUTE_TO_COMPUTE);
         let [width, height] = self.size;
         let push = SplatTilesPush {
@@ -310,7 +310,7 @@ impl Splat {
             ("Pixels", pixels),
             ("CachePoints", cache_points),
             ("Rectangles", &self.rectangles),
-            ("FirstPairs", &self.first_pairs),
+            ("PairOffsets", &self.pair_offsets),
             ("SortedPairs", sorted),
             ("WeightRuns", &self.weight_runs),
             ("Weights", &self.weights),

@@ -39,7 +39,7 @@ impl Splat {
     /// # Errors
     /// The device failed.
     pub fn list_lengths(&self) -> Result<(u32, u32)> {
-        let pairs = self.first_pairs.read_range::<u32>(self.record_count as usize, 1)?[0];
+        let pairs = self.pair_offsets.read_range::<u32>(self.record_count as usize, 1)?[0];
         Ok((pairs, self.tally.read::<SplatTally>()?[0].weights))
     }
 

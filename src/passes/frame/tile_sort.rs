@@ -78,11 +78,11 @@ impl TileSort {
     }
 
     /// Sorts by the digits that `tile_count` needs and returns the sorted list. The number of pairs is word
-    /// `record_count` of `first_pairs`. Records into an open pass, barriers between its own dispatches only.
+    /// `record_count` of `pair_offsets`. Records into an open pass, barriers between its own dispatches only.
     pub fn record(
         &self,
         pass: &mut PassScope<'_>,
-        first_pairs: &Buffer,
+        pair_offsets: &Buffer,
         record_count: u32,
         tile_count: u32,
     ) -> &Buffer {
@@ -95,7 +95,8 @@ impl TileSort {
             if round > 0 {
                 pass.barrier(COMPUTE_TO_COMPUTE);
             }
-            let counted = [("FirstPairs", first_pairs), ("Pairs", from), ("DigitCounts", &self.digit_counts)];
+            let counted =
+                [("PairOffsets", pair_offsets), ("Pairs", from), ("DigitCounts", &self.digit_counts)];
             pass.dispatch(&self.count, threads, &push, &counted);
             pass.barrier(COMPUTE_TO_COMPUTE);
             self.prefix_sum.record(pass, &self.digit_counts, self.block_count * 256);
@@ -105,7 +106,7 @@ impl TileSort {
                 threads,
                 &push,
                 &[
-                    ("FirstPairs", first_pairs),
+                    ("PairOffsets", pair_offsets),
                     ("Pairs", from),
                     ("DigitOffsets", &self.digit_counts),
                     ("SortedPairs", to),

@@ -58,7 +58,7 @@ pub struct Sources<'a> {
 #[derive(Debug)]
 pub struct ViewTables {
     /// First part of each view, and the end.
-    pub first_parts: Vec<u32>,
+    pub part_offsets: Vec<u32>,
     /// Parts of the views, packed.
     pub parts: Vec<u32>,
     /// How they are packed.
@@ -148,7 +148,7 @@ pub fn build(
                 let packed = tables.packing;
                 let part = |&(cluster, steps): &(u32, u32)| packed.pack(cluster, steps);
                 tables.parts.extend(weights.iter().map(part));
-                tables.first_parts.push(tables.parts.len() as u32);
+                tables.part_offsets.push(tables.parts.len() as u32);
             }
             let (cluster, bin) = of_pair(run);
             tables.pairs.push([cluster, bin, view]);
@@ -348,7 +348,7 @@ impl ViewTables {
     /// Without views of so many clusters.
     pub fn new(clusters: u32) -> Self {
         Self {
-            first_parts: vec![0],
+            part_offsets: vec![0],
             parts: Vec::new(),
             packing: ProxyPartPacking::new(clusters),
             pairs: Vec::new(),
@@ -360,7 +360,7 @@ impl ViewTables {
 
     /// Views.
     pub fn count(&self) -> u32 {
-        self.first_parts.len() as u32 - 1
+        self.part_offsets.len() as u32 - 1
     }
 
     /// What came out, for people.

@@ -69,7 +69,7 @@ pub struct Strata {
     /// right to one.
     pub patches: Vec<EntryPatch>,
     /// First entry point of each patch, and the total.
-    pub first_points: Vec<u32>,
+    pub point_offsets: Vec<u32>,
     /// Area of all, m².
     pub area_m2: f64,
     /// Entry points that each cluster holds, in expectation.
@@ -88,7 +88,7 @@ impl Strata {
         let total: f64 = densities.iter().enumerate().map(share).sum();
         let open = |(fragment, share): (usize, f64)| share * f64::from(hvds.fragments[fragment].open);
         let mut strata =
-            Self { patches: Vec::new(), first_points: vec![0], area_m2, in_clusters: Vec::new() };
+            Self { patches: Vec::new(), point_offsets: vec![0], area_m2, in_clusters: Vec::new() };
         let mut running = 0.0;
         for index in order {
             let (fragment, density) = (&hvds.fragments[index], f64::from(densities[index]));
@@ -99,10 +99,10 @@ impl Strata {
                 let end = (running * f64::from(count) + 0.5).floor() as u32;
                 let weight = (total / (density * strata.area_m2)) as f32;
                 strata.patches.push(EntryPatch { p0, p1, p2, side: fragment.side, weight });
-                strata.first_points.push(end.min(count));
+                strata.point_offsets.push(end.min(count));
             }
         }
-        if let Some(last) = strata.first_points.last_mut() {
+        if let Some(last) = strata.point_offsets.last_mut() {
             *last = if strata.patches.is_empty() { 0 } else { count };
         }
         let shares = densities.iter().enumerate().map(share).enumerate();
@@ -123,7 +123,7 @@ pub fn place(
     strata: &Strata,
     seed: u32,
 ) -> Result<Vec<PathVertex>> {
-    let point_count = strata.first_points.last().copied().unwrap_or(0);
+    let point_count = strata.point_offsets.last().copied().unwrap_or(0);
     if point_count == 0 {
         return Ok(Vec::new());
     }
@@ -131,19 +131,20 @@ pub fn place(
     let room = u64::from(point_count.min(LIMIT)) * size_of::<PathVertex>() as u64;
     let points = Buffer::storage(context, "entry points", room)?;
     // Where triangles are many, most hold none.
-    let ranges = strata.patches.iter().zip(strata.first_points.windows(2));
-    let (patches, mut first_points): (Vec<EntryPatch>, Vec<u32>) =
+    let ranges = strata.patches.iter().zip(strata.point_offsets.windows(2));
+    let (patches, mut point_offsets): (Vec<EntryPatch>, Vec<u32>) =
         ranges.filter(|(_, ends)| ends[0] < ends[1]).map(|(patch, ends)| (*patch, ends[0])).unzip();
-    first_points.push(point_count);
+    point_offsets.push(point_count);
     let mut placed: Vec<PathVertex> = Vec::with_capacity(point_count as usize);
     for first_point in (0..point_count).step_by(LIMIT as usize) {
         let count = LIMIT.min(point_count - first_point);
         // Each holds one point at least, so that no device binds too little for those of a chunk.
-        let first_patch = first_points.partition_point(|&first| first <= first_point) - 1;
-        let end_patch = first_points.partition_point(|&first| first < first_point + count);
+        let first_patch = point_offsets.partition_point(|&first| first <= first_point) - 1;
+        let end_patch = point_offsets.partition_point(|&first| first < first_point + count);
         let patch_count = (end_patch - first_patch) as u32;
         let own_patches = Buffer::from_slice(context, "entry patches", &patches[first_patch..end_patch])?;
-        let own_firsts = Buffer::from_slice(context, "first points", &first_points[first_patch..end_patch])?;
+        let own_firsts =
+            Buffer::from_slice(context, "point offsets", &point_offsets[first_patch..end_patch])?;
         let push =
             EntryPointsPush { grid: clusters.grid, first_point, point_count: count, patch_count, seed };
         context.run(|rec| {
@@ -155,8 +156,8 @@ pub fn place(
                     ("Triangles", &scene.triangles),
                     ("Surfaces", &scene.surfaces),
                     ("EntryPatches", &own_patches),
-                    ("FirstPoints", &own_firsts),
-                    ("CellFirst", &clusters.cell_first),
+                    ("PointOffsets", &own_firsts),
+                    ("CellOffsets", &clusters.cell_offsets),
                     ("CellClusters", &clusters.cell_clusters),
                     ("EntryPoints", &points),
                 ],

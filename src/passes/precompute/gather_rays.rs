@@ -320,7 +320,7 @@ pub fn trace(
                         ("Nodes", &scene.nodes),
                         ("Triangles", &scene.triangles),
                         ("Surfaces", &scene.surfaces),
-                        ("CellFirst", &clusters.cell_first),
+                        ("CellOffsets", &clusters.cell_offsets),
                         ("CellClusters", &clusters.cell_clusters),
                         ("ClusterLinks", &clusters.links),
                         ("UnweightedClusters", &clusters.unweighted),

@@ -34,7 +34,7 @@ pub struct GlossTables {
     /// The sums of each level that has any.
     pub sums: Vec<Range<u32>>,
     /// First place in `children` of each sum, and the end.
-    pub first_children: Vec<u32>,
+    pub child_offsets: Vec<u32>,
     /// The slots one level down that a sum adds up.
     pub children: Vec<u32>,
     /// Gather rays that read slots.
@@ -141,7 +141,7 @@ pub fn base_ranges(hvds: &Hvds) -> Vec<UVec2> {
     let base = hvds.levels[0].end;
     let mut ranges: Vec<UVec2> = (0..base).map(|cluster| UVec2::new(cluster, cluster + 1)).collect();
     for cluster in base as usize..hvds.cluster_count() as usize {
-        let children = hvds.first_children[cluster] as usize..hvds.first_children[cluster + 1] as usize;
+        let children = hvds.child_offsets[cluster] as usize..hvds.child_offsets[cluster + 1] as usize;
         ranges.push(UVec2::new(ranges[children.start].x, ranges[children.end - 1].y));
     }
     ranges
@@ -195,7 +195,7 @@ impl GlossTables {
                 self.shifts.push(NO_ENTRY);
                 continue;
             }
-            let lists = &sources.paths.first_contributions[2 * cluster..2 * cluster + 3];
+            let lists = &sources.paths.contribution_offsets[2 * cluster..2 * cluster + 3];
             self.shifts.push((self.vertices.len() as u32).wrapping_sub(lists[0]));
             for contribution in lists[0]..lists[2] {
                 let side = arrivals.sides[contribution as usize];
@@ -225,7 +225,7 @@ impl GlossTables {
     fn find_slots(&mut self, sources: &Sources<'_>, mut wanted: Vec<(u32, u32)>) -> HashMap<(u32, u32), u32> {
         let hvds = sources.hvds;
         let mut vertices = vec![0; hvds.cluster_count() as usize];
-        let runs = contribution_ranges(hvds, &sources.paths.first_contributions);
+        let runs = contribution_ranges(hvds, &sources.paths.contribution_offsets);
         for ((vertices, run), &shift) in vertices.iter_mut().zip(runs).zip(&self.shifts) {
             *vertices = if shift == NO_ENTRY { 0 } else { run.end - run.first };
         }
@@ -237,7 +237,7 @@ impl GlossTables {
         let is_sum =
             |cluster: u32| cluster >= hvds.levels[0].end && vertices[cluster as usize] > LEAF_VERTICES;
         let children = |cluster: u32| {
-            let range = hvds.first_children[cluster as usize]..hvds.first_children[cluster as usize + 1];
+            let range = hvds.child_offsets[cluster as usize]..hvds.child_offsets[cluster as usize + 1];
             range.filter(|&child| vertices[child as usize] > 0)
         };
         // From the coarsest level down: what a sum adds up is wanted, too.
@@ -270,10 +270,10 @@ impl GlossTables {
             }
         }
         for &(cluster, bin) in sums {
-            self.first_children.push(self.children.len() as u32);
+            self.child_offsets.push(self.children.len() as u32);
             self.children.extend(children(cluster).map(|child| places[&(child, bin)]));
         }
-        self.first_children.push(self.children.len() as u32);
+        self.child_offsets.push(self.children.len() as u32);
         places
     }
 
@@ -286,8 +286,8 @@ impl GlossTables {
             self.readers += 1;
         }
         // Coarse slots stand behind what they add up.
-        for sum in (0..self.first_children.len() - 1).rev() {
-            let run = self.first_children[sum] as usize..self.first_children[sum + 1] as usize;
+        for sum in (0..self.child_offsets.len() - 1).rev() {
+            let run = self.child_offsets[sum] as usize..self.child_offsets[sum + 1] as usize;
             for &child in &self.children[run] {
                 let own = sums[self.leaf_count as usize + sum];
                 sums[child as usize] += own;

@@ -245,7 +245,7 @@ impl Walk {
                     ("Triangles", &scene.triangles),
                     ("Surfaces", &scene.surfaces),
                     ("Materials", &self.materials),
-                    ("CellFirst", &clusters.cell_first),
+                    ("CellOffsets", &clusters.cell_offsets),
                     ("CellClusters", &clusters.cell_clusters),
                     ("Paths", &self.paths),
                     ("Vertices", &self.vertices),

@@ -78,7 +78,7 @@ pub struct MergedRayPart {
     /// The cache points.
     pub points: Range<u32>,
     /// First merged ray of each, and the end.
-    pub first_merged_rays: Buffer,
+    pub merged_ray_offsets: Buffer,
     /// [`MergedRay`]s.
     pub merged_rays: Buffer,
     /// Beside each, the packed colour of the image that its rays met; a word that nobody reads in scenes without images.
@@ -185,7 +185,7 @@ impl MergedRays {
         let mut lists =
             MergedRayLists { targets, counts: Vec::new(), merged_rays: Vec::new(), colours: Vec::new() };
         for part in &self.parts {
-            let first: Vec<u32> = part.first_merged_rays.read()?;
+            let first: Vec<u32> = part.merged_ray_offsets.read()?;
             lists.counts.extend(first.windows(2).map(|ends| ends[1] - ends[0]));
             lists.merged_rays.extend(part.merged_rays.read::<MergedRay>()?);
             if self.has_colours {
@@ -250,9 +250,9 @@ impl MergedRays {
         colours: &[u32],
     ) -> Result<()> {
         let first_point = self.parts.last().map_or(0, |part| part.points.end);
-        let mut first_merged_rays = vec![0_u32];
+        let mut merged_ray_offsets = vec![0_u32];
         for count in counts {
-            first_merged_rays.push(first_merged_rays[first_merged_rays.len() - 1] + count);
+            merged_ray_offsets.push(merged_ray_offsets[merged_ray_offsets.len() - 1] + count);
         }
         self.merged_ray_count += merged_rays.len() as u64;
         let rays = |merged_ray: &MergedRay| {
@@ -261,7 +261,7 @@ impl MergedRays {
         self.ray_count += merged_rays.iter().map(rays).sum::<u64>();
         self.parts.push(MergedRayPart {
             points: first_point..first_point + counts.len() as u32,
-            first_merged_rays: Buffer::from_slice(context, "first merged rays", &first_merged_rays)?,
+            merged_ray_offsets: Buffer::from_slice(context, "merged ray offsets", &merged_ray_offsets)?,
             merged_rays: Buffer::from_slice(context, "merged rays", merged_rays)?,
             colours: Buffer::from_slice(
                 context,
@@ -281,7 +281,7 @@ impl MergedRays {
             return Ok(Vec::new());
         };
         let first = (point - part.points.start) as usize;
-        let ends: Vec<u32> = part.first_merged_rays.read_range(first, 2)?;
+        let ends: Vec<u32> = part.merged_ray_offsets.read_range(first, 2)?;
         part.merged_rays.read_range(ends[0] as usize, (ends[1] - ends[0]) as usize)
     }
 
@@ -294,7 +294,7 @@ impl MergedRays {
     pub fn bytes(&self) -> u64 {
         self.parts
             .iter()
-            .map(|part| part.first_merged_rays.bytes() + part.merged_rays.bytes() + part.colours.bytes())
+            .map(|part| part.merged_ray_offsets.bytes() + part.merged_rays.bytes() + part.colours.bytes())
             .sum()
     }
 }

@@ -92,7 +92,7 @@ pub fn mixed(
         |child: u32| holds[child as usize] == [false; 2] || in_clusters[child as usize] >= MIN_IN_PART;
     let is_mixed = |cluster: usize| {
         holds[cluster] == [true; 2]
-            && (hvds.first_children[cluster]..hvds.first_children[cluster + 1]).all(is_known)
+            && (hvds.child_offsets[cluster]..hvds.child_offsets[cluster + 1]).all(is_known)
     };
     Ok((0..holds.len()).map(is_mixed).collect())
 }

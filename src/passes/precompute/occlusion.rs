@@ -162,7 +162,7 @@ impl<'a> Cells<'a> {
 
     /// Clusters one level down.
     pub(super) fn children(&self, cluster: u32) -> Range<u32> {
-        self.hvds.first_children[cluster as usize]..self.hvds.first_children[cluster as usize + 1]
+        self.hvds.child_offsets[cluster as usize]..self.hvds.child_offsets[cluster as usize + 1]
     }
 
     fn fragments_of(&self, cluster: u32) -> impl Iterator<Item = &'a Fragment> + Clone {

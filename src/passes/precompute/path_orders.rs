@@ -85,7 +85,7 @@ pub struct LightPaths {
     /// takes vertices that no cluster holds.
     pub contributions: Vec<Contribution>,
     /// First contribution of each base cluster by an entry point, then its first by another vertex, and the end.
-    pub first_contributions: Vec<u32>,
+    pub contribution_offsets: Vec<u32>,
     /// Where some materials are editable: the paths by which of them reflect them, entry points aside.
     pub groups: Vec<PathGroup>,
     /// Of each path the number that names its random numbers; none at all where that is its own.
@@ -149,9 +149,9 @@ impl LightPaths {
         paths: usize,
         base_clusters: u32,
     ) -> Self {
-        let first_vertices = offsets(paths, vertices.iter().map(|vertex| vertex.path));
+        let vertex_offsets = offsets(paths, vertices.iter().map(|vertex| vertex.path));
         let mut ordered = vertices.clone();
-        let mut cursor = first_vertices.clone();
+        let mut cursor = vertex_offsets.clone();
         for vertex in vertices.drain(..) {
             let place = &mut cursor[vertex.path as usize];
             ordered[*place as usize] = vertex;
@@ -159,12 +159,12 @@ impl LightPaths {
         }
 
         let mut heads = vec![false; ordered.len()];
-        first_vertices[..paths].iter().for_each(|&first| heads[first as usize] = true);
+        vertex_offsets[..paths].iter().for_each(|&first| heads[first as usize] = true);
         let list = |(vertex, &is_head): (&Vertex, &bool)| 2 * vertex.cluster + u32::from(!is_head);
         let held = ordered.iter().zip(&heads).filter(|(vertex, _)| vertex.cluster != NO_CLUSTER);
-        let first_contributions = offsets(2 * base_clusters as usize, held.map(list));
-        let total = first_contributions[2 * base_clusters as usize];
-        let mut cursor = first_contributions.clone();
+        let contribution_offsets = offsets(2 * base_clusters as usize, held.map(list));
+        let total = contribution_offsets[2 * base_clusters as usize];
+        let mut cursor = contribution_offsets.clone();
         let mut contributions = vec![Contribution::new(0, OPEN); total as usize + 1];
         let mut steps = Vec::with_capacity(ordered.len());
         let colours = ordered.iter().map(|vertex| vertex.colour).collect();
@@ -206,7 +206,7 @@ impl LightPaths {
             steps,
             colours,
             contributions,
-            first_contributions,
+            contribution_offsets,
             groups: Vec::new(),
             names: Vec::new(),
             arrivals,

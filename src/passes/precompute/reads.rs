@@ -61,7 +61,7 @@ impl Reads {
         }
         let read_views = irradiance.split_off(count);
         if let Some(views) = views {
-            for (parts, _) in views.first_parts.windows(2).zip(read_views).filter(|(_, is_read)| *is_read) {
+            for (parts, _) in views.part_offsets.windows(2).zip(read_views).filter(|(_, is_read)| *is_read) {
                 for &part in &views.parts[parts[0] as usize..parts[1] as usize] {
                     irradiance[views.packing.cluster(part) as usize] = true;
                 }

@@ -29,7 +29,7 @@ pub fn separated(
     let mut separated = vec![false; hvds.parents.len()];
     let holds = |cluster: &u32| patches[*cluster as usize].clearance.is_finite();
     let children = |cluster: u32| {
-        (hvds.first_children[cluster as usize]..hvds.first_children[cluster as usize + 1]).filter(holds)
+        (hvds.child_offsets[cluster as usize]..hvds.child_offsets[cluster as usize + 1]).filter(holds)
     };
     for level in 1..hvds.levels.len().min(LEVELS + 1) {
         let height = 0.5 * hvds.grid.cell_size() as f32 * (1 << (level - 1)) as f32;

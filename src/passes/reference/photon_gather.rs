@@ -71,7 +71,7 @@ pub struct Irradiance<'a> {
     /// `MapEntry`s.
     pub points: &'a Buffer,
     /// First point of each bucket.
-    pub first_entries: &'a Buffer,
+    pub entry_offsets: &'a Buffer,
     /// Sixteen bytes a point.
     pub reaches: &'a Buffer,
     /// W/m².
@@ -155,7 +155,7 @@ impl PhotonGather {
                     &push,
                     &scene.bindings_and([
                         ("Points", irradiance.points),
-                        ("FirstEntries", irradiance.first_entries),
+                        ("EntryOffsets", irradiance.entry_offsets),
                         ("Reaches", irradiance.reaches),
                         ("Irradiances", irradiance.irradiances),
                         ("PixelSums", &sequence.sums),

@@ -88,7 +88,7 @@ impl PhotonIrradiance {
                         ("Points", points.entries),
                         ("Reaches", points.reaches),
                         ("MapEntries", &map.entries),
-                        ("FirstEntries", &map.first_entries),
+                        ("EntryOffsets", &map.entry_offsets),
                         ("Masses", masses),
                         ("Irradiances", irradiances),
                     ],

@@ -84,7 +84,7 @@ pub struct PhotonMap {
     /// Sorted `MapEntry`s.
     pub entries: Buffer,
     /// First entry of each bucket, then twice the end.
-    pub first_entries: Buffer,
+    pub entry_offsets: Buffer,
 }
 
 impl PhotonMap {
@@ -103,7 +103,7 @@ impl PhotonMap {
             capacity,
             slots: storage("photons", size_of::<Photon>())?,
             entries: storage("map entries", size_of::<MapEntry>())?,
-            first_entries: Buffer::storage(context, "first entries", 4 * (u64::from(BUCKETS) + 2))?,
+            entry_offsets: Buffer::storage(context, "entry offsets", 4 * (u64::from(BUCKETS) + 2))?,
         })
     }
 
@@ -148,7 +148,7 @@ impl PhotonMap {
                 ("Photons", &self.slots),
                 ("SortedPairs", sorted),
                 ("MapEntries", &self.entries),
-                ("FirstEntries", &self.first_entries),
+                ("EntryOffsets", &self.entry_offsets),
             ],
         );
     }

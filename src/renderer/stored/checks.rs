@@ -76,9 +76,9 @@ fn hierarchy(hvds: &Hvds) -> Result<(), Refusal> {
         |&unweighted: &u32| unweighted == NO_CLUSTER || (own..base).contains(&(unweighted as usize));
     demand(own <= base && hvds.unweighted.iter().all(is_unweighted), "unweighted clusters")?;
     let cells = hvds.grid.cell_count();
-    demand(cuts(&hvds.cell_first, cells, hvds.cell_clusters.len()), "cells")?;
+    demand(cuts(&hvds.cell_offsets, cells, hvds.cell_clusters.len()), "cells")?;
     let is_list = |cell: usize| {
-        let list = hvds.cell_first[cell] as usize..hvds.cell_first[cell + 1] as usize;
+        let list = hvds.cell_offsets[cell] as usize..hvds.cell_offsets[cell + 1] as usize;
         walls::is_list(&hvds.cell_clusters[list], own)
     };
     demand((0..cells).all(is_list), "clusters of cells")
@@ -114,7 +114,7 @@ fn paths(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     // The last contribution is nobody's.
     let held = contributions.len().checked_sub(1).ok_or_else(|| Refusal::damaged("contributions"))?;
     demand(contributions[..held].iter().all(|contribution| is_path(contribution.path())), "contributions")?;
-    demand(cuts(&paths.first_contributions, 2 * base, held), "contributions of clusters")?;
+    demand(cuts(&paths.contribution_offsets, 2 * base, held), "contributions of clusters")?;
     let mut end = 0;
     for group in &paths.groups {
         demand(group.steps.start >= end && group.steps.start <= group.steps.end, "groups of paths")?;
@@ -202,7 +202,7 @@ fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
 fn views(contents: &Contents) -> Result<(), Refusal> {
     let Some(views) = &contents.views else { return Ok(()) };
     let (count, clusters) = (contents.view_count(), contents.hvds.areas_m2.len());
-    demand(cuts(&views.first_parts, count, views.parts.len()), "views")?;
+    demand(cuts(&views.part_offsets, count, views.parts.len()), "views")?;
     let is_cluster = |cluster: u32| (cluster as usize) < clusters;
     demand(views.parts.iter().all(|&part| is_cluster(views.packing.cluster(part))), "parts of views")?;
     let is_pair = |pair: &[u32; 3]| is_cluster(pair[0]) && (pair[2] as usize) < count;

@@ -14,7 +14,7 @@ use crate::types::{CachePoint, Contribution, Grid, PathVertex};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Everything that is stored. `first_children` of the hierarchy are still to be linked, and `base_ranges` of glossy surfaces to be found.
+/// Everything that is stored. `child_offsets` of the hierarchy are still to be linked, and `base_ranges` of glossy surfaces to be found.
 pub(super) struct Contents {
     pub(super) numbers: Numbers,
     pub(super) counts: BTreeMap<String, u64>,
@@ -50,13 +50,13 @@ impl Contents {
         let hvds = Hvds {
             grid,
             levels: ranges(file.list("levels")?),
-            cell_first: file.list("cell first")?,
+            cell_offsets: file.list("cell offsets")?,
             cell_clusters: file.list("cell clusters")?,
             shown_m2: file.list("shown areas")?,
             areas_m2,
             unweighted: file.list("unweighted clusters")?,
             parents: file.list("parents")?,
-            first_children: Vec::new(),
+            child_offsets: Vec::new(),
             fragments: Vec::new(),
             mixed: file.list::<u8>("mixed")?.into_iter().map(|mixed| mixed != 0).collect(),
         };
@@ -66,7 +66,7 @@ impl Contents {
             steps: file.list("steps")?,
             colours: file.list("step colours")?,
             contributions: file.list("contributions")?.into_iter().map(contribution).collect(),
-            first_contributions: file.list("first contributions")?,
+            contribution_offsets: file.list("contribution offsets")?,
             groups: file.list("path groups")?.into_iter().map(group).collect(),
             names: file.list("path names")?,
             arrivals: Arrivals { lobes: file.list("lobes")?, ..Arrivals::default() },
@@ -74,7 +74,7 @@ impl Contents {
         };
         let views = || -> Result<ViewTables, Refusal> {
             Ok(ViewTables {
-                first_parts: file.list("view first parts")?,
+                part_offsets: file.list("view part offsets")?,
                 parts: file.list("view parts")?,
                 packing: ProxyPartPacking::new(hvds.cluster_count()),
                 pairs: file.list("view pairs")?,
@@ -94,7 +94,7 @@ impl Contents {
                 slots: file.list("gloss slots")?,
                 leaf_count: numbers.gloss_leaf_count,
                 sums: ranges(file.list("gloss sums")?),
-                first_children: file.list("gloss first children")?,
+                child_offsets: file.list("gloss child offsets")?,
                 children: file.list("gloss children")?,
                 readers: 0,
             })
@@ -112,7 +112,7 @@ impl Contents {
             paths,
             cache_points: file.list("cache points")?,
             neighbourhoods: Neighbourhoods {
-                first: file.list("first neighbours")?,
+                first: file.list("neighbour offsets")?,
                 list: file.list("neighbours")?,
             },
             merged_rays: MergedRayLists {
@@ -131,7 +131,7 @@ impl Contents {
 
     /// Views of clusters.
     pub(super) fn view_count(&self) -> usize {
-        self.views.as_ref().map_or(0, |views| views.first_parts.len().saturating_sub(1))
+        self.views.as_ref().map_or(0, |views| views.part_offsets.len().saturating_sub(1))
     }
 
     /// What gather rays may name that has irradiance: clusters, views, parts of clusters.

@@ -23,7 +23,7 @@ pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     demand(gloss.max_vertices as usize <= contents.paths.contributions.len(), "most glossy vertices")?;
 
     let hvds = &contents.hvds;
-    let first = &contents.paths.first_contributions;
+    let first = &contents.paths.contribution_offsets;
     demand(gloss.shifts.len() == hvds.levels[0].len(), "shifts")?;
     let holds = |shift: u32, cluster: usize| {
         let (start, end) = (first[2 * cluster], first[2 * cluster + 2]);
@@ -45,12 +45,12 @@ pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     demand(gloss.slots.iter().all(|slot| (slot.cluster as usize) < clusters), "outgoing directions")?;
     demand(leaves <= slots, "outgoing directions that are no sums")?;
     let sums = slots - leaves;
-    demand(cuts(&gloss.first_children, sums, gloss.children.len()), "parts of sums")?;
+    demand(cuts(&gloss.child_offsets, sums, gloss.children.len()), "parts of sums")?;
     let mut end = leaves;
     for level in &gloss.sums {
         let range = level.start as usize..level.end as usize;
         demand(range.start == end && range.start <= range.end && range.end <= slots, "levels of sums")?;
-        let runs = gloss.first_children[range.start - leaves]..gloss.first_children[range.end - leaves];
+        let runs = gloss.child_offsets[range.start - leaves]..gloss.child_offsets[range.end - leaves];
         let children = &gloss.children[runs.start as usize..runs.end as usize];
         // What a level adds up is ready by then.
         demand(children.iter().all(|&child| (child as usize) < range.start), "parts of sums")?;

@@ -87,7 +87,7 @@ impl Tables {
 
         let hvds = &made.hvds;
         writer.add("levels", ends(&hvds.levels));
-        writer.add("cell first", &hvds.cell_first[..]);
+        writer.add("cell offsets", &hvds.cell_offsets[..]);
         writer.add("cell clusters", &hvds.cell_clusters[..]);
         writer.add("areas", &hvds.areas_m2[..]);
         writer.add("shown areas", &hvds.shown_m2[..]);
@@ -102,7 +102,7 @@ impl Tables {
         writer.add("step colours", &paths.colours[..]);
         writer.add("lobes", &paths.arrivals.lobes[..]);
         writer.add("contributions", &self.contributions[..]);
-        writer.add("first contributions", &paths.first_contributions[..]);
+        writer.add("contribution offsets", &paths.contribution_offsets[..]);
         let group = |group: &crate::passes::precompute::path_orders::PathGroup| {
             [group.materials, group.steps.start, group.steps.end]
         };
@@ -110,7 +110,7 @@ impl Tables {
         writer.add("path names", &paths.names[..]);
 
         writer.add("cache points", &self.cache_points[..]);
-        writer.add("first neighbours", &made.neighbourhoods.first[..]);
+        writer.add("neighbour offsets", &made.neighbourhoods.first[..]);
         writer.add("neighbours", &made.neighbourhoods.list[..]);
         writer.add("gather targets", &self.merged_rays.targets[..]);
         writer.add("merged ray counts", &self.merged_rays.counts[..]);
@@ -119,7 +119,7 @@ impl Tables {
         writer.add("near clusters", &made.near_clusters[..]);
         writer.add("near parts", &made.near_parts[..]);
         if let Some(views) = &made.views {
-            writer.add("view first parts", &views.first_parts[..]);
+            writer.add("view part offsets", &views.part_offsets[..]);
             writer.add("view parts", &views.parts[..]);
             writer.add("view pairs", &views.pairs[..]);
         }
@@ -129,7 +129,7 @@ impl Tables {
             writer.add("gloss shifts", &gloss.shifts[..]);
             writer.add("gloss slots", &gloss.slots[..]);
             writer.add("gloss sums", ends(&gloss.sums));
-            writer.add("gloss first children", &gloss.first_children[..]);
+            writer.add("gloss child offsets", &gloss.child_offsets[..]);
             writer.add("gloss children", Cow::Borrowed(&gloss.children[..]));
         }
         writer

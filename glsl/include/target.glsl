@@ -3,7 +3,7 @@
 
 // What is so near, in base cells, shows its unweighted cluster.
 const float NEARBY = 2.0;
-// No light comes to covered surface, and what covers it sees no further than that, in base cells (`open_shares`).
+// No light comes to covered surface, and what covers it sees no further than that, in base cells (`exposed_fractions`).
 const float COVERED_SIGHT = 0.5;
 
 // The cluster whose size fits a footprint as wide as that before it is projected to the surface, metres; or coarser, until it is

@@ -27,7 +27,7 @@ pub(super) struct Scope {
     pub(super) sources: RecordList,
     /// How many.
     pub(super) source_count: u32,
-    /// Those of them that stand in narrow gaps, and are gathered again.
+    /// Those of them that stand in narrow cavities, and are gathered again.
     pub(super) gaps: RecordList,
     /// How many.
     pub(super) gap_count: u32,
@@ -40,7 +40,7 @@ struct Sources {
     near_parts: Vec<NearCluster>,
     /// Records, and how many the device is shown at a time.
     records: [u32; 2],
-    /// The first so many stand in narrow gaps.
+    /// The first so many stand in narrow cavities.
     tight_count: u32,
 }
 

@@ -86,7 +86,7 @@ pub struct Renderer {
     pyramid: Pyramid,
     views: Views,
     scopes: Scopes,
-    /// Cache points in narrow gaps see the first so many parts of clusters.
+    /// Cache points in narrow cavities see the first so many parts of clusters.
     tight_parts: u32,
     gather: Gather,
     needs: Needs,

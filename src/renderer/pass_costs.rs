@@ -60,7 +60,7 @@ impl Renderer {
                 u64::from(light.samples) * (sample_count + u64::from(of_crossed) * u64::from(crossed));
         }
         let records = self.gather.records.bytes();
-        // Passes of one name share an account: of records gathered ahead of the others, again in narrow gaps, and the others, the mean.
+        // Passes of one name share an account: of records gathered ahead of the others, again in narrow cavities, and the others, the mean.
         let gathers = passes.iter().filter(|pass| pass.name == Gather::STEM).count();
         let scope = self.scopes.of(self.skips);
         let ahead = scope.source_count + self.gathered_again(scope).map(|again| again.1).sum::<u32>();

@@ -16,12 +16,11 @@ use crate::passes::precompute::gloss::{self, GlossTables};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
 use crate::passes::precompute::{
-    Progress, accessibility, light_paths,
+    Progress, accessibility, exposed_fractions, light_paths,
     merged_rays::MergedRays,
-    narrow_gaps,
+    narrow_cavities,
     near_clusters::{self, Extent},
     near_hits::{self, NearHits},
-    open_shares,
     rays::Rays,
     separated, sides,
 };
@@ -84,7 +83,7 @@ pub(super) struct Precomputed {
     pub(super) near_clusters: Vec<NearCluster>,
     /// Parts of clusters that single cache points see.
     pub(super) near_parts: Vec<NearCluster>,
-    /// The first so many cache points stand in narrow gaps.
+    /// The first so many cache points stand in narrow cavities.
     pub(super) tight_count: u32,
     /// They see the first so many parts.
     pub(super) tight_parts: u32,
@@ -128,13 +127,13 @@ pub(super) fn precompute(
             return Ok(hvds);
         }
         let geometry = geometry(&scene.triangles, &surfaces, &solids, &hvds, lengths);
-        let open = open_shares::open_shares(&geometry, (&tracer, &buffers), seed)?;
+        let open = exposed_fractions::exposed_fractions(&geometry, (&tracer, &buffers), seed)?;
         hvds.leave_out_interior(&open);
         Ok::<_, Error>(hvds)
     };
     let cells = build(quality.cells)?;
     let mut hvds = build(finest_cells(quality.cells))?;
-    let gaps = narrow_gaps::find(&tracer, &buffers, &scene.lights)?;
+    let gaps = narrow_cavities::find(&tracer, &buffers, &scene.lights)?;
     watch.lap("cells");
 
     let geometry = geometry(&scene.triangles, &surfaces, &solids, &cells, lengths);
@@ -163,7 +162,7 @@ pub(super) fn precompute(
     let patches = near_clusters::patches(&hvds, &clearances, normal, 1 + separated::LEVELS);
     let hemisphere = Hemisphere::new(quality.gather_rays);
     let [resolved, parted] =
-        narrow_gaps::resolved((high - low).length(), hvds.grid.cell_size() as f32, hemisphere);
+        narrow_cavities::resolved((high - low).length(), hvds.grid.cell_size() as f32, hemisphere);
     let told: Vec<String> = undersampled(scene, &gaps, resolved, strata.area_m2, cell_size).collect();
     let room = room(&hvds.fragments, &clearances);
     let told = told.into_iter().chain(wide_cells(room, &hvds.grid, quality.cells));
@@ -171,7 +170,7 @@ pub(super) fn precompute(
     if quality.occlusion {
         let (rays, in_clusters) = ((&tracer, &buffers), &strata.in_clusters);
         let mut mixed =
-            narrow_gaps::mixed(rays, &hvds, &patches, &surfaces, in_clusters, parted, lengths[1])?;
+            narrow_cavities::mixed(rays, &hvds, &patches, &surfaces, in_clusters, parted, lengths[1])?;
         let separated = separated::separated(rays, &hvds, &patches, in_clusters)?;
         mixed.resize(mixed.len().max(separated.len()), false);
         mixed.iter_mut().zip(separated).for_each(|(mixed, separated)| *mixed |= separated);
@@ -199,7 +198,7 @@ pub(super) fn precompute(
     let mut placement =
         cache_points::place(&size_field, &buffers, &geometry, quality.cache_points, seed, progress)?;
     entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
-    // Points that see near clusters come first, and among them those in narrow gaps.
+    // Points that see near clusters come first, and among them those in narrow cavities.
     let within = |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size;
     let [is_tight, is_near] = [TIGHT, SEES_NEAR].map(|cells| within(if has_gaps { cells } else { 0.0 }));
     placement.points.sort_by_key(|placed| (!is_near(placed), !is_tight(placed)));
@@ -304,14 +303,14 @@ pub(super) fn precompute(
         ..Statistics::default()
     };
     statistics::note(&mut statistics, scene, &surfaces, &hvds, &paths, &placement, hemisphere);
-    statistics.counts.insert("cache points in narrow gaps".into(), u64::from(tight_count));
+    statistics.counts.insert("cache points in narrow cavities".into(), u64::from(tight_count));
     statistics.counts.insert("cache points that see near clusters".into(), u64::from(near_count));
     statistics.counts.insert("near clusters".into(), near_clusters.len() as u64);
     statistics.counts.insert("near parts of clusters".into(), u64::from(part_count));
     statistics.counts.insert("gather rays that read near parts".into(), near_readers);
     if !hvds.mixed.is_empty() {
         let mixed = hvds.mixed.iter().filter(|mixed| **mixed).count() as u64;
-        statistics.counts.insert("clusters that mix a narrow gap and its outside".into(), mixed);
+        statistics.counts.insert("clusters that mix a narrow cavity and its outside".into(), mixed);
     }
     if let Some(views) = &views {
         statistics.counts.extend(views.counts());

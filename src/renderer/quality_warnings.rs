@@ -2,7 +2,7 @@
 
 use super::precompute::{FINEST, finest_cells};
 use crate::passes::frame::gloss::is_little;
-use crate::passes::precompute::narrow_gaps;
+use crate::passes::precompute::narrow_cavities;
 use crate::scene::directions::{Directions, directions_for, resolved_exponent};
 use crate::scene::hvds::Fragment;
 use crate::scene::{Material, Scene};
@@ -61,7 +61,7 @@ pub(super) fn undersampled(
     let count = scene.quality.entry_points;
     let narrow = scene.lights.iter().zip(gaps).filter(move |(_, gap)| **gap < resolved);
     narrow.filter_map(move |(light, &gap)| {
-        let found = narrow_gaps::entry_points_in(gap, count, area_m2, cell_size);
+        let found = narrow_cavities::entry_points_in(gap, count, area_m2, cell_size);
         let needed = (f64::from(count) * f64::from(ENOUGH / found)).ceil();
         let hint = match needed <= f64::from(1 << 24) {
             true => format!("raise quality.entry_points to {needed}"),

@@ -45,7 +45,7 @@ impl Renderer {
 
     /// Records that are gathered again, round by round, their number, and the parts of clusters that they read: if there are several
     /// rounds, all of them first, because few paths tell what light comes to shadows; then, as it goes to and fro there, those in
-    /// narrow gaps.
+    /// narrow cavities.
     pub(super) fn gathered_again<'a>(
         &self,
         scope: &'a Scope,

@@ -22,7 +22,7 @@ pub struct Quality {
     pub cells: u32,
     /// Clusters of which other surface in their cell hides a part are read as what shows towards the reader.
     pub occlusion: bool,
-    /// Times that cache points in narrow gaps are gathered again, because light goes to and fro there. With none, clusters are
+    /// Times that cache points in narrow cavities are gathered again, because light goes to and fro there. With none, clusters are
     /// split along walls without thickness alone, and not read in parts by what is near. From two on, the first is of all cache points beside
     /// which clusters take their light from them, and clusters in the shadow of something do that, too.
     pub gap_rounds: u32,

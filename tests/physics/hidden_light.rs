@@ -7,8 +7,8 @@ use lightpaths::renderer::{Exact, Renderer, Stage};
 use lightpaths::scene::{LightKind, Quality, shapes};
 use lightpaths::types::{CachePoint, Record};
 
-/// What the statistics call clusters that hold surface in a narrow gap, and surface outside.
-const MIXED: &str = "clusters that mix a narrow gap and its outside";
+/// What the statistics call clusters that hold surface in a narrow cavity, and surface outside.
+const MIXED: &str = "clusters that mix a narrow cavity and its outside";
 
 /// Relative errors of the irradiance gathered at cache points of a kind: of the mean, and RMS.
 fn errors(renderer: &Renderer, exact: &[Vec3], is_meant: fn(&CachePoint) -> bool) -> [f64; 2] {

@@ -1,6 +1,6 @@
 //! `lightpaths scale`: what time and memory grow with.
 
-mod growth;
+mod scaling;
 mod trials;
 
 use std::io::Write;
@@ -80,7 +80,7 @@ impl Scale {
         if scene.lights.is_empty() {
             return Err(Error::Usage(format!("{}: has no light, and one has to move", self.scene)));
         }
-        let is_written = |name: &str| name == "scale.json" || growth::is_plot(name);
+        let is_written = |name: &str| name == "scale.json" || scaling::is_plot(name);
         overlap::refuse_in_folder(&self.output, is_written, &scene.inputs)?;
         scene.warnings.iter().for_each(|warning| self.device_args.warn(warning));
         let lists = self.lists(&scene)?;
@@ -108,12 +108,12 @@ impl Scale {
         }
         let text = serde_json::to_string_pretty(&results).expect("results are plain data");
         json.write(|out| writeln!(out, "{text}"))?;
-        for (stem, plot) in growth::plots(&results.trials) {
-            debug_assert!(growth::is_plot(&format!("{stem}.svg")), "{stem} is checked before the work");
+        for (stem, plot) in scaling::plots(&results.trials) {
+            debug_assert!(scaling::is_plot(&format!("{stem}.svg")), "{stem} is checked before the work");
             OutputFile::check(&self.output.join(format!("{stem}.svg")))?
                 .write(|out| out.write_all(plot.file().as_bytes()))?;
         }
-        super::print(&growth::text(&results))
+        super::print(&scaling::text(&results))
     }
 
     /// Every quantity and the sizes to try.

@@ -32,7 +32,7 @@ impl Step {
     }
 }
 
-/// From coarse to fine; the preset itself is one of them. Where paths and cells grow finer, light that stays in narrow gaps and shadows
+/// From coarse to fine; the preset itself is one of them. Where paths and cells grow finer, light that stays in narrow cavities and shadows
 /// is what is left, and in the end edges.
 const FRONT: [Step; 4] = [
     Step::new([1.0 / 16.0, 0.5, 0.25, 0.25], 0, 0),

@@ -1,7 +1,7 @@
 //! How many records a surface asks for, and the length that makes them as many as the budget allows.
 
 use super::cache_points::Geometry;
-use super::shares;
+use super::parallel;
 
 /// A point counts as covered from this record weight on; records then overlap enough to blend.
 pub(super) const COVERED: f32 = 0.3;
@@ -26,7 +26,7 @@ pub(super) struct Demand {
 impl Demand {
     /// Of every fragment, given their clearances.
     pub(super) fn of_fragment(geometry: &Geometry<'_>, clearances: &[f32]) -> Vec<Self> {
-        shares::each(clearances.len(), |fragment| {
+        parallel::each(clearances.len(), |fragment| {
             let clearance = f64::from(clearances[fragment]);
             let fragment = &geometry.hvds.fragments[fragment];
             let triangle = &geometry.triangles[fragment.side as usize / 2];

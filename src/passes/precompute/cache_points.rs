@@ -12,7 +12,7 @@ use super::clearance::{Clearance, ClearanceProbe};
 pub use super::coverage::Placed;
 use super::coverage::{Cover, Neighbourhood, Records};
 use super::fragment_points::{plane_sequence, point_in_polygon, probed_fragments};
-use super::{Progress, shares};
+use super::{Progress, parallel};
 use crate::cpu::sampling::hash;
 use crate::error::Result;
 use crate::gpu::Context;
@@ -73,7 +73,7 @@ impl SizeField {
         let probe = ClearanceProbe::new(context, geometry.scene_size, seed)?;
         let fragments = probed_fragments(&geometry.hvds.fragments, geometry.hvds.levels[0].len());
         progress.stage("clearances", fragments.len() as u64);
-        let samples = shares::each(fragments.len(), |index| geometry.draw(fragments[index], 0, seed));
+        let samples = parallel::each(fragments.len(), |index| geometry.draw(fragments[index], 0, seed));
         let measured = probe.measure(buffers, &samples, Some(progress))?;
         // Interior surface is no surface.
         let open = samples.into_iter().zip(measured).filter(|(_, measured)| measured.distance >= 0.0);
@@ -89,7 +89,7 @@ impl SizeField {
             let position = fragment.corners.iter().sum::<Vec3>() / fragment.corners.len() as f32;
             neighbourhood.clamp(&geometry.point(fragment.side, position), geometry.scene_size)
         };
-        shares::each(other.fragments.len(), middle)
+        parallel::each(other.fragments.len(), middle)
     }
 }
 
@@ -298,7 +298,7 @@ impl Attempt<'_> {
             (0..count.ceil() as u32).map(candidate)
         };
         let mut candidates =
-            shares::in_shares(self.demands.len(), |share| share.flat_map(of_fragment).collect());
+            parallel::in_chunks(self.demands.len(), |chunk| chunk.flat_map(of_fragment).collect());
         candidates.sort_unstable();
         candidates
     }
@@ -325,8 +325,8 @@ impl Attempt<'_> {
         // Neighbours on the surface one after another: they ask for the same records.
         candidates.sort_unstable_by_key(|candidate| (candidate.fragment, candidate.index));
         let candidates = &*candidates;
-        let mut open = shares::in_shares(candidates.len(), |share| {
-            let drawn = candidates[share].iter().map(|candidate| {
+        let mut open = parallel::in_chunks(candidates.len(), |chunk| {
+            let drawn = candidates[chunk].iter().map(|candidate| {
                 let &Candidate { fragment, index, .. } = candidate;
                 (candidate, self.geometry.draw(fragment as usize, index, seed))
             });

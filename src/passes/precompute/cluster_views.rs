@@ -7,7 +7,7 @@
 
 use super::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
 use super::occlusion::{Ask, Cells, Hiding, Readers, Seen};
-use super::{Progress, rays::Rays, shares};
+use super::{Progress, parallel, rays::Rays};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
 use crate::passes::frame::cluster_views::ProxyPartPacking;
@@ -25,7 +25,7 @@ const MAX_PARTS: usize = 64;
 /// Views differ from their cluster by so much of the weight at the least.
 const MIN_CHANGE: f64 = 1.0 / 32.0;
 /// Pairs that a thread measures at a time: one prepares rays while the device traces those of another.
-const SHARE: usize = 1 << 11;
+const CHUNK: usize = 1 << 11;
 /// Clusters that a thread looks at together for what may hide them.
 const FEW: usize = 64;
 /// Pairs between two reports of progress.
@@ -126,8 +126,8 @@ pub fn build(
     let mut redirected = Vec::new();
     let mut done = 0;
     for runs in runs.chunks(PAIRS_AT_A_TIME) {
-        let outcomes = shares::in_shares_of(SHARE, runs.len(), |share| {
-            vec![measure(&sources, &cells, (rays, scene), &runs[share])]
+        let outcomes = parallel::in_chunks_of(CHUNK, runs.len(), |chunk| {
+            vec![measure(&sources, &cells, (rays, scene), &runs[chunk])]
         });
         let outcomes = outcomes.into_iter().collect::<Result<Vec<_>>>()?;
         for (outcome, run) in outcomes.into_iter().flatten().zip(runs) {
@@ -205,17 +205,17 @@ fn readers(
         rays.iter().filter_map(cluster_of).for_each(|cluster| is_read[cluster as usize] = true);
     })?;
     // Coarse clusters are much work.
-    let hidings = shares::in_shares_of(FEW, is_read.len(), |share| {
+    let hidings = parallel::in_chunks_of(FEW, is_read.len(), |chunk| {
         let hiding = |cluster: usize| match is_read[cluster] {
             true => cells.hiding(cluster as u32),
             false => Hiding::Nothing,
         };
-        share.map(hiding).collect()
+        chunk.map(hiding).collect()
     });
     let mut readers = Vec::new();
     table.scan(1, |first, rays| {
-        readers.extend(shares::in_shares(rays.len(), |share| {
-            let read = share.filter_map(|index| {
+        readers.extend(parallel::in_chunks(rays.len(), |chunk| {
+            let read = chunk.filter_map(|index| {
                 let (cluster, ray) = (cluster_of(&rays[index])?, first + index);
                 let hiding = &hidings[cluster as usize];
                 if matches!(hiding, Hiding::Nothing) {
@@ -228,7 +228,7 @@ fn readers(
             read.collect()
         }));
     })?;
-    shares::sort(&mut readers);
+    parallel::sort(&mut readers);
     Ok(readers)
 }
 

@@ -4,7 +4,7 @@
 //! In: gather rays. Out: merged rays, a list a cache point; targets.
 
 use super::gather_rays::{Hemisphere, RayTable};
-use super::shares;
+use super::parallel;
 use crate::cpu::gather::unpack;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
@@ -18,7 +18,7 @@ use std::sync::Arc;
 const CHUNK_RAYS: usize = 1 << 20;
 
 /// Cache points whose rays one thread looks at together.
-const SHARE: usize = 64;
+const CHUNK: usize = 64;
 
 /// What all merged rays of a table have in common.
 pub struct MergedRayPacking {
@@ -215,12 +215,12 @@ impl MergedRays {
                 let read: Vec<GatherRay> = rays.read_range(place, length)?;
                 let image_colours: Vec<u32> =
                     if has_colours { colours.read_range(place, length)? } else { Vec::new() };
-                rows.extend(shares::in_shares_of(SHARE, length / per_row, |share| {
+                rows.extend(parallel::in_chunks_of(CHUNK, length / per_row, |chunk| {
                     let merged_rays = |row: usize| {
                         let own = row * per_row..(row + 1) * per_row;
                         packing.merged_rays(&read[own.clone()], image_colours.get(own).unwrap_or(&[]))
                     };
-                    share.map(merged_rays).collect()
+                    chunk.map(merged_rays).collect()
                 }));
                 while rows.len() >= rows_per_part as usize {
                     let rest = rows.split_off(rows_per_part as usize);
@@ -301,8 +301,8 @@ impl MergedRays {
 
 /// The targets of some rays, each once or a few times.
 fn distinct(rays: &[GatherRay]) -> Vec<u32> {
-    shares::in_shares(rays.len(), |share| {
-        let mut targets: Vec<u32> = rays[share].iter().map(|ray| ray.target).collect();
+    parallel::in_chunks(rays.len(), |chunk| {
+        let mut targets: Vec<u32> = rays[chunk].iter().map(|ray| ray.target).collect();
         targets.retain(|&target| target != NO_TARGET);
         targets.sort_unstable();
         targets.dedup();
@@ -329,7 +329,7 @@ struct Pair {
     exponent: u32,
 }
 
-/// In narrow gaps shares are large and cancel: they need more bits than rotations do.
+/// In narrow cavities shares are large and cancel: they need more bits than rotations do.
 const MOVEMENT: Pair = Pair { mantissa: 8, exponent: 5 };
 const ROTATION: Pair = Pair { mantissa: 4, exponent: 3 };
 

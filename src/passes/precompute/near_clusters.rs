@@ -1,8 +1,8 @@
 //! Small clusters where surfaces stand close together, and the cache point beside each.
 
 use super::coverage::Placed;
+use super::parallel;
 use super::reaches::Reaches;
-use super::shares;
 use crate::passes::frame::near_field::NearCluster;
 use crate::scene::hvds::Hvds;
 use crate::types::CachePoint;
@@ -152,5 +152,5 @@ pub fn find(patches: &[Patch], extent: Extent, cell_size: f32, points: &[Placed]
         let cluster = cluster as u32;
         best.0.is_finite().then_some(NearCluster { cluster, record: best.1, offset, target: cluster })
     };
-    shares::in_shares(patches.len(), |share| share.filter_map(beside).collect())
+    parallel::in_chunks(patches.len(), |chunk| chunk.filter_map(beside).collect())
 }

@@ -6,8 +6,8 @@
 use super::coverage::Placed;
 use super::gather_rays::{GatherTargetPacking, Hemisphere, RayTable};
 use super::near_clusters::{Patch, fits, record_reach};
+use super::parallel;
 use super::reaches::Reaches;
-use super::shares;
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::error::Result;
 use crate::passes::frame::near_field::NearCluster;
@@ -19,7 +19,7 @@ use glam::Vec3;
 const FARTHEST: f32 = 2.0;
 
 /// Cache points whose rays one thread looks at together.
-const SHARE: usize = 64;
+const CHUNK: usize = 64;
 
 /// What entries are made from.
 #[derive(Clone, Copy)]
@@ -75,9 +75,9 @@ impl NearHits {
         table.revise(per_point as u32, |first, rays| {
             let points = first / per_point..(first + rays.len()) / per_point;
             let points = points.start..points.end.min(sources.near_count as usize).max(points.start);
-            let parts = shares::in_shares_of(SHARE, points.len(), |share| {
+            let parts = parallel::in_chunks_of(CHUNK, points.len(), |chunk| {
                 let mut part = Self::default();
-                for row in share {
+                for row in chunk {
                     let row_rays = &rays[row * per_point..(row + 1) * per_point];
                     part.add(&sources, &records, (points.start + row) as u32, row_rays, packing);
                 }

@@ -1,8 +1,8 @@
 //! Which cache points see so much the same that their records may be blended.
 
 use super::cache_points::Placed;
+use super::parallel;
 use super::reaches::Reaches;
-use super::shares;
 use crate::cpu::records::FACETS_ALIKE;
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use glam::Vec3;
@@ -61,7 +61,7 @@ impl Neighbourhoods {
             own.iter_mut().for_each(|neighbour| neighbour.weight /= sum);
             own
         };
-        let lists = shares::each(points.len(), of_point);
+        let lists = parallel::each(points.len(), of_point);
         let mut neighbourhoods = Self { first: vec![0], list: Vec::new() };
         for own in lists {
             neighbourhoods.list.extend(own);

@@ -168,7 +168,7 @@ fn records(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     let numbers = &contents.numbers;
     let is_tight = numbers.tight_count as usize <= points.len()
         && numbers.tight_parts as usize <= contents.near_parts.len();
-    demand(is_tight, "records in narrow gaps")
+    demand(is_tight, "records in narrow cavities")
 }
 
 fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {

@@ -1,27 +1,27 @@
-//! Host work in shares that threads take one after another. What comes out does not depend on how many threads there are.
+//! Host work in chunks that threads take one after another. What comes out does not depend on how many threads there are.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Items of a share: few enough that no thread is left alone with the last one, many enough to be worth taking.
-const SHARE: usize = 2048;
+/// Items of a chunk: few enough that no thread is left alone with the last one, many enough to be worth taking.
+const CHUNK: usize = 2048;
 
 fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Calls `work` for shares of `0..count`, and puts what they return in the order of the shares.
-pub(super) fn in_shares<T: Send>(count: usize, work: impl Fn(Range<usize>) -> Vec<T> + Sync) -> Vec<T> {
-    in_shares_of(SHARE, count, work)
+/// Calls `work` for chunks of `0..count`, and puts what they return in the order of the chunks.
+pub(super) fn in_chunks<T: Send>(count: usize, work: impl Fn(Range<usize>) -> Vec<T> + Sync) -> Vec<T> {
+    in_chunks_of(CHUNK, count, work)
 }
 
-/// The same with so many items to a share, where each of them is much work.
-pub(super) fn in_shares_of<T: Send>(
-    share_size: usize,
+/// The same with so many items to a chunk, where each of them is much work.
+pub(super) fn in_chunks_of<T: Send>(
+    chunk_size: usize,
     count: usize,
     work: impl Fn(Range<usize>) -> Vec<T> + Sync,
 ) -> Vec<T> {
-    let threads = threads().min(count.div_ceil(share_size));
+    let threads = threads().min(count.div_ceil(chunk_size));
     if threads <= 1 {
         return work(0..count);
     }
@@ -29,31 +29,31 @@ pub(super) fn in_shares_of<T: Send>(
     let work = || {
         let mut done = Vec::new();
         loop {
-            let share = next.fetch_add(1, Ordering::Relaxed);
-            let first = share * share_size;
+            let chunk = next.fetch_add(1, Ordering::Relaxed);
+            let first = chunk * chunk_size;
             if first >= count {
                 return done;
             }
-            done.push((share, work(first..count.min(first + share_size))));
+            done.push((chunk, work(first..count.min(first + chunk_size))));
         }
     };
-    let mut shares: Vec<(usize, Vec<T>)> = std::thread::scope(|scope| {
+    let mut chunks: Vec<(usize, Vec<T>)> = std::thread::scope(|scope| {
         let workers: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
-        let mut shares = work();
+        let mut chunks = work();
         for worker in workers {
-            shares.extend(worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+            chunks.extend(worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
         }
-        shares
+        chunks
     });
-    shares.sort_unstable_by_key(|share| share.0);
-    let mut all = Vec::with_capacity(shares.iter().map(|share| share.1.len()).sum());
-    shares.into_iter().for_each(|share| all.extend(share.1));
+    chunks.sort_unstable_by_key(|chunk| chunk.0);
+    let mut all = Vec::with_capacity(chunks.iter().map(|chunk| chunk.1.len()).sum());
+    chunks.into_iter().for_each(|chunk| all.extend(chunk.1));
     all
 }
 
 /// One value for each of `0..count`.
 pub(super) fn each<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    in_shares(count, |share| share.map(&work).collect())
+    in_chunks(count, |chunk| chunk.map(&work).collect())
 }
 
 /// Sorts; equal items must be alike.
@@ -62,7 +62,7 @@ pub(super) fn sort<T: Ord + Send>(items: &mut [T]) {
 }
 
 fn sort_with<T: Ord + Send>(threads: usize, items: &mut [T]) {
-    if threads <= 1 || items.len() <= SHARE {
+    if threads <= 1 || items.len() <= CHUNK {
         return items.sort_unstable();
     }
     let (low, _, high) = items.select_nth_unstable(items.len() / 2);
@@ -78,16 +78,16 @@ mod tests {
 
     #[test]
     fn shares_come_back_in_order() {
-        for count in [0, 1, SHARE - 1, SHARE, SHARE + 1, 7 * SHARE + 13] {
+        for count in [0, 1, CHUNK - 1, CHUNK, CHUNK + 1, 7 * CHUNK + 13] {
             assert_eq!(each(count, |i| 3 * i), (0..count).map(|i| 3 * i).collect::<Vec<_>>());
-            let even = in_shares(count, |share| share.filter(|i| i % 2 == 0).collect());
+            let even = in_chunks(count, |chunk| chunk.filter(|i| i % 2 == 0).collect());
             assert_eq!(even, (0..count).step_by(2).collect::<Vec<_>>());
         }
     }
 
     #[test]
     fn what_threads_sort_is_sorted() {
-        for (count, threads) in [(0, 2), (SHARE, 3), (SHARE + 1, 2), (7 * SHARE + 13, 5)] {
+        for (count, threads) in [(0, 2), (CHUNK, 3), (CHUNK + 1, 2), (7 * CHUNK + 13, 5)] {
             // A linear congruential generator modulo a prime, with repetitions.
             let mut items: Vec<usize> = (0..count).map(|i| i * 40_503 % 9_973).collect();
             let mut expected = items.clone();

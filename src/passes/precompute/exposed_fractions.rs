@@ -3,8 +3,8 @@
 //! entry points.
 
 use super::cache_points::Geometry;
+use super::parallel;
 use super::rays::{RayQuery, Rays};
-use super::shares;
 use super::sides::{plastic_sequence, sphere};
 use crate::cpu::gather_rays::COVERED_SIGHT;
 use crate::cpu::sampling::hash;
@@ -23,7 +23,7 @@ const RAYS: u32 = 12;
 ///
 /// # Errors
 /// The device lacks memory or failed.
-pub fn open_shares(
+pub fn exposed_fractions(
     geometry: &Geometry<'_>,
     (rays, buffers): (&Rays, &SceneBuffers),
     seed: u32,
@@ -39,7 +39,7 @@ pub fn open_shares(
         RayQuery { origin, direction }
     };
     let left: Vec<usize> = (0..open.len()).filter(|&fragment| open[fragment] > 0.0).collect();
-    let queries = shares::each(left.len(), |index| ahead(left[index]));
+    let queries = parallel::each(left.len(), |index| ahead(left[index]));
     let answers = rays.trace(buffers, &queries)?;
     let near = |(&fragment, t): (&usize, f32)| (t >= 0.0 && t < GAP * cell).then_some(fragment);
     let near: Vec<usize> = left.iter().zip(answers.iter().map(|answer| answer.t)).filter_map(near).collect();
@@ -48,7 +48,7 @@ pub fn open_shares(
         let [x, y, _] = plastic_sequence(ray ^ hash(seed) >> 8);
         RayQuery { origin, direction: (normal + sphere([x, y])).try_normalize().unwrap_or(normal) }
     };
-    let queries = shares::each(near.len() * (POINTS * RAYS) as usize, |ray| around(ray as u32));
+    let queries = parallel::each(near.len() * (POINTS * RAYS) as usize, |ray| around(ray as u32));
     let answers = rays.trace(buffers, &queries)?;
     for (&fragment, answers) in near.iter().zip(answers.chunks_exact((POINTS * RAYS) as usize)) {
         let is_covered = |t: f32| t >= 0.0 && t < COVERED_SIGHT * cell;
@@ -65,7 +65,7 @@ fn outside_solids(geometry: &Geometry<'_>, seed: u32) -> Vec<f32> {
     if geometry.solids.is_empty() {
         return vec![1.0; fragments.len()];
     }
-    shares::each(fragments.len(), |fragment| {
+    parallel::each(fragments.len(), |fragment| {
         let is_open = |index: &u32| !geometry.is_interior(&geometry.draw(fragment, *index, seed));
         let open = (0..POINTS).filter(is_open).count() as u32;
         if open == 0 || open == POINTS {

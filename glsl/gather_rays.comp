@@ -24,7 +24,7 @@ struct GatherRaysPush {
     uint point_count;
     uint seed;
     uint cluster_bits;    // width of the cluster field in GatherRay.target
-    float min_entry_points;  // clusters with fewer of them are not trusted
+    float min_entry_points;  // clusters with fewer of them are not used
     float min_distance; // distances in gradients are bounded from below by this, metres
 };
 

@@ -27,7 +27,7 @@ struct GlossRaysPush {
     uint stride;               // invocations
     uint seed;
     uint cluster_bits;         // width of the cluster field in GlossRay.target
-    float min_entry_points;  // clusters with fewer of them are not trusted
+    float min_entry_points;  // clusters with fewer of them are not used
     uint traces;               // 0: the picture is direct light alone, and no ray is traced
     uint side;                 // outgoing directions of clusters along an edge of their square
     float max_exponent;       // of a lobe that these resolve

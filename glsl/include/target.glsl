@@ -7,7 +7,7 @@ const float NEARBY = 2.0;
 const float COVERED_SIGHT = 0.5;
 
 // The cluster whose size fits a footprint as wide as that before it is projected to the surface, metres; or coarser, until it is
-// rich enough to be trusted. NO_CLUSTER on a side without light, and for neighbours of covered surface on it.
+// of the minimum count. NO_CLUSTER on a side without light, and for neighbours of covered surface on it.
 uint cluster_for(Hit hit, vec3 direction, float footprint) {
     Surface surface = surface_at(hit.triangle);
     float facing = dot(surface.normal, direction);

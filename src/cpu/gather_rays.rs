@@ -100,7 +100,7 @@ impl Tracing<'_> {
     }
 
     /// The cluster of the level whose cells are nearest to the footprint in size, in octaves; or coarser, until it is
-    /// rich enough to be trusted.
+    /// of the minimum count.
     fn coarsen(&self, base: u32, footprint: f64) -> u32 {
         let mut cluster = base;
         let mut cell = self.hvds.grid.cell_size();

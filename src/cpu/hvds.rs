@@ -77,7 +77,7 @@ pub fn indirect_sources(
             cluster = hvds.parents[cluster] as usize;
         }
     }
-    let is_trusted = |cluster: u32| {
+    let has_min_count = |cluster: u32| {
         let mut wide = cluster as usize;
         while vertices[wide] < around * least && hvds.parents[wide] != NO_CLUSTER {
             wide = hvds.parents[wide] as usize;
@@ -88,7 +88,7 @@ pub fn indirect_sources(
     };
     let source = |cluster: u32| {
         let mut source = cluster;
-        while !is_trusted(source) && hvds.coarser(source) != NO_CLUSTER {
+        while !has_min_count(source) && hvds.coarser(source) != NO_CLUSTER {
             source = hvds.coarser(source);
         }
         source

@@ -41,7 +41,7 @@ struct Sources {
     /// Records, and how many the device is shown at a time.
     records: [u32; 2],
     /// The first so many stand in narrow cavities.
-    tight_count: u32,
+    narrow_count: u32,
 }
 
 impl Sources {
@@ -51,7 +51,7 @@ impl Sources {
         let mut sources: Vec<u32> = near.iter().chain(&self.near_parts).map(|near| near.record).collect();
         sources.sort_unstable();
         sources.dedup();
-        let gaps = &sources[..sources.partition_point(|&record| record < self.tight_count)];
+        let gaps = &sources[..sources.partition_point(|&record| record < self.narrow_count)];
         let [point_count, rows] = self.records;
         Ok(Scope {
             clusters: ClusterLists::new(context, &self.levels, &reads.flux, &reads.irradiance)?,
@@ -80,7 +80,7 @@ impl Scopes {
             near_clusters: std::mem::take(&mut made.near_clusters),
             near_parts: std::mem::take(&mut made.near_parts),
             records: [made.point_count, made.merged_rays.rows_per_part],
-            tight_count: made.tight_count,
+            narrow_count: made.narrow_count,
         };
         let read = sources.scope(context, reads)?;
         Ok(Self { context: context.clone(), sources, read, whole: None })

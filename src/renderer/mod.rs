@@ -87,7 +87,7 @@ pub struct Renderer {
     views: Views,
     scopes: Scopes,
     /// Cache points in narrow cavities see the first so many parts of clusters.
-    tight_parts: u32,
+    narrow_parts: u32,
     gather: Gather,
     needs: Needs,
     /// None where no material may be glossy.
@@ -185,7 +185,7 @@ impl Renderer {
             pyramid,
             views,
             scopes,
-            tight_parts: made.tight_parts,
+            narrow_parts: made.narrow_parts,
             needs: Needs::new(context, &gather)?,
             gather,
             blend: Blend::new(context, &made.neighbourhoods)?,

@@ -16,13 +16,13 @@ use crate::passes::precompute::gloss::{self, GlossTables};
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::LightPaths;
 use crate::passes::precompute::{
-    Progress, accessibility, exposed_fractions, light_paths,
+    Progress, accessibility, exposed_fractions, inconsistent, light_paths,
     merged_rays::MergedRays,
     narrow_cavities,
     near_clusters::{self, Extent},
     near_hits::{self, NearHits},
     rays::Rays,
-    separated, sides,
+    sides,
 };
 use crate::passes::{ClusterBuffers, ClusterTables, SceneBuffers};
 use crate::scene::directions::Directions;
@@ -84,9 +84,9 @@ pub(super) struct Precomputed {
     /// Parts of clusters that single cache points see.
     pub(super) near_parts: Vec<NearCluster>,
     /// The first so many cache points stand in narrow cavities.
-    pub(super) tight_count: u32,
+    pub(super) narrow_count: u32,
     /// They see the first so many parts.
-    pub(super) tight_parts: u32,
+    pub(super) narrow_parts: u32,
     pub(super) statistics: Statistics,
 }
 
@@ -150,16 +150,16 @@ pub(super) fn precompute(
     hvds.add_unweighted(&has_unweighted);
     let densities: Vec<f32> = clearances.iter().map(|&c| entry_points::density(c, cell_size)).collect();
     let strata = Strata::new(&hvds, &densities, quality.entry_points);
-    let mut trusted = strata.in_clusters.clone();
+    let mut effective_entry_points = strata.in_clusters.clone();
     for cluster in hvds.split_clusters() {
-        let entry_points = &mut trusted[cluster as usize];
+        let entry_points = &mut effective_entry_points[cluster as usize];
         if *entry_points >= MIN_APART {
             *entry_points = entry_points.max(MIN_ENTRY_POINTS);
         }
     }
     let normal = |side: u32| surfaces[side as usize / 2].normal_of(side % 2 == 1);
     let extent = if quality.gap_rounds > 1 { Extent::SHADOWS } else { Extent::CONTACTS };
-    let patches = near_clusters::patches(&hvds, &clearances, normal, 1 + separated::LEVELS);
+    let patches = near_clusters::patches(&hvds, &clearances, normal, 1 + inconsistent::LEVELS);
     let hemisphere = Hemisphere::new(quality.gather_rays);
     let [resolved, parted] =
         narrow_cavities::resolved((high - low).length(), hvds.grid.cell_size() as f32, hemisphere);
@@ -169,14 +169,14 @@ pub(super) fn precompute(
     scene.warnings.extend(told.filter(|_| !is_direct));
     if quality.occlusion {
         let (rays, in_clusters) = ((&tracer, &buffers), &strata.in_clusters);
-        let mut mixed =
-            narrow_cavities::mixed(rays, &hvds, &patches, &surfaces, in_clusters, parted, lengths[1])?;
-        let separated = separated::separated(rays, &hvds, &patches, in_clusters)?;
-        mixed.resize(mixed.len().max(separated.len()), false);
-        mixed.iter_mut().zip(separated).for_each(|(mixed, separated)| *mixed |= separated);
-        hvds.mixed = mixed;
+        let mut inconsistent =
+            narrow_cavities::inconsistent(rays, &hvds, &patches, &surfaces, in_clusters, parted, lengths[1])?;
+        let by_rays = inconsistent::inconsistent(rays, &hvds, &patches, in_clusters)?;
+        inconsistent.resize(inconsistent.len().max(by_rays.len()), false);
+        inconsistent.iter_mut().zip(by_rays).for_each(|(any, by_rays)| *any |= by_rays);
+        hvds.inconsistent = inconsistent;
     }
-    let cluster_tables = ClusterTables::new(&hvds, &trusted);
+    let cluster_tables = ClusterTables::new(&hvds, &effective_entry_points);
     let clusters = cluster_tables.upload(context)?;
     let area_m2 = (strata.area_m2 / f64::from(quality.entry_points.max(1))) as f32;
     let mut entry_points = entry_points::place(context, &buffers, &clusters, &strata, seed)?;
@@ -200,9 +200,9 @@ pub(super) fn precompute(
     entry_points::sort_along_curve(&mut placement.points, &hvds.grid, |placed| placed.point.position);
     // Points that see near clusters come first, and among them those in narrow cavities.
     let within = |cells: f32| move |placed: &Placed| placed.clearance < cells * cell_size;
-    let [is_tight, is_near] = [TIGHT, SEES_NEAR].map(|cells| within(if has_gaps { cells } else { 0.0 }));
-    placement.points.sort_by_key(|placed| (!is_near(placed), !is_tight(placed)));
-    let tight_count = placement.points.partition_point(is_tight) as u32;
+    let [is_narrow, is_near] = [TIGHT, SEES_NEAR].map(|cells| within(if has_gaps { cells } else { 0.0 }));
+    placement.points.sort_by_key(|placed| (!is_near(placed), !is_narrow(placed)));
+    let narrow_count = placement.points.partition_point(is_narrow) as u32;
     let near_count = placement.points.partition_point(is_near) as u32;
     let points: Vec<CachePoint> = placement.points.iter().map(|placed| placed.point).collect();
     let cache_points = Buffer::from_slice(context, "cache points", &points)?;
@@ -272,7 +272,7 @@ pub(super) fn precompute(
     let view_count = views.as_ref().map_or(0, ViewTables::count);
     let near_readers = near_hits.reader_count();
     let part_count = near_hits.entries.len() as u32;
-    let tight_parts = near_hits.count_before(tight_count * hemisphere.rays());
+    let narrow_parts = near_hits.count_before(narrow_count * hemisphere.rays());
     let packing =
         near_hits.redirect(&rays, packing, hvds.cluster_count() + view_count, scene.materials.len())?;
     let (gloss, packing) = gloss::build(
@@ -303,14 +303,14 @@ pub(super) fn precompute(
         ..Statistics::default()
     };
     statistics::note(&mut statistics, scene, &surfaces, &hvds, &paths, &placement, hemisphere);
-    statistics.counts.insert("cache points in narrow cavities".into(), u64::from(tight_count));
+    statistics.counts.insert("cache points in narrow cavities".into(), u64::from(narrow_count));
     statistics.counts.insert("cache points that see near clusters".into(), u64::from(near_count));
     statistics.counts.insert("near clusters".into(), near_clusters.len() as u64);
     statistics.counts.insert("near parts of clusters".into(), u64::from(part_count));
     statistics.counts.insert("gather rays that read near parts".into(), near_readers);
-    if !hvds.mixed.is_empty() {
-        let mixed = hvds.mixed.iter().filter(|mixed| **mixed).count() as u64;
-        statistics.counts.insert("clusters that mix a narrow cavity and its outside".into(), mixed);
+    if !hvds.inconsistent.is_empty() {
+        let inconsistent = hvds.inconsistent.iter().filter(|inconsistent| **inconsistent).count() as u64;
+        statistics.counts.insert("clusters of inconsistent visibility".into(), inconsistent);
     }
     if let Some(views) = &views {
         statistics.counts.extend(views.counts());
@@ -343,8 +343,8 @@ pub(super) fn precompute(
         closed: Enclosures { solids, groups: closed, rays: tracer, order: bvh.order, is_due: false },
         near_clusters,
         near_parts: near_hits.entries,
-        tight_count,
-        tight_parts,
+        narrow_count,
+        narrow_parts,
         statistics,
     })
 }

@@ -51,7 +51,7 @@ impl Renderer {
         scope: &'a Scope,
     ) -> impl Iterator<Item = (&'a RecordList, u32, u32)> {
         let all = (&scope.sources, scope.source_count, scope.near_field.part_count());
-        let gaps = (&scope.gaps, scope.gap_count, self.tight_parts);
+        let gaps = (&scope.gaps, scope.gap_count, self.narrow_parts);
         let rounds = self.scene.quality.gap_rounds;
         let round = move |round| if round == 0 && rounds > 1 { all } else { gaps };
         (0..rounds).map(round).filter(|again| again.1 > 0)

@@ -58,7 +58,7 @@ pub struct Hvds {
     /// Parts of active sides in base cells.
     pub fragments: Vec<Fragment>,
     /// Of each cluster, whether it holds surface so different that it stands for none below it; empty where all may.
-    pub mixed: Vec<bool>,
+    pub inconsistent: Vec<bool>,
 }
 
 /// Key of a base cluster: cluster code, then Morton index of the cell, then three bits for the part of a split one. One level up, and
@@ -135,7 +135,7 @@ impl Hvds {
             parents: Vec::new(),
             child_offsets: vec![0],
             fragments: fragments.into_iter().map(|(_, fragment)| fragment).collect(),
-            mixed: Vec::new(),
+            inconsistent: Vec::new(),
         };
         hvds.cell_table(&level, planes);
         for depth in 0..=cells.ilog2() {
@@ -178,7 +178,7 @@ impl Hvds {
             parents: self.parents.clone(),
             child_offsets: self.child_offsets.clone(),
             fragments: Vec::new(),
-            mixed: self.mixed.clone(),
+            inconsistent: self.inconsistent.clone(),
         }
     }
 
@@ -190,8 +190,9 @@ impl Hvds {
     /// The cluster one level up if it may stand for this one; else [`types::NO_CLUSTER`].
     pub fn coarser(&self, cluster: u32) -> u32 {
         let parent = self.parents[cluster as usize];
-        let is_mixed = self.mixed.get(parent as usize).is_some_and(|&mixed| mixed);
-        if is_mixed { types::NO_CLUSTER } else { parent }
+        let is_inconsistent =
+            self.inconsistent.get(parent as usize).is_some_and(|&inconsistent| inconsistent);
+        if is_inconsistent { types::NO_CLUSTER } else { parent }
     }
 
     /// Sums a quantity of the fragments over every cluster of every level.

@@ -61,7 +61,7 @@ struct Made {
 
 fn make(scene: &Scene) -> Made {
     let world = World::new(scene, 32);
-    // Many entry points in every cluster: all views can be trusted, and no ray reads coarser than its footprint.
+    // Many entry points in every cluster: all views have the minimum count, and no ray reads coarser than its footprint.
     let many = vec![1e3; world.in_clusters.len()];
     let points = world.cache_points(&mut Random::new(102), 1_000, 0.1);
     let buffer = Buffer::from_slice(&world.context, "cache points", &points).unwrap();

@@ -33,7 +33,7 @@ fn two_levels(count: u32) -> Hvds {
         parents,
         child_offsets,
         fragments: Vec::new(),
-        mixed: Vec::new(),
+        inconsistent: Vec::new(),
     }
 }
 

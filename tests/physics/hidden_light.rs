@@ -8,7 +8,7 @@ use lightpaths::scene::{LightKind, Quality, shapes};
 use lightpaths::types::{CachePoint, Record};
 
 /// What the statistics call clusters that hold surface in a narrow cavity, and surface outside.
-const MIXED: &str = "clusters that mix a narrow cavity and its outside";
+const INCONSISTENT: &str = "clusters of inconsistent visibility";
 
 /// Relative errors of the irradiance gathered at cache points of a kind: of the mean, and RMS.
 fn errors(renderer: &Renderer, exact: &[Vec3], is_meant: fn(&CachePoint) -> bool) -> [f64; 2] {
@@ -47,7 +47,7 @@ fn light_behind_a_screen_stays_there() {
         let statistics = renderer.statistics().unwrap();
         let count = |name| statistics.counts.get(name).copied().unwrap_or_default();
         assert_eq!(count("cluster views") > 0, occlusion, "detected at precompute");
-        assert_eq!(count(MIXED) > 0, occlusion, "and so is the gap with the light");
+        assert_eq!(count(INCONSISTENT) > 0, occlusion, "and so is the gap with the light");
         let exact = Exact { stage: Stage::Clusters, samples: 16, sequence: 0 };
         let exact = renderer.exact_irradiance(exact).unwrap();
         let kinds = [errors(&renderer, &exact, faces_the_screen), errors(&renderer, &exact, stands_beside)];
@@ -160,7 +160,7 @@ fn an_empty_room_pays_nothing() {
         let scene = shapes::closed_box(Vec3::new(2.0, 1.5, 1.0), 0.7);
         let mut renderer = render(scene, Quality { occlusion, ..SMALL });
         let statistics = renderer.statistics().unwrap();
-        assert!(!statistics.counts.contains_key(MIXED));
+        assert!(!statistics.counts.contains_key(INCONSISTENT));
         assert_eq!(statistics.counts.get("cluster views").copied().unwrap_or_default(), 0);
         renderer.force(lightpaths::renderer::Work::Everything);
         let report = renderer.frame().unwrap();

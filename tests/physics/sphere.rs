@@ -69,7 +69,7 @@ fn indirect_irradiance_is_uniform_at_the_papers_settings() {
     }
 }
 
-/// Where hardly any cluster holds as many vertices as it takes to be trusted, chance must not decide which of them are.
+/// Where hardly any cluster holds as many vertices as it takes to reach the minimum count, chance must not decide which of them are.
 fn check_few_vertices(entry_points: u32, cells: u32, tolerance: f64) {
     let quality = Quality { entry_points, cells, cache_points: 400, ..PAPER };
     let scene = shapes::integrating_sphere(RADIUS_M, 4, 0.5, Vec3::ZERO, FLUX_W);

@@ -173,7 +173,7 @@ struct Run<'a> {
     reference: &'a Reference,
 }
 
-/// Rounds after which their time is trusted more than what was known before.
+/// Rounds after which their time counts more than what was known before.
 const TRUSTED_ROUNDS: u32 = 4;
 /// Times that the number of samples is corrected by the time that they took.
 const CORRECTIONS: u32 = 4;

@@ -72,7 +72,7 @@ gpu_struct! {
         pub seed: u32,
         /// Width of the cluster field in `GlossRay::target`.
         pub cluster_bits: u32,
-        /// Clusters with fewer of them are not trusted.
+        /// Clusters with fewer of them are not used.
         pub min_entry_points: f32,
         /// 0: the picture is direct light alone, and no ray is traced.
         pub traces: u32,

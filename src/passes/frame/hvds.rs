@@ -91,7 +91,7 @@ pub struct ClusterLight<'a> {
 /// Lights that one dispatch takes where as many layers are due: it reads the contributions once for all of them.
 const LIGHTS: usize = 4;
 
-/// Path vertices that a cluster must hold before its indirect light is trusted. They come by chance, with unequal weights, while
+/// Path vertices that a cluster must hold before its indirect light is used. They come by chance, with unequal weights, while
 /// entry points are spread evenly: it takes more of them.
 pub const MIN_VERTICES: u32 = 48;
 
@@ -232,7 +232,7 @@ impl Pyramid {
         })
     }
 
-    /// Makes room for so many views behind the clusters' irradiance, and keeps the light of clusters below `mixed` ones to themselves.
+    /// Makes room for so many views behind the clusters' irradiance, and keeps the light of clusters below `inconsistent` ones to themselves.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -241,13 +241,13 @@ impl Pyramid {
         context: &Arc<Context>,
         hvds: &Hvds,
         view_count: u32,
-        mixed: impl IntoIterator<Item = u32>,
+        inconsistent: impl IntoIterator<Item = u32>,
     ) -> Result<()> {
-        let mut is_mixed = vec![false; hvds.cluster_count() as usize];
-        mixed.into_iter().for_each(|cluster| is_mixed[cluster as usize] = true);
+        let mut is_inconsistent = vec![false; hvds.cluster_count() as usize];
+        inconsistent.into_iter().for_each(|cluster| is_inconsistent[cluster as usize] = true);
         let runs: Vec<ContributionRange> = self.contribution_ranges.read()?;
         let least = [MIN_VERTICES, MIN_VERTICES_APART];
-        self.indirect_sources.write(&unmixed_sources(hvds, &runs, least, &is_mixed))?;
+        self.indirect_sources.write(&consistent_sources(hvds, &runs, least, &is_inconsistent))?;
         let dark = vec![Vec3::ZERO; (hvds.cluster_count() + view_count) as usize];
         self.irradiance = Buffer::from_slice(context, "cluster irradiance", &dark)?;
         Ok(())
@@ -392,17 +392,17 @@ fn contributions_at_once(runs: &[ContributionRange]) -> u32 {
     if runs.iter().any(|run| run.end - run.first > MAX) { MAX } else { u32::MAX }
 }
 
-/// For each cluster, the smallest one around it that may be expected to hold `least` path vertices that are no entry points; none that is mixed.
+/// For each cluster, the smallest one around it that may be expected to hold `least` path vertices that are no entry points; none that is inconsistent.
 pub fn indirect_sources(hvds: &Hvds, runs: &[ContributionRange], least: u32) -> Vec<u32> {
-    unmixed_sources(hvds, runs, [least; 2], &vec![false; hvds.cluster_count() as usize])
+    consistent_sources(hvds, runs, [least; 2], &vec![false; hvds.cluster_count() as usize])
 }
 
-/// The same; but below a cluster that is mixed the second number is enough.
-pub fn unmixed_sources(
+/// The same; but below a cluster that is inconsistent the second number is enough.
+pub fn consistent_sources(
     hvds: &Hvds,
     runs: &[ContributionRange],
     [least, min_apart]: [u32; 2],
-    is_mixed: &[bool],
+    is_inconsistent: &[bool],
 ) -> Vec<u32> {
     let mut counts = vec![0; hvds.cluster_count() as usize];
     for (count, run) in counts.iter_mut().zip(runs) {
@@ -420,7 +420,7 @@ pub fn unmixed_sources(
         if parent == NO_CLUSTER {
             continue;
         }
-        let least = if is_mixed[parent as usize] { min_apart } else { least };
+        let least = if is_inconsistent[parent as usize] { min_apart } else { least };
         let mut around = cluster;
         while counts[around] < VERTICES_AROUND * least && hvds.parents[around] != NO_CLUSTER {
             around = hvds.parents[around] as usize;

@@ -67,7 +67,7 @@ pub struct ViewTables {
     pub pairs: Vec<[u32; 3]>,
     /// Pairs that were measured with rays.
     pub measured: u64,
-    /// Of these, pairs that would be views if their open parts held enough entry points to be trusted.
+    /// Of these, pairs that would be views if their open parts held enough entry points.
     pub poor: u64,
     /// Gather rays that read views.
     pub readers: u64,

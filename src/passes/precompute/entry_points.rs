@@ -2,7 +2,7 @@
 //! In: fragments of the active sides, their densities. Out: the first vertex of every light path, in Morton order.
 //!
 //! Deviation: the paper's entry points are uniform. Where a surface is nearer than a cell, what a gather ray sees of it changes
-//! within the cell; there the clusters must be finer to be right, and need as many entry points to be trusted.
+//! within the cell; there the clusters must be finer to be right, and need as many entry points.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};

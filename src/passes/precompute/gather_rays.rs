@@ -36,7 +36,7 @@ gpu_struct! {
         pub seed: u32,
         /// Width of the cluster field in `GatherRay::target`.
         pub cluster_bits: u32,
-        /// Clusters with fewer of them are not trusted.
+        /// Clusters with fewer of them are not used.
         pub min_entry_points: f32,
         /// Bound of distances in gradients, and their unit, metres.
         pub min_distance: f32,

@@ -12,6 +12,7 @@ pub mod exposed_fractions;
 mod fragment_points;
 pub mod gather_rays;
 pub mod gloss;
+pub mod inconsistent;
 pub mod light_paths;
 pub mod merged_rays;
 pub mod narrow_cavities;
@@ -24,7 +25,6 @@ pub mod path_orders;
 pub mod rays;
 mod reaches;
 pub mod reads;
-pub mod separated;
 pub mod sides;
 
 use crate::error::Result;

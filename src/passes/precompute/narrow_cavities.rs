@@ -23,7 +23,7 @@ const DIRECTIONS: Directions = Directions { side: 8 };
 const RESOLVED: f32 = 2.5;
 /// And cells part gaps of so many by themselves.
 const PARTED: f32 = 0.75;
-/// Entry points, in the mean, of each part of a mixed cluster; with fewer, what is read instead would be of single paths.
+/// Entry points, in the mean, of each part of an inconsistent cluster; with fewer, what is read instead would be of single paths.
 const MIN_IN_PART: f32 = 1.0;
 /// What gather rays read is so much narrower than their strata (`gather_rays`).
 const SHARE: f32 = 0.25;
@@ -52,7 +52,7 @@ pub fn entry_points_in(gap: f32, count: u32, area_m2: f64, cell_size: f32) -> f3
 ///
 /// # Errors
 /// The device lacks memory or failed.
-pub fn mixed(
+pub fn inconsistent(
     (rays, scene): (&Rays, &SceneBuffers),
     hvds: &Hvds,
     patches: &[Patch],
@@ -90,11 +90,11 @@ pub fn mixed(
     }
     let is_known =
         |child: u32| holds[child as usize] == [false; 2] || in_clusters[child as usize] >= MIN_IN_PART;
-    let is_mixed = |cluster: usize| {
+    let is_inconsistent = |cluster: usize| {
         holds[cluster] == [true; 2]
             && (hvds.child_offsets[cluster]..hvds.child_offsets[cluster + 1]).all(is_known)
     };
-    Ok((0..holds.len()).map(is_mixed).collect())
+    Ok((0..holds.len()).map(is_inconsistent).collect())
 }
 
 /// Widths of the narrowest gaps that the lights stand in, metres, light by light; infinite for other kinds, which have no place or send

@@ -27,9 +27,9 @@ pub(super) fn check(contents: &mut Contents, scene: &Scene, order: &[u32]) -> Re
     demand(contents.sides.len() == order.len(), "sides of triangles")?;
     demand(contents.closed.len() == 2 * order.len(), "enclosures")?;
     hierarchy(&contents.hvds)?;
-    let trusted = &contents.trusted;
-    let are_counts =
-        trusted.len() == contents.hvds.areas_m2.len() && trusted.iter().all(|count| *count >= 0.0);
+    let effective_entry_points = &contents.effective_entry_points;
+    let are_counts = effective_entry_points.len() == contents.hvds.areas_m2.len()
+        && effective_entry_points.iter().all(|count| *count >= 0.0);
     demand(are_counts, "entry points of clusters")?;
     contents.hvds.link_children();
     paths(contents, scene)?;
@@ -54,7 +54,7 @@ fn hierarchy(hvds: &Hvds) -> Result<(), Refusal> {
     }
     demand(end as usize == count, "levels")?;
     demand(hvds.shown_m2.len() == count && hvds.parents.len() == count, "clusters")?;
-    demand(hvds.mixed.is_empty() || hvds.mixed.len() == count, "mixed clusters")?;
+    demand(hvds.inconsistent.is_empty() || hvds.inconsistent.len() == count, "inconsistent clusters")?;
     let areas = hvds.areas_m2.iter().chain(&hvds.shown_m2);
     demand(areas.into_iter().all(|area| area.is_finite() && *area >= 0.0), "areas")?;
 
@@ -166,9 +166,9 @@ fn records(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     let mut parts = (clusters + contents.view_count()..).zip(&contents.near_parts);
     demand(parts.all(|(target, part)| part.target as usize == target), "targets of near parts")?;
     let numbers = &contents.numbers;
-    let is_tight = numbers.tight_count as usize <= points.len()
-        && numbers.tight_parts as usize <= contents.near_parts.len();
-    demand(is_tight, "records in narrow cavities")
+    let is_narrow = numbers.narrow_count as usize <= points.len()
+        && numbers.narrow_parts as usize <= contents.near_parts.len();
+    demand(is_narrow, "records in narrow cavities")
 }
 
 fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {

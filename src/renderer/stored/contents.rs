@@ -23,7 +23,7 @@ pub(super) struct Contents {
     pub(super) sides: Vec<u32>,
     pub(super) closed: Vec<u32>,
     pub(super) hvds: Hvds,
-    pub(super) trusted: Vec<f32>,
+    pub(super) effective_entry_points: Vec<f32>,
     pub(super) entry_points: Vec<PathVertex>,
     pub(super) paths: LightPaths,
     pub(super) cache_points: Vec<CachePoint>,
@@ -58,7 +58,11 @@ impl Contents {
             parents: file.list("parents")?,
             child_offsets: Vec::new(),
             fragments: Vec::new(),
-            mixed: file.list::<u8>("mixed")?.into_iter().map(|mixed| mixed != 0).collect(),
+            inconsistent: file
+                .list::<u8>("inconsistent")?
+                .into_iter()
+                .map(|inconsistent| inconsistent != 0)
+                .collect(),
         };
         let contribution = |what: u32| Contribution { what, ..Contribution::new(0, 0) };
         let group = |[materials, start, end]: [u32; 3]| PathGroup { materials, steps: start..end };
@@ -107,7 +111,7 @@ impl Contents {
             order: file.list("order")?,
             sides: file.list("sides")?,
             closed: file.list("enclosures")?,
-            trusted: file.list("trusted")?,
+            effective_entry_points: file.list("effective entry points")?,
             entry_points: file.list("entry points")?,
             paths,
             cache_points: file.list("cache points")?,

@@ -108,7 +108,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
     let hvds = contents.hvds;
     // The device's table was made before part of some clusters turned out not to show.
     let complete = Hvds { shown_m2: hvds.areas_m2.clone(), ..hvds.without_fragments() };
-    let cluster_tables = ClusterTables { hvds: complete, entry_points: contents.trusted };
+    let cluster_tables = ClusterTables { hvds: complete, entry_points: contents.effective_entry_points };
     let mut gloss = contents.gloss;
     let mut clusters = None;
     if let Some(gloss) = &mut gloss {
@@ -146,8 +146,8 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
         },
         near_clusters: contents.near_clusters,
         near_parts: contents.near_parts,
-        tight_count: numbers.tight_count,
-        tight_parts: numbers.tight_parts,
+        narrow_count: numbers.narrow_count,
+        narrow_parts: numbers.narrow_parts,
         statistics: Statistics {
             precompute_s: took,
             precompute_stages: vec![("stored light paths".to_owned(), took)],

@@ -18,8 +18,8 @@ pub(super) struct Numbers {
     /// Unit of gradients, metres.
     pub(super) min_distance: f32,
     pub(super) cluster_bits: u32,
-    pub(super) tight_count: u32,
-    pub(super) tight_parts: u32,
+    pub(super) narrow_count: u32,
+    pub(super) narrow_parts: u32,
     pub(super) is_covering: u32,
     pub(super) has_views: u32,
     pub(super) has_gloss: u32,
@@ -69,8 +69,8 @@ impl Tables {
                 all_area_m2: made.all_area_m2,
                 min_distance: made.packing.min_distance,
                 cluster_bits: made.packing.cluster_bits,
-                tight_count: made.tight_count,
-                tight_parts: made.tight_parts,
+                narrow_count: made.narrow_count,
+                narrow_parts: made.narrow_parts,
                 is_covering: made.is_covering.into(),
                 has_views: made.views.is_some().into(),
                 has_gloss: gloss.is_some().into(),
@@ -93,8 +93,11 @@ impl Tables {
         writer.add("shown areas", &hvds.shown_m2[..]);
         writer.add("unweighted clusters", &hvds.unweighted[..]);
         writer.add("parents", &hvds.parents[..]);
-        writer.add("mixed", hvds.mixed.iter().map(|&mixed| u8::from(mixed)).collect::<Vec<_>>());
-        writer.add("trusted", &made.cluster_tables.entry_points[..]);
+        writer.add(
+            "inconsistent",
+            hvds.inconsistent.iter().map(|&inconsistent| u8::from(inconsistent)).collect::<Vec<_>>(),
+        );
+        writer.add("effective entry points", &made.cluster_tables.entry_points[..]);
 
         writer.add("entry points", &made.entry_points[..]);
         let paths = &made.paths;

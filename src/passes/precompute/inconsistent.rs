@@ -20,13 +20,13 @@ const CHUNK: usize = 1 << 20;
 ///
 /// # Errors
 /// The device lacks memory or failed.
-pub fn separated(
+pub fn inconsistent(
     (rays, scene): (&Rays, &SceneBuffers),
     hvds: &Hvds,
     patches: &[Patch],
     in_clusters: &[f32],
 ) -> Result<Vec<bool>> {
-    let mut separated = vec![false; hvds.parents.len()];
+    let mut inconsistent = vec![false; hvds.parents.len()];
     let holds = |cluster: &u32| patches[*cluster as usize].clearance.is_finite();
     let children = |cluster: u32| {
         (hvds.child_offsets[cluster as usize]..hvds.child_offsets[cluster as usize + 1]).filter(holds)
@@ -50,13 +50,13 @@ pub fn separated(
             for &cluster in clusters {
                 let children: Vec<u32> = children(cluster).collect();
                 let is_parted = groups(children.len(), &mut is_blocked) > 1;
-                let inherits = children.iter().any(|&child| separated[child as usize]);
+                let inherits = children.iter().any(|&child| inconsistent[child as usize]);
                 let is_known = children.iter().all(|&child| in_clusters[child as usize] >= MIN_IN_PART);
-                separated[cluster as usize] = (is_parted || inherits) && is_known;
+                inconsistent[cluster as usize] = (is_parted || inherits) && is_known;
             }
         }
     }
-    Ok(if separated.contains(&true) { separated } else { Vec::new() })
+    Ok(if inconsistent.contains(&true) { inconsistent } else { Vec::new() })
 }
 
 /// All pairs of so many.

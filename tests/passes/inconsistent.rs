@@ -2,13 +2,13 @@
 
 use crate::common::assert_silent;
 use crate::world::World;
+use lightpaths::passes::precompute::inconsistent::{LEVELS, inconsistent};
 use lightpaths::passes::precompute::near_clusters::{self, Patch};
 use lightpaths::passes::precompute::rays::Rays;
-use lightpaths::passes::precompute::separated::{LEVELS, separated};
 use lightpaths::scene::shapes;
 
 #[test]
-fn what_lies_on_both_sides_of_a_wall_is_separated_and_no_other_cluster() {
+fn what_lies_on_both_sides_of_a_wall_is_inconsistent_and_no_other_cluster() {
     let world = World::new(&shapes::thin_wall(), 16);
     let hvds = &world.hvds;
     let clearances = vec![0.1; hvds.fragments.len()];
@@ -17,7 +17,7 @@ fn what_lies_on_both_sides_of_a_wall_is_separated_and_no_other_cluster() {
     let found = |entry_points: f32| {
         let in_clusters = vec![entry_points; hvds.parents.len()];
         let rays = Rays::new(&world.context).unwrap();
-        separated((&rays, &world.buffers), hvds, &patches, &in_clusters).unwrap()
+        inconsistent((&rays, &world.buffers), hvds, &patches, &in_clusters).unwrap()
     };
     let found_if_known = found(1.0);
     let mut seen = [0; 2];
@@ -45,7 +45,7 @@ fn what_lies_on_both_sides_of_a_wall_is_separated_and_no_other_cluster() {
     println!("{seen:?} whole and parted");
     assert!(seen.iter().all(|&clusters| clusters > 20));
     let coarse = hvds.levels[LEVELS].end as usize..;
-    assert!(found_if_known[coarse].iter().all(|separated| !separated), "too coarse to be read");
+    assert!(found_if_known[coarse].iter().all(|inconsistent| !inconsistent), "too coarse to be read");
     assert!(found(0.9).is_empty(), "parts of single paths");
     assert_silent(&world.context);
 }

@@ -164,7 +164,7 @@ fn an_unknown_device_is_refused_with_what_there_is() {
 #[test]
 fn a_device_can_be_chosen_by_index_and_by_part_of_its_name() {
     let devices = Context::devices().unwrap();
-    let usable = devices.iter().find(|device| device.refusal.is_none()).expect("the tests need a device");
+    let usable = devices.iter().find(|device| device.unmet.is_none()).expect("the tests need a device");
     for wanted in [usable.index.to_string(), usable.name.to_uppercase()] {
         let options = ContextOptions { device: Some(wanted), ..ContextOptions::default() };
         assert_eq!(Context::new(&options).unwrap().name(), usable.name);

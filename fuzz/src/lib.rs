@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use lightpaths::image::parse;
-use lightpaths::renderer::refusal_of;
+use lightpaths::renderer::miss_reason;
 use lightpaths::scene::{Camera, Film, LightKind, LoadOptions, Memory, Scene, Triangle};
 use lightpaths::{Error, Result};
 
@@ -177,7 +177,7 @@ pub fn stored(bytes: &[u8]) -> bool {
     static SCENE: OnceLock<Arc<Scene>> = OnceLock::new();
     let scene = SCENE.get_or_init(|| Arc::new(stored_scene()));
     let is_taken =
-        |bytes: &[u8]| refusal_of(bytes, scene).unwrap_or_else(|error| panic!("{error}")).is_none();
+        |bytes: &[u8]| miss_reason(bytes, scene).unwrap_or_else(|error| panic!("{error}")).is_none();
     let as_they_are = is_taken(bytes);
     checksums::stored(bytes).map_or(as_they_are, |mended| is_taken(&mended))
 }

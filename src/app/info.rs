@@ -34,7 +34,7 @@ impl Info {
             describe_scene(&mut text, scene);
         }
         super::print(&text)?;
-        let usable = devices.map(|devices| devices.iter().any(|device| device.refusal.is_none()));
+        let usable = devices.map(|devices| devices.iter().any(|device| device.unmet.is_none()));
         match usable {
             _ if scene.is_some() => Ok(()),
             Ok(true) => Ok(()),
@@ -46,13 +46,13 @@ impl Info {
 }
 
 fn describe_device(text: &mut String, device: &DeviceSummary) {
-    let DeviceSummary { index, name, kind, driver, limits, refusal } = device;
+    let DeviceSummary { index, name, kind, driver, limits, unmet } = device;
     if !text.is_empty() {
         text.push('\n');
     }
     let product = |sides: [u32; 3]| sides.map(|side| side.to_string()).join(" x ");
     row(text, &format!("device {index}"), format!("{name} ({kind}, {driver})"));
-    row(text, "usable", refusal.as_ref().map_or("yes".to_owned(), |reason| format!("no: {reason}")));
+    row(text, "usable", unmet.as_ref().map_or("yes".to_owned(), |reason| format!("no: {reason}")));
     row(text, "device memory", format!("{:.0} MB", megabytes(limits.device_memory_bytes)));
     row(text, "largest binding", format!("{:.0} MB", megabytes(limits.storage_range_bytes)));
     row(text, "buffers bound at once", limits.storage_buffers.to_string());

@@ -51,7 +51,7 @@ pub struct DeviceSummary {
     /// The limits that matter.
     pub limits: Limits,
     /// Why the device cannot be used, if so.
-    pub refusal: Option<String>,
+    pub unmet: Option<String>,
 }
 
 /// A device that could be opened.
@@ -150,7 +150,7 @@ fn examine(
             .map_or("other", |(_, name)| name),
         driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
         limits,
-        refusal: refusal(instance, handle, properties.api_version, &limits, shows.map(|_| shows_window))?,
+        unmet: unmet(instance, handle, properties.api_version, &limits, shows.map(|_| shows_window))?,
     };
     Ok(Candidate { handle, summary, queue_family: family.map_or(0, |(index, _)| index) })
 }
@@ -182,7 +182,7 @@ fn too_low(limits: &Limits) -> Option<String> {
 }
 
 /// What a device lacks, if anything.
-fn refusal(
+fn unmet(
     instance: &Instance,
     handle: vk::PhysicalDevice,
     api_version: u32,
@@ -228,7 +228,7 @@ fn refusal(
 pub(super) fn choose(summaries: &[&DeviceSummary], wanted: Option<&str>) -> Result<usize> {
     let list = || {
         let line = |s: &&DeviceSummary| {
-            let state = s.refusal.as_ref().map_or_else(String::new, |why| format!(", refused: {why}"));
+            let state = s.unmet.as_ref().map_or_else(String::new, |why| format!(", refused: {why}"));
             format!("{}: {} ({}{state})", s.index, s.name, s.kind)
         };
         summaries.iter().map(line).collect::<Vec<_>>().join("; ")
@@ -244,7 +244,7 @@ pub(super) fn choose(summaries: &[&DeviceSummary], wanted: Option<&str>) -> Resu
         },
     };
     let rank = |s: &DeviceSummary| KINDS.iter().position(|(_, kind)| *kind == s.kind).unwrap_or(KINDS.len());
-    let usable = summaries.iter().enumerate().filter(|(_, s)| matches(s) && s.refusal.is_none());
+    let usable = summaries.iter().enumerate().filter(|(_, s)| matches(s) && s.unmet.is_none());
     usable.min_by_key(|(_, s)| rank(s)).map(|(place, _)| place).ok_or_else(|| {
         Error::NoDevice(match wanted {
             Some(wanted) => format!("none that can be used matches `{wanted}`; found {}", list()),
@@ -260,15 +260,15 @@ pub(super) fn choose(summaries: &[&DeviceSummary], wanted: Option<&str>) -> Resu
 mod tests {
     use super::*;
 
-    fn summary(index: usize, name: &str, kind: &'static str, refusal: Option<&str>) -> DeviceSummary {
-        let refusal = refusal.map(str::to_owned);
+    fn summary(index: usize, name: &str, kind: &'static str, unmet: Option<&str>) -> DeviceSummary {
+        let unmet = unmet.map(str::to_owned);
         DeviceSummary {
             index,
             name: name.into(),
             kind,
             driver: String::new(),
             limits: Limits::default(),
-            refusal,
+            unmet,
         }
     }
 
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_says_what_was_found_and_why() {
+    fn an_unusable_device_says_what_was_found_and_why() {
         let old = summary(0, "Old Card", "discrete GPU", Some("it lacks hostQueryReset"));
         let message = choose(&[&old], Some("old")).unwrap_err().to_string();
         assert!(

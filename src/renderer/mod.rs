@@ -35,7 +35,7 @@ pub use inspect::{ClusterAt, GatherRaySegment, PathPoint, RecordShare, SurfaceAt
 pub use outputs::StageBuffers;
 pub use preview::Preview;
 pub use report::{Columns, FrameReport, Layer, Statistics};
-pub use stored::{Store, Written, refusal_of};
+pub use stored::{Store, Written, miss_reason};
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT, COMPUTE_TO_TRANSFER};

@@ -29,7 +29,7 @@ pub const VERSION: u32 = 1;
 
 /// Why a file cannot be used. It reads as what follows the file's name.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Refusal {
+pub enum CacheMiss {
     /// There is none.
     Missing,
     /// It is there and cannot be read: why, in words that follow its name.
@@ -42,14 +42,14 @@ pub enum Refusal {
     Stale(Vec<String>),
 }
 
-impl Refusal {
-    /// A [`Refusal::Damaged`].
+impl CacheMiss {
+    /// A [`CacheMiss::Damaged`].
     pub fn damaged(what: impl Into<String>) -> Self {
         Self::Damaged(what.into())
     }
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for CacheMiss {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Missing => write!(f, "is not there"),

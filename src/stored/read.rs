@@ -1,7 +1,7 @@
 //! How files are read: nothing is believed before it was checked.
 
 use super::format::{BYTE_ORDER, Dependency, Header, Key, MAGIC, Section, hash, head_checksum};
-use super::{Refusal, VERSION};
+use super::{CacheMiss, VERSION};
 use crate::files::{self, Unread};
 use bytemuck::Pod;
 use std::fs;
@@ -26,11 +26,11 @@ fn split<T: Pod>(bytes: &[u8]) -> Option<(T, &[u8])> {
 }
 
 /// A stored name: zeros behind it, and none in it.
-fn name(bytes: &[u8]) -> Result<&str, Refusal> {
+fn name(bytes: &[u8]) -> Result<&str, CacheMiss> {
     let end = bytes.iter().position(|&byte| byte == 0).unwrap_or(bytes.len());
     let (name, padding) = bytes.split_at(end);
     let name = std::str::from_utf8(name).ok().filter(|name| !name.is_empty());
-    name.filter(|_| padding.iter().all(|&byte| byte == 0)).ok_or_else(|| Refusal::damaged("a name is none"))
+    name.filter(|_| padding.iter().all(|&byte| byte == 0)).ok_or_else(|| CacheMiss::damaged("a name is none"))
 }
 
 /// Why a file that a user named is not one to read and to replace, in words that follow its name. `None` for a file of light paths,
@@ -51,7 +51,7 @@ pub fn misnamed(file: &Path) -> Option<String> {
     match split::<Header>(&start) {
         Some((header, _)) if is_known(&header) && header.file_bytes < length => Some(format!(
             "{}: remove it, or name another file",
-            Refusal::damaged(wrong_length(length, &header))
+            CacheMiss::damaged(wrong_length(length, &header))
         )),
         _ => files::room_for(length).err(),
     }
@@ -77,63 +77,66 @@ impl<'a> File<'a> {
     /// The bytes of a file, to be parsed.
     ///
     /// # Errors
-    /// [`Refusal::Missing`], [`Refusal::Unreadable`], or [`Refusal::Damaged`] where the length is not what the file's start says.
-    pub fn bytes(file: &Path) -> Result<Vec<u8>, Refusal> {
+    /// [`CacheMiss::Missing`], [`CacheMiss::Unreadable`], or [`CacheMiss::Damaged`] where the length is not what the file's start says.
+    pub fn bytes(file: &Path) -> Result<Vec<u8>, CacheMiss> {
         // Before there is memory for it.
         if let Some((length, start)) = glance(file)
             && let Some((header, _)) = split::<Header>(&start)
             && is_known(&header)
             && header.file_bytes != length
         {
-            return Err(Refusal::Damaged(wrong_length(length, &header)));
+            return Err(CacheMiss::Damaged(wrong_length(length, &header)));
         }
         files::read(file, MAX_BYTES).map_err(|unread| match unread {
-            Unread::Missing => Refusal::Missing,
-            Unread::Because(why) => Refusal::Unreadable(why),
+            Unread::Missing => CacheMiss::Missing,
+            Unread::Because(why) => CacheMiss::Unreadable(why),
         })
     }
 
     /// Reads a file's contents, which must have been made from what the key names.
     ///
     /// # Errors
-    /// All but [`Refusal::Missing`] and [`Refusal::Unreadable`].
-    pub fn parse(bytes: &'a [u8], key: &Key) -> Result<Self, Refusal> {
+    /// All but [`CacheMiss::Missing`] and [`CacheMiss::Unreadable`].
+    pub fn parse(bytes: &'a [u8], key: &Key) -> Result<Self, CacheMiss> {
         Self::parse_if(bytes, |dependencies| compare(dependencies, key))
     }
 
     /// Reads a file's contents, whatever they were made from: for whoever wants to know what becomes of a file that lies about that.
     ///
     /// # Errors
-    /// As [`Self::parse`], all but [`Refusal::Stale`].
-    pub fn parse_any(bytes: &'a [u8]) -> Result<Self, Refusal> {
+    /// As [`Self::parse`], all but [`CacheMiss::Stale`].
+    pub fn parse_any(bytes: &'a [u8]) -> Result<Self, CacheMiss> {
         Self::parse_if(bytes, |_| Ok(()))
     }
 
-    fn parse_if(bytes: &'a [u8], is_ours: impl Fn(&[u8]) -> Result<(), Refusal>) -> Result<Self, Refusal> {
-        let short = || Refusal::damaged("it ends too early");
+    fn parse_if(
+        bytes: &'a [u8],
+        is_ours: impl Fn(&[u8]) -> Result<(), CacheMiss>,
+    ) -> Result<Self, CacheMiss> {
+        let short = || CacheMiss::damaged("it ends too early");
         let (header, after) = split::<Header>(bytes).ok_or_else(short)?;
         if header.magic != MAGIC {
-            return Err(Refusal::Foreign("does not hold light paths".into()));
+            return Err(CacheMiss::Foreign("does not hold light paths".into()));
         }
         if header.byte_order != BYTE_ORDER {
-            return Err(Refusal::Foreign("comes from a machine of another byte order".into()));
+            return Err(CacheMiss::Foreign("comes from a machine of another byte order".into()));
         }
         if header.version != VERSION {
             let version = header.version;
-            return Err(Refusal::Foreign(format!("has form {version}, and this program's is {VERSION}")));
+            return Err(CacheMiss::Foreign(format!("has form {version}, and this program's is {VERSION}")));
         }
         if header.file_bytes != bytes.len() as u64 {
-            return Err(Refusal::Damaged(wrong_length(bytes.len() as u64, &header)));
+            return Err(CacheMiss::Damaged(wrong_length(bytes.len() as u64, &header)));
         }
         if header.dependency_count.max(header.section_count) > MAX_ENTRIES {
-            return Err(Refusal::damaged("its tables are too long"));
+            return Err(CacheMiss::damaged("its tables are too long"));
         }
         let dependency_bytes = header.dependency_count as usize * size_of::<Dependency>();
         let section_bytes = header.section_count as usize * size_of::<Section>();
         let (tables, contents) =
             after.split_at_checked(dependency_bytes + section_bytes).ok_or_else(short)?;
         if header.checksum != head_checksum(&header, tables) {
-            return Err(Refusal::damaged("the checksum of its header is wrong"));
+            return Err(CacheMiss::damaged("the checksum of its header is wrong"));
         }
         let (dependencies, sections) = tables.split_at(dependency_bytes);
         is_ours(dependencies)?;
@@ -141,7 +144,7 @@ impl<'a> File<'a> {
     }
 
     /// Cuts the contents into the sections of the table.
-    fn cut(table: &'a [u8], contents: &'a [u8]) -> Result<Self, Refusal> {
+    fn cut(table: &'a [u8], contents: &'a [u8]) -> Result<Self, CacheMiss> {
         let mut sections: Vec<(&str, u64, &[u8])> = Vec::new();
         let mut rest = contents;
         for entry in table.chunks_exact(size_of::<Section>()) {
@@ -151,18 +154,18 @@ impl<'a> File<'a> {
             let size = size.and_then(|size| usize::try_from(size).ok());
             let (own, others) = size
                 .and_then(|size| rest.split_at_checked(size))
-                .ok_or_else(|| Refusal::damaged(format!("section `{name}` is longer than the file")))?;
+                .ok_or_else(|| CacheMiss::damaged(format!("section `{name}` is longer than the file")))?;
             if section.checksum != hash(own) {
-                return Err(Refusal::damaged(format!("the checksum of section `{name}` is wrong")));
+                return Err(CacheMiss::damaged(format!("the checksum of section `{name}` is wrong")));
             }
             if sections.iter().any(|other| other.0 == name) {
-                return Err(Refusal::damaged(format!("section `{name}` is there twice")));
+                return Err(CacheMiss::damaged(format!("section `{name}` is there twice")));
             }
             sections.push((name, section.element_bytes, own));
             rest = others;
         }
         if !rest.is_empty() {
-            return Err(Refusal::damaged("bytes are left that no section holds"));
+            return Err(CacheMiss::damaged("bytes are left that no section holds"));
         }
         Ok(Self { sections })
     }
@@ -171,12 +174,12 @@ impl<'a> File<'a> {
     ///
     /// # Errors
     /// There is none of that name, or it is of other items.
-    pub fn list<T: Pod>(&self, name: &str) -> Result<Vec<T>, Refusal> {
+    pub fn list<T: Pod>(&self, name: &str) -> Result<Vec<T>, CacheMiss> {
         let section = self.sections.iter().find(|section| section.0 == name);
         let &(_, element_bytes, bytes) =
-            section.ok_or_else(|| Refusal::damaged(format!("section `{name}` is missing")))?;
+            section.ok_or_else(|| CacheMiss::damaged(format!("section `{name}` is missing")))?;
         if element_bytes != size_of::<T>() as u64 || bytes.len() % size_of::<T>() != 0 {
-            return Err(Refusal::damaged(format!("section `{name}` holds something else")));
+            return Err(CacheMiss::damaged(format!("section `{name}` holds something else")));
         }
         let mut items = vec![T::zeroed(); bytes.len() / size_of::<T>()];
         bytemuck::cast_slice_mut(&mut items).copy_from_slice(bytes);
@@ -187,16 +190,16 @@ impl<'a> File<'a> {
     ///
     /// # Errors
     /// As [`Self::list`], or there are more or fewer.
-    pub fn one<T: Pod>(&self, name: &str) -> Result<T, Refusal> {
+    pub fn one<T: Pod>(&self, name: &str) -> Result<T, CacheMiss> {
         match self.list(name)?[..] {
             [item] => Ok(item),
-            _ => Err(Refusal::damaged(format!("section `{name}` holds more or less than one item"))),
+            _ => Err(CacheMiss::damaged(format!("section `{name}` holds more or less than one item"))),
         }
     }
 }
 
 /// Whether a file was made from what the key names; else what has changed.
-fn compare(table: &[u8], key: &Key) -> Result<(), Refusal> {
+fn compare(table: &[u8], key: &Key) -> Result<(), CacheMiss> {
     let mut found = Vec::new();
     for entry in table.chunks_exact(size_of::<Dependency>()) {
         let dependency: Dependency = bytemuck::pod_read_unaligned(entry);
@@ -205,9 +208,9 @@ fn compare(table: &[u8], key: &Key) -> Result<(), Refusal> {
     let names = |names: &mut dyn Iterator<Item = &str>| names.map(str::to_owned).collect::<Vec<_>>();
     let wanted = &key.dependencies;
     if names(&mut found.iter().map(|found| found.0)) != names(&mut wanted.iter().map(|wanted| wanted.0)) {
-        return Err(Refusal::Stale(vec!["what light paths depend on".to_owned()]));
+        return Err(CacheMiss::Stale(vec!["what light paths depend on".to_owned()]));
     }
     let changed = found.iter().zip(wanted).filter(|(found, wanted)| found.1 != wanted.1);
     let changed = names(&mut changed.map(|(found, _)| found.0));
-    if changed.is_empty() { Ok(()) } else { Err(Refusal::Stale(changed)) }
+    if changed.is_empty() { Ok(()) } else { Err(CacheMiss::Stale(changed)) }
 }

@@ -15,7 +15,7 @@ fn the_corpus_holds_light_paths() {
         Renderer::store(&context(), readers::stored_scene(), &file, &mut Silent).unwrap();
     }
     let bytes = std::fs::read(&file).unwrap();
-    let is_taken = lightpaths::renderer::refusal_of(&bytes, &readers::stored_scene()).unwrap();
+    let is_taken = lightpaths::renderer::miss_reason(&bytes, &readers::stored_scene()).unwrap();
     assert_eq!(is_taken, None, "run: LIGHTPATHS_BLESS=1 cargo test --test stored the_corpus");
     assert!(bytes.len() < 1 << 20, "{} bytes", bytes.len());
 }

@@ -1,7 +1,7 @@
 //! The form of files: no damage gets past the reader.
 
 use super::tables::bless;
-use lightpaths::stored::{File, Key, Refusal, VERSION, Writer, hash};
+use lightpaths::stored::{CacheMiss, File, Key, VERSION, Writer, hash};
 use std::fs;
 
 const NUMBERS: [u32; 5] = [3, 1, 4, 1, 5];
@@ -23,7 +23,7 @@ fn file() -> Vec<u8> {
     writer().to_bytes(&key())
 }
 
-fn refusal(bytes: &[u8]) -> Option<Refusal> {
+fn miss(bytes: &[u8]) -> Option<CacheMiss> {
     File::parse(bytes, &key()).err()
 }
 
@@ -49,11 +49,11 @@ fn what_is_written_is_read() {
         read.list::<u32>("number").err(),
         read.one::<u32>("numbers").err(),
     ] {
-        assert!(matches!(refused, Some(Refusal::Damaged(_))), "{refused:?}");
+        assert!(matches!(refused, Some(CacheMiss::Damaged(_))), "{refused:?}");
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
-    assert_eq!(File::bytes(&folder.path().join("b.paths")), Err(Refusal::Missing));
-    assert!(matches!(File::bytes(folder.path()), Err(Refusal::Unreadable(_))));
+    assert_eq!(File::bytes(&folder.path().join("b.paths")), Err(CacheMiss::Missing));
+    assert!(matches!(File::bytes(folder.path()), Err(CacheMiss::Unreadable(_))));
 }
 
 #[test]
@@ -61,21 +61,21 @@ fn a_file_that_ends_early_or_late_is_refused() {
     let whole = file();
     // Every byte of the head and of the first sections, then here and there.
     for end in (0..HEAD + 40).chain((HEAD + 40..whole.len()).step_by(7)).chain([whole.len() - 1]) {
-        assert!(refusal(&whole[..end]).is_some(), "cut at {end}");
+        assert!(miss(&whole[..end]).is_some(), "cut at {end}");
         // And if the length is adjusted.
         if end >= HEAD {
             let mut cut = whole[..end].to_vec();
             cut[24..32].copy_from_slice(&(end as u64).to_le_bytes());
             bless(&mut cut);
-            assert!(refusal(&cut).is_some(), "cut at {end}, and said so");
+            assert!(miss(&cut).is_some(), "cut at {end}, and said so");
         }
     }
     let mut longer = [&whole[..], b"x"].concat();
-    assert!(refusal(&longer).is_some());
+    assert!(miss(&longer).is_some());
     let length = longer.len() as u64;
     longer[24..32].copy_from_slice(&length.to_le_bytes());
     bless(&mut longer);
-    assert!(refusal(&longer).is_some());
+    assert!(miss(&longer).is_some());
 }
 
 #[test]
@@ -92,14 +92,14 @@ fn every_flipped_bit_is_noticed() {
     for (place, bit) in flips {
         let mut bytes = whole.clone();
         bytes[place] ^= 1 << bit;
-        assert!(refusal(&bytes).is_some(), "bit {bit} of byte {place}");
+        assert!(miss(&bytes).is_some(), "bit {bit} of byte {place}");
     }
     // A thousand bytes of anything.
     for _ in 0..1000 {
         let (place, value) = (random(whole.len()), random(256) as u8);
         let mut bytes = whole.clone();
         bytes[place] = value;
-        assert_eq!(refusal(&bytes).is_some(), value != whole[place], "{value} at byte {place}");
+        assert_eq!(miss(&bytes).is_some(), value != whole[place], "{value} at byte {place}");
     }
 }
 
@@ -109,7 +109,7 @@ fn other_versions_and_byte_orders_are_told() {
         let mut file = file();
         file[at..at + 4].copy_from_slice(&bytes);
         bless(&mut file);
-        refusal(&file).unwrap().to_string()
+        miss(&file).unwrap().to_string()
     };
     assert!(with(0, *b"lppt").contains("does not hold light paths"));
     assert!(with(8, 0x0102_0304_u32.to_be_bytes()).contains("byte order"));
@@ -133,7 +133,7 @@ fn sizes_that_lie_are_refused() {
                 bless(&mut bytes);
                 let product = |file: &[u8]| u128::from(told(at, file)) * u128::from(told(at + 8, file));
                 if product(&bytes) != product(&file()) {
-                    assert!(refusal(&bytes).is_some(), "section {section}: {lie} instead of {value}");
+                    assert!(miss(&bytes).is_some(), "section {section}: {lie} instead of {value}");
                 }
             }
         }
@@ -142,7 +142,7 @@ fn sizes_that_lie_are_refused() {
         for lie in [0, 1, 4, 255, 256, 257, u32::MAX] {
             let mut bytes = file();
             bytes[at..at + 4].copy_from_slice(&lie.to_le_bytes());
-            let told = refusal(&bytes);
+            let told = miss(&bytes);
             assert!(told.is_some(), "{lie} entries");
         }
     }
@@ -152,7 +152,7 @@ fn sizes_that_lie_are_refused() {
         let at = 48 + 2 * 40 + 2 * 56;
         bytes[at..at + 8].copy_from_slice(&name);
         bless(&mut bytes);
-        assert!(matches!(refusal(&bytes), Some(Refusal::Damaged(_))), "{name:?}");
+        assert!(matches!(miss(&bytes), Some(CacheMiss::Damaged(_))), "{name:?}");
     }
 }
 

@@ -122,23 +122,23 @@ impl Everything {
         Self { _folder: folder, file, scene, tables }
     }
 
-    fn refusal(&self, tables: &Tables) -> Option<String> {
+    fn miss(&self, tables: &Tables) -> Option<String> {
         fs::write(&self.file, tables.file()).unwrap();
         let store = Store::File(self.file.clone());
-        store.refusal(&context(), &self.scene).unwrap().map(|refusal| refusal.to_string())
+        store.miss(&context(), &self.scene).unwrap().map(|miss| miss.to_string())
     }
 
     #[track_caller]
     fn assert_refused(&self, tables: &Tables, what: &str) {
-        let refusal = self.refusal(tables);
-        assert!(refusal.as_ref().is_some_and(|line| line.starts_with("is damaged: ")), "{what}: {refusal:?}");
+        let miss = self.miss(tables);
+        assert!(miss.as_ref().is_some_and(|line| line.starts_with("is damaged: ")), "{what}: {miss:?}");
     }
 }
 
 #[test]
 fn no_index_leads_out_of_a_list() {
     let all = Everything::get();
-    assert_eq!(all.refusal(&all.tables), None, "untouched");
+    assert_eq!(all.miss(&all.tables), None, "untouched");
     for &(section, words, word) in POINTERS {
         let count = all.tables.clone().words(section) / words;
         assert!(count > 0, "`{section}` is empty");

@@ -166,25 +166,25 @@ fn each_dependency_is_told_and_a_damaged_file_is_replaced() {
     let file = folder.path().join("scene.paths");
     let store = Store::File(file.clone());
     Renderer::store(&context(), scene.clone(), &file, &mut Silent).unwrap();
-    let refusal = |change: &dyn Fn(&mut Scene)| {
+    let miss = |change: &dyn Fn(&mut Scene)| {
         let mut scene = scene.clone();
         change(&mut scene);
-        store.refusal(&context(), &scene).unwrap().map(|refusal| refusal.to_string())
+        store.miss(&context(), &scene).unwrap().map(|miss| miss.to_string())
     };
-    assert_eq!(refusal(&|_| ()), None);
-    assert_eq!(refusal(&|scene| scene.cameras[0].size = [20, 20]), None);
-    assert_eq!(refusal(&|scene| scene.lights.clear()), None);
+    assert_eq!(miss(&|_| ()), None);
+    assert_eq!(miss(&|scene| scene.cameras[0].size = [20, 20]), None);
+    assert_eq!(miss(&|scene| scene.lights.clear()), None);
     let stale = |what: &str| Some(format!("is out of date: {what} has changed"));
-    assert_eq!(refusal(&|scene| scene.triangles[7].positions[1].y += 1e-6), stale("geometry"));
-    assert_eq!(refusal(&|scene| scene.materials[0].diffuse.x *= 0.999), stale("materials"));
-    assert_eq!(refusal(&|scene| scene.cameras[0].position.x += 0.1), stale("viewpoints"));
-    assert_eq!(refusal(&|scene| scene.quality.seed += 1), stale("settings"));
+    assert_eq!(miss(&|scene| scene.triangles[7].positions[1].y += 1e-6), stale("geometry"));
+    assert_eq!(miss(&|scene| scene.materials[0].diffuse.x *= 0.999), stale("materials"));
+    assert_eq!(miss(&|scene| scene.cameras[0].position.x += 0.1), stale("viewpoints"));
+    assert_eq!(miss(&|scene| scene.quality.seed += 1), stale("settings"));
 
     // Another program's: the hash is the first dependency's.
     let mut tables = Tables::of(&fs::read(&file).unwrap());
     tables.dependencies[24] ^= 1;
     fs::write(&file, tables.file()).unwrap();
-    assert_eq!(refusal(&|_| ()), stale("program"));
+    assert_eq!(miss(&|_| ()), stale("program"));
 
     let whole = fs::read(&file).unwrap();
     fs::write(&file, &whole[..whole.len() / 2]).unwrap();
@@ -193,5 +193,5 @@ fn each_dependency_is_told_and_a_damaged_file_is_replaced() {
     Renderer::stored(&context(), scene.clone(), &store, &mut Silent, &mut say).unwrap();
     assert_eq!(said.len(), 1, "{said:?}");
     assert!(said[0].contains("is damaged") && said[0].ends_with("traced anew"), "{said:?}");
-    assert_eq!(refusal(&|_| ()), None, "it was replaced");
+    assert_eq!(miss(&|_| ()), None, "it was replaced");
 }

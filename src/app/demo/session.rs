@@ -254,7 +254,7 @@ impl Session {
     }
 
     /// Why the scene's files, as they are now, cannot be loaded. `None` if they can.
-    pub(super) fn refusal(&self) -> Option<String> {
+    pub(super) fn why_unloadable(&self) -> Option<String> {
         Scene::load(&self.source.spec, &self.source.options).err().map(|error| not_loaded(&error))
     }
 

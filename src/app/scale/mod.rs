@@ -54,7 +54,7 @@ const TRIANGLES: [u32; 3] = [10_000, 100_000, 1_000_000];
 
 /// A trial that the device had no room for.
 #[derive(Debug, serde::Serialize)]
-struct Refusal {
+struct TooLarge {
     quantity: &'static str,
     size: u32,
     why: String,
@@ -71,7 +71,7 @@ struct Results {
     device: String,
     driver: String,
     trials: Vec<Trial>,
-    refused: Vec<Refusal>,
+    refused: Vec<TooLarge>,
 }
 
 impl Scale {
@@ -180,7 +180,7 @@ impl Scale {
             }
             Err(error @ Error::OutOfMemory(_)) => {
                 self.device_args.warn(&format!("left out {name} {size}: {error}"));
-                results.refused.push(Refusal { quantity: name, size, why: error.to_string() });
+                results.refused.push(TooLarge { quantity: name, size, why: error.to_string() });
                 Ok(())
             }
             Err(error) => Err(error),

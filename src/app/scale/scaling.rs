@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::trials::{Quantity, Trial};
-use super::{Refusal, Results};
+use super::{Results, TooLarge};
 use crate::app::plot::{Plot, Point, Series};
 
 /// What is told of a trial.
@@ -51,7 +51,7 @@ pub(super) fn text(results: &Results) -> String {
             text.push('\n');
         }
     }
-    for Refusal { quantity, size, why } in refused {
+    for TooLarge { quantity, size, why } in refused {
         put(&mut text, format_args!("{quantity} {size}: {why}\n"));
     }
     text
@@ -145,7 +145,7 @@ mod tests {
             device: "some".to_owned(),
             driver: "some".to_owned(),
             trials: sizes.iter().copied().map(trial).collect(),
-            refused: vec![Refusal { quantity: "lights", size: 256, why: "no room".to_owned() }],
+            refused: vec![TooLarge { quantity: "lights", size: 256, why: "no room".to_owned() }],
         }
     }
 

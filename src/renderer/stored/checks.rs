@@ -7,13 +7,13 @@ use crate::passes::frame::path_scan::{FROM_ENTRY, HEAD};
 use crate::passes::precompute::cache_points::RADIUS_RANGE;
 use crate::scene::hvds::Hvds;
 use crate::scene::{Scene, walls};
-use crate::stored::Refusal;
+use crate::stored::CacheMiss;
 use crate::types::{CachePoint, NO_CLUSTER, Surface};
 use glam::Vec3;
 
 /// Refuses what is not so.
-pub(super) fn demand(is_so: bool, what: &str) -> Result<(), Refusal> {
-    if is_so { Ok(()) } else { Err(Refusal::damaged(what)) }
+pub(super) fn demand(is_so: bool, what: &str) -> Result<(), CacheMiss> {
+    if is_so { Ok(()) } else { Err(CacheMiss::damaged(what)) }
 }
 
 /// Whether a list of starts, and the end, cuts `length` items into so many runs.
@@ -22,7 +22,7 @@ pub(super) fn cuts(first: &[u32], runs: usize, length: usize) -> bool {
 }
 
 /// Holds all that was read against itself and the scene, whose triangles the tree puts into `order`, and links the hierarchy.
-pub(super) fn check(contents: &mut Contents, scene: &Scene, order: &[u32]) -> Result<(), Refusal> {
+pub(super) fn check(contents: &mut Contents, scene: &Scene, order: &[u32]) -> Result<(), CacheMiss> {
     demand(contents.order == order, "triangles stand in another order")?;
     demand(contents.sides.len() == order.len(), "sides of triangles")?;
     demand(contents.closed.len() == 2 * order.len(), "enclosures")?;
@@ -40,11 +40,11 @@ pub(super) fn check(contents: &mut Contents, scene: &Scene, order: &[u32]) -> Re
 }
 
 /// Sides of triangles: what the surface itself tells of them has to be the same.
-pub(super) fn sides(surface: &Surface, sides: u32) -> Result<(), Refusal> {
+pub(super) fn sides(surface: &Surface, sides: u32) -> Result<(), CacheMiss> {
     demand((surface.sides ^ sides) >> 12 <= 3 && (surface.sides ^ sides) & 0xfff == 0, "codes of sides")
 }
 
-fn hierarchy(hvds: &Hvds) -> Result<(), Refusal> {
+fn hierarchy(hvds: &Hvds) -> Result<(), CacheMiss> {
     let count = hvds.areas_m2.len();
     demand(!hvds.levels.is_empty() && count <= 1 << 26, "levels")?;
     let mut end = 0;
@@ -84,7 +84,7 @@ fn hierarchy(hvds: &Hvds) -> Result<(), Refusal> {
     demand((0..cells).all(is_list), "clusters of cells")
 }
 
-fn paths(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
+fn paths(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let Contents { paths, entry_points, hvds, .. } = contents;
     let sides = 2 * scene.triangles.len();
     let base = hvds.levels[0].len();
@@ -112,7 +112,7 @@ fn paths(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     demand(starts && heads == entry_points.len(), "starts of paths")?;
     let is_path = |path: u32| (path as usize) < entry_points.len();
     // The last contribution is nobody's.
-    let held = contributions.len().checked_sub(1).ok_or_else(|| Refusal::damaged("contributions"))?;
+    let held = contributions.len().checked_sub(1).ok_or_else(|| CacheMiss::damaged("contributions"))?;
     demand(contributions[..held].iter().all(|contribution| is_path(contribution.path())), "contributions")?;
     demand(cuts(&paths.contribution_offsets, 2 * base, held), "contributions of clusters")?;
     let mut end = 0;
@@ -132,7 +132,7 @@ pub(super) fn has_images(scene: &Scene) -> bool {
 }
 
 /// How far records reach decides how many a pixel reads, and how many tiles the device lists them in.
-fn radii(points: &[CachePoint], scene: &Scene) -> Result<(), Refusal> {
+fn radii(points: &[CachePoint], scene: &Scene) -> Result<(), CacheMiss> {
     let (low, high) = scene.bounds();
     // What placement gives, and a little for rounding.
     let [least, most] = RADIUS_RANGE.map(|bound| bound as f32);
@@ -142,7 +142,7 @@ fn radii(points: &[CachePoint], scene: &Scene) -> Result<(), Refusal> {
     demand(points.iter().all(|point| is_radius(point.radius)), "radii of cache points")
 }
 
-fn records(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
+fn records(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let points = &contents.cache_points;
     let is_point = |record: u32| (record as usize) < points.len();
     radii(points, scene)?;
@@ -171,7 +171,7 @@ fn records(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     demand(is_narrow, "records in narrow cavities")
 }
 
-fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
+fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let lists = &contents.merged_rays;
     let bits = contents.numbers.cluster_bits;
     let slots = contents.gloss.as_ref().map_or(0, |gloss| gloss.slots.len());
@@ -199,7 +199,7 @@ fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
     demand(lists.merged_rays.iter().all(|merged_ray| is_merged_ray(merged_ray.target_index)), "merged rays")
 }
 
-fn views(contents: &Contents) -> Result<(), Refusal> {
+fn views(contents: &Contents) -> Result<(), CacheMiss> {
     let Some(views) = &contents.views else { return Ok(()) };
     let (count, clusters) = (contents.view_count(), contents.hvds.areas_m2.len());
     demand(cuts(&views.part_offsets, count, views.parts.len()), "views")?;

@@ -9,7 +9,7 @@ use crate::passes::precompute::merged_rays::MergedRayLists;
 use crate::passes::precompute::neighbours::Neighbourhoods;
 use crate::passes::precompute::path_orders::{Arrivals, LightPaths, PathGroup};
 use crate::scene::hvds::Hvds;
-use crate::stored::{File, Refusal};
+use crate::stored::{CacheMiss, File};
 use crate::types::{CachePoint, Contribution, Grid, PathVertex};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -41,11 +41,11 @@ fn ranges(ends: Vec<[u32; 2]>) -> Vec<Range<u32>> {
 
 impl Contents {
     /// Reads all sections; `grid` is that of the finest cells.
-    pub(super) fn read(file: &File<'_>, grid: Grid) -> Result<Self, Refusal> {
+    pub(super) fn read(file: &File<'_>, grid: Grid) -> Result<Self, CacheMiss> {
         let numbers: Numbers = file.one("numbers")?;
         let notes = serde_json::from_slice(&file.list::<u8>("notes")?);
         let (counts, skipped): (BTreeMap<String, u64>, BTreeMap<String, Option<f64>>) =
-            notes.map_err(|_| Refusal::damaged("its notes are none"))?;
+            notes.map_err(|_| CacheMiss::damaged("its notes are none"))?;
         let areas_m2: Vec<f32> = file.list("areas")?;
         let hvds = Hvds {
             grid,
@@ -76,7 +76,7 @@ impl Contents {
             arrivals: Arrivals { lobes: file.list("lobes")?, ..Arrivals::default() },
             lost: 0,
         };
-        let views = || -> Result<ViewTables, Refusal> {
+        let views = || -> Result<ViewTables, CacheMiss> {
             Ok(ViewTables {
                 part_offsets: file.list("view part offsets")?,
                 parts: file.list("view parts")?,
@@ -88,7 +88,7 @@ impl Contents {
             })
         };
         let views = if numbers.has_views == 0 { None } else { Some(views()?) };
-        let gloss = || -> Result<GlossTables, Refusal> {
+        let gloss = || -> Result<GlossTables, CacheMiss> {
             Ok(GlossTables {
                 entries: file.list("gloss entries")?,
                 vertices: file.list("gloss vertices")?,

@@ -4,9 +4,9 @@ use super::checks::{cuts, demand};
 use super::contents::Contents;
 use crate::passes::frame::gloss::NO_ENTRY;
 use crate::scene::{Material, Scene};
-use crate::stored::Refusal;
+use crate::stored::CacheMiss;
 
-pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), Refusal> {
+pub(super) fn check(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let is_glossy = scene.materials.iter().any(Material::may_be_glossy);
     demand(is_glossy == contents.gloss.is_some(), "glossy surfaces")?;
     let Some(gloss) = &contents.gloss else { return Ok(()) };

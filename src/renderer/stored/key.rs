@@ -8,7 +8,7 @@ use crate::stored::{Key, hash};
 use glam::Vec3;
 
 /// Counts changes of what is stored and of how the host finds it, which no hash of a shader tells.
-const CONTENTS: u32 = 3;
+const CONTENTS: u32 = 4;
 
 /// Dependencies that tell one entry of a folder from another. A new program or driver replaces what the old one left.
 pub(super) const OF_NAME: &[&str] = &["device", "geometry", "materials", "viewpoints", "settings"];

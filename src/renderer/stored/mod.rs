@@ -12,7 +12,7 @@ use super::{Progress, Renderer, memory_hint};
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::scene::Scene;
-use crate::stored::{File, Folder, Key, Refusal};
+use crate::stored::{CacheMiss, File, Folder, Key};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -84,10 +84,10 @@ impl Renderer {
 ///
 /// # Errors
 /// The scene itself cannot be traced.
-pub fn refusal_of(bytes: &[u8], scene: &Scene) -> Result<Option<Refusal>> {
+pub fn miss_reason(bytes: &[u8], scene: &Scene) -> Result<Option<CacheMiss>> {
     match File::parse_any(bytes) {
         Ok(file) => Ok(read::Checked::of(scene, &file)?.err()),
-        Err(refusal) => Ok(Some(refusal)),
+        Err(miss) => Ok(Some(miss)),
     }
 }
 
@@ -96,7 +96,7 @@ impl Store {
     ///
     /// # Errors
     /// The scene itself cannot be traced.
-    pub fn refusal(&self, context: &Context, scene: &Scene) -> Result<Option<Refusal>> {
+    pub fn miss(&self, context: &Context, scene: &Scene) -> Result<Option<CacheMiss>> {
         let key = key::key(context, scene);
         Ok(read::Checked::read(scene, &self.file(&key), &key)?.err())
     }
@@ -124,17 +124,17 @@ impl Store {
                 .map_err(|error| Error::output(path, format!("cannot be made: {}", error.kind())))?;
         }
         let file = self.file(&key);
-        let refusal = match read::Checked::read(scene, &file, &key)? {
+        let miss = match read::Checked::read(scene, &file, &key)? {
             Ok(checked) => {
                 if let Self::Folder(_) = self {
                     Folder::touch(&file);
                 }
                 return checked.build(context, scene, start);
             }
-            Err(refusal) => refusal,
+            Err(miss) => miss,
         };
-        if refusal != Refusal::Missing {
-            say(&format!("{} {refusal}; its light paths are traced anew", file.display()));
+        if miss != CacheMiss::Missing {
+            say(&format!("{} {miss}; its light paths are traced anew", file.display()));
         }
         let made = precompute(context, scene, progress)?;
         let tables = write::Tables::of(&made)?;

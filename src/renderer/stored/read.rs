@@ -15,7 +15,7 @@ use crate::renderer::precompute::{Precomputed, finest_cells};
 use crate::renderer::quality_warnings::{blurred, outgoing_directions, uncovered, undersampled, wide_cells};
 use crate::scene::directions::Directions;
 use crate::scene::{Scene, bvh::Bvh, grid, hvds::Hvds, solids::Solids, surfaces};
-use crate::stored::{File, Key, Refusal};
+use crate::stored::{CacheMiss, File, Key};
 use crate::types::Surface;
 use std::path::Path;
 use std::sync::Arc;
@@ -34,20 +34,24 @@ impl Checked {
     ///
     /// # Errors
     /// The scene itself cannot be traced.
-    pub(super) fn read(scene: &Scene, file: &Path, key: &Key) -> Result<std::result::Result<Self, Refusal>> {
+    pub(super) fn read(
+        scene: &Scene,
+        file: &Path,
+        key: &Key,
+    ) -> Result<std::result::Result<Self, CacheMiss>> {
         let bytes = match File::bytes(file) {
             Ok(bytes) => bytes,
-            Err(refusal) => return Ok(Err(refusal)),
+            Err(miss) => return Ok(Err(miss)),
         };
         let file = match File::parse(&bytes, key) {
             Ok(file) => file,
-            Err(refusal) => return Ok(Err(refusal)),
+            Err(miss) => return Ok(Err(miss)),
         };
         Self::of(scene, &file)
     }
 
     /// The same of a file's contents, whatever they were made from.
-    pub(super) fn of(scene: &Scene, file: &File) -> Result<std::result::Result<Self, Refusal>> {
+    pub(super) fn of(scene: &Scene, file: &File) -> Result<std::result::Result<Self, CacheMiss>> {
         let bvh = Bvh::build(&scene.triangles)?;
         let (low, high) = scene.bounds();
         let grid = grid::grid(low, high, finest_cells(scene.quality.cells));
@@ -75,7 +79,7 @@ fn surfaces_of(
     contents: &Contents,
     scene: &Scene,
     order: &[u32],
-) -> std::result::Result<Vec<Surface>, Refusal> {
+) -> std::result::Result<Vec<Surface>, CacheMiss> {
     let mut all = Vec::with_capacity(order.len());
     for (&triangle, &sides) in order.iter().zip(&contents.sides) {
         let mut surface = surfaces::surface(&scene.triangles[triangle as usize], [false; 2]);

@@ -43,7 +43,7 @@ impl Open {
         if !self.session.has_unsaved_edits() {
             return self.reload();
         }
-        if let Some(why) = self.session.refusal() {
+        if let Some(why) = self.session.why_unloadable() {
             self.session.is_asked = false;
             self.tell(why);
         } else {

@@ -22,7 +22,7 @@ struct GlossEntriesPush {
 layout(scalar, binding = 0) readonly buffer Materials { Reflectance materials[]; };
 layout(scalar, binding = 1) readonly buffer GlossEntries { GlossEntry gloss_entries[]; };
 layout(scalar, binding = 2) readonly buffer GlossBeams { GlossBeam gloss_beams[]; };
-layout(scalar, binding = 3) writeonly buffer CarriedFlux { vec3 carried_flux[]; };
+layout(scalar, binding = 3) writeonly buffer FirstBounceFlux { vec3 first_bounce_flux[]; };
 layout(scalar, push_constant) uniform Push { GlossEntriesPush push; };
 
 void main() {
@@ -31,9 +31,9 @@ void main() {
     GlossEntry entry = gloss_entries[index];
     Reflectance material = materials[entry.material];
     if (HAS_TEXTURES != 0u) material.diffuse *= unpack_colour(entry.colour);
-    vec3 carried = vec3(0.0);
+    vec3 first_bounce = vec3(0.0);
     for (uint i = index * push.beam_count; i < (index + 1u) * push.beam_count; ++i) {
-        carried += gloss_beams[i].factor * reflected_share(material, off_mirror(gloss_beams[i].mirror, entry.departure));
+        first_bounce += gloss_beams[i].factor * reflected_share(material, off_mirror(gloss_beams[i].mirror, entry.departure));
     }
-    carried_flux[entry.path] = carried;
+    first_bounce_flux[entry.path] = first_bounce;
 }

@@ -28,10 +28,10 @@ layout(binding = 0) uniform usamplerBuffer Factors0;
 layout(binding = 1) uniform usamplerBuffer Factors1;
 layout(binding = 2) uniform usamplerBuffer Factors2;
 layout(binding = 3) uniform usamplerBuffer Factors3;
-layout(scalar, binding = 4) readonly buffer Carried0 { vec3 carried_0[]; };
-layout(scalar, binding = 5) readonly buffer Carried1 { vec3 carried_1[]; };
-layout(scalar, binding = 6) readonly buffer Carried2 { vec3 carried_2[]; };
-layout(scalar, binding = 7) readonly buffer Carried3 { vec3 carried_3[]; };
+layout(scalar, binding = 4) readonly buffer FirstBounce0 { vec3 first_bounce_0[]; };
+layout(scalar, binding = 5) readonly buffer FirstBounce1 { vec3 first_bounce_1[]; };
+layout(scalar, binding = 6) readonly buffer FirstBounce2 { vec3 first_bounce_2[]; };
+layout(scalar, binding = 7) readonly buffer FirstBounce3 { vec3 first_bounce_3[]; };
 layout(binding = 8) uniform usamplerBuffer ContributionRanges;  // of each base cluster
 layout(binding = 9) uniform usamplerBuffer Contributions;
 layout(scalar, binding = 10) readonly buffer SummedClusters { uint summed_clusters[]; };
@@ -42,8 +42,8 @@ layout(scalar, binding = 14) buffer Layer3 { ClusterLayer layer_3[]; };
 layout(scalar, push_constant) uniform Push { HvdsLayerPush push; };
 
 // `precise` keeps products and sums apart: one light and four round alike.
-void add(inout ClusterLayer layer, vec3 throughput, vec3 carried) {
-    precise vec3 sum = layer.indirect + throughput * carried;
+void add(inout ClusterLayer layer, vec3 throughput, vec3 first_bounce) {
+    precise vec3 sum = layer.indirect + throughput * first_bounce;
     layer.indirect = sum;
 }
 void add_direct(inout ClusterLayer layer, float throughput, float factor) {
@@ -86,11 +86,11 @@ void main() {
         Contribution contribution = contribution_at(Contributions, i - push.first_bound);
         vec3 throughput = share_of(contribution, is_unweighted) * contribution.throughput;
         uint path = path_of(contribution);
-        add(sum_0, throughput, IS_GLOSSY != 0u ? carried_0[path] : vec3(number_at(Factors0, path)));
+        add(sum_0, throughput, IS_GLOSSY != 0u ? first_bounce_0[path] : vec3(number_at(Factors0, path)));
         if (LIGHTS == 1u) continue;
-        add(sum_1, throughput, IS_GLOSSY != 0u ? carried_1[path] : vec3(number_at(Factors1, path)));
-        add(sum_2, throughput, IS_GLOSSY != 0u ? carried_2[path] : vec3(number_at(Factors2, path)));
-        add(sum_3, throughput, IS_GLOSSY != 0u ? carried_3[path] : vec3(number_at(Factors3, path)));
+        add(sum_1, throughput, IS_GLOSSY != 0u ? first_bounce_1[path] : vec3(number_at(Factors1, path)));
+        add(sum_2, throughput, IS_GLOSSY != 0u ? first_bounce_2[path] : vec3(number_at(Factors2, path)));
+        add(sum_3, throughput, IS_GLOSSY != 0u ? first_bounce_3[path] : vec3(number_at(Factors3, path)));
     }
     layer_0[cluster] = sum_0;
     if (LIGHTS == 1u) return;

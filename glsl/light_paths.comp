@@ -98,8 +98,8 @@ void main() {
         if (!(max(reflected.x, max(reflected.y, reflected.z)) > 0.0)) { alive = false; break; }
         // The walk goes on with a probability that falls with its throughput; dividing by it keeps the estimate right.
         state.throughput *= reflected;
-        float carried = max(state.throughput.x, max(state.throughput.y, state.throughput.z));
-        float survival = min(1.0, carried / threshold);
+        float peak = max(state.throughput.x, max(state.throughput.y, state.throughput.z));
+        float survival = min(1.0, peak / threshold);
         if (!(u.z < survival)) { alive = false; break; }
         state.throughput /= survival;
 

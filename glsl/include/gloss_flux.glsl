@@ -1,5 +1,5 @@
 // What the vertices of a cluster send towards a direction by their Phong lobes. The including shader declares the constant
-// ENTRY_POINTS and LIGHTS and binds Materials, CarriedFlux0 to CarriedFlux3, ContributionRanges, Contributions, GlossVertices, GlossBeams,
+// ENTRY_POINTS and LIGHTS and binds Materials, FirstBounceFlux0 to FirstBounceFlux3, ContributionRanges, Contributions, GlossVertices, GlossBeams,
 // BaseRanges and GlossShifts.
 
 // What an invocation takes in one dispatch of the vertices below a cluster, those of one base cluster after those of another.
@@ -35,11 +35,11 @@ void add_gloss_flux(inout GlossFlux flux, uvec2 run, uint step, float area_m2, b
         if (ENTRY_POINTS == 0u) {
             vec3 share = throughput * lobe_share(material, vertex.mirror, toward);
             uint path = path_of(contribution);
-            add(flux.of_light[0], share, carried_flux_0[path]);
+            add(flux.of_light[0], share, first_bounce_flux_0[path]);
             if (LIGHTS == 1u) continue;
-            add(flux.of_light[1], share, carried_flux_1[path]);
-            add(flux.of_light[2], share, carried_flux_2[path]);
-            add(flux.of_light[3], share, carried_flux_3[path]);
+            add(flux.of_light[1], share, first_bounce_flux_1[path]);
+            add(flux.of_light[2], share, first_bounce_flux_2[path]);
+            add(flux.of_light[3], share, first_bounce_flux_3[path]);
         } else if (vertex.entry != NO_ENTRY) {
             vec3 gloss = vec3(0.0);
             for (uint beam = vertex.entry * part.beam_count; beam < (vertex.entry + 1u) * part.beam_count; ++beam) {

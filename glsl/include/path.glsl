@@ -48,8 +48,8 @@ bool reflect_path(Vertex vertex, vec3 u, float roulette_threshold, inout vec3 th
     // Where the shading normal leans away from the geometric one, part of its hemisphere lies inside the surface.
     throughput *= dot(vertex.geometric, next.incident) > 0.0 ? next.weight : vec3(0.0);
     // The path goes on with a probability that falls with its throughput; dividing by it keeps the estimate right.
-    float carried = max(throughput.x, max(throughput.y, throughput.z));
-    float survival = min(1.0, carried / roulette_threshold);
+    float peak = max(throughput.x, max(throughput.y, throughput.z));
+    float survival = min(1.0, peak / roulette_threshold);
     throughput /= max(survival, 1e-30);
     return u.z < survival;
 }

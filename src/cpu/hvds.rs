@@ -52,12 +52,12 @@ pub fn cluster_flux(
 /// points, and at other vertices. `factors` of the light at each path's entry point, and what the path carries on from there.
 pub fn cluster_layer(
     factors: &[f32],
-    carried: &[Vec3],
+    first_bounce: &[Vec3],
     runs: &[ContributionRange],
     contributions: &[Contribution],
 ) -> Vec<[DVec3; 2]> {
     let direct = |path: usize| DVec3::splat(f64::from(factors[path]));
-    let behind = |path: usize| carried[path].as_dvec3();
+    let behind = |path: usize| first_bounce[path].as_dvec3();
     runs.iter().map(|run| sums(run, contributions, [&direct, &behind])).collect()
 }
 

@@ -27,7 +27,7 @@ struct Rows {
     /// Its beams at entry points that may be glossy, if any may.
     beams: Option<Buffer>,
     /// What paths carry on of it from their entry points, if any surface may be glossy.
-    carried: Option<Buffer>,
+    first_bounce: Option<Buffer>,
     /// What slots send of it, if any surface may be glossy.
     slots: Option<Buffer>,
     /// What samples of glossy pixels see of it on glossy surfaces, if any may be glossy.
@@ -38,7 +38,7 @@ struct Rows {
     has_factors: bool,
     /// `layer` is that of the light and the camera as they are.
     has_layer: bool,
-    /// `carried`, `clusters` and `slots` are those of the light and the materials as they are.
+    /// `first_bounce`, `clusters` and `slots` are those of the light and the materials as they are.
     has_clusters: bool,
     /// `hits` are those of the light, the camera and the materials as they are.
     has_hits: bool,
@@ -86,7 +86,7 @@ pub(super) struct NewLayers {
 }
 
 fn cluster_light(rows: &Rows) -> ClusterLight<'_> {
-    ClusterLight { factors: &rows.factors, carried: rows.carried.as_ref(), layer: &rows.clusters }
+    ClusterLight { factors: &rows.factors, first_bounce: rows.first_bounce.as_ref(), layer: &rows.clusters }
 }
 
 /// A light as the passes of gloss take it; none if nothing may be glossy.
@@ -94,7 +94,7 @@ fn gloss_light<'a>(light: OneLight<'_>, rows: &'a Rows) -> Option<GlossLight<'a>
     Some(GlossLight {
         samples: light.samples,
         beams: rows.beams.as_ref()?,
-        carried: rows.carried.as_ref()?,
+        first_bounce: rows.first_bounce.as_ref()?,
         slots: rows.slots.as_ref()?,
         hits: rows.hits.as_ref()?,
     })
@@ -143,7 +143,7 @@ impl Lights {
             shadow_groups: Antialias::groups(&self.context)?,
             clusters: Pyramid::layer(&self.context, self.cluster_count)?,
             beams: None,
-            carried: self.gloss.map(|_| row("carried flux", 3 * self.factor_count)).transpose()?,
+            first_bounce: self.gloss.map(|_| row("first bounce flux", 3 * self.factor_count)).transpose()?,
             slots: self.gloss.map(|gloss| row("light slots", 3 * gloss.slot_count)).transpose()?,
             hits: self.gloss.map(|gloss| row("light hits", 3 * gloss.sample_count)).transpose()?,
             highlights: self.gloss.map(|gloss| row("light highlights", gloss.sample_count)).transpose()?,

@@ -75,7 +75,7 @@ impl Renderer {
         let layers_due = self.lights.without_clusters().len() as u64;
         let layer = (size_of::<ClusterLayer>() as u64) * u64::from(self.pyramid.base_count());
         let contributions = self.path_scan.contributions.bytes();
-        let carried = if self.gloss.is_some() { 4 + 12 } else { 4 };
+        let first_bounce = if self.gloss.is_some() { 4 + 12 } else { 4 };
         let [steps, once] = self.path_scan.step_bytes();
         let [pixel_colours, edge_colours] =
             [&self.pixel_colours.of_pixels, &self.pixel_colours.of_edges].map(Buffer::bytes);
@@ -92,7 +92,7 @@ impl Renderer {
                 FormFactors::STEM => due_factors * 20 * paths,
                 // Steps are read twice, contributions written one vec3 at a time.
                 PathScan::STEM => 2 * steps + once + contributions,
-                Pyramid::LAYERS_STEM => contributions + layers_due * (carried * paths + layer),
+                Pyramid::LAYERS_STEM => contributions + layers_due * (first_bounce * paths + layer),
                 Pyramid::STEM => lights * layer + 3 * clusters,
                 ClusterViews::STEM => self.views.bytes(),
                 Gather::STEM => gathered * (self.gather.merged_rays.bytes() + records) / in_all + clusters,

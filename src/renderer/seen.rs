@@ -155,7 +155,7 @@ impl Renderer {
             }
         })?;
         self.buffers.refuse_truncated_loops("form factors", 0)?;
-        let mut carried = Vec::new();
+        let mut reaching = Vec::new();
         for (light, factors) in lights {
             let factors: Vec<f32> = factors.read_range(0, reach.len())?;
             let brings = factors.iter().zip(self.form_factors.weights()).zip(reach);
@@ -166,10 +166,10 @@ impl Renderer {
             let (sum, squares) =
                 brings.fold((0.0, 0.0), |(sum, squares), flux| (sum + flux, squares + flux * flux));
             let flux = sum * luminance(self.scene.lights[light.index as usize].kind.emission());
-            carried.push((light.index as usize, flux, sum * sum / squares));
+            reaching.push((light.index as usize, flux, sum * sum / squares));
         }
-        let all: f64 = carried.iter().map(|(_, flux, _)| flux).sum();
-        let few = carried.into_iter().filter(|(_, flux, count)| *count < FEWEST && *flux > SLIGHT * all);
+        let all: f64 = reaching.iter().map(|(_, flux, _)| flux).sum();
+        let few = reaching.into_iter().filter(|(_, flux, count)| *count < FEWEST && *flux > SLIGHT * all);
         let warnings: Vec<String> =
             few.map(|(light, _, count)| quality_warnings::few_paths(&self.scene, light, count)).collect();
         self.scene.warnings.extend(warnings);

@@ -56,20 +56,26 @@ fn contributions(random: &mut Random, contribution_offsets: &[u32]) -> Vec<Contr
 /// What the hierarchy takes of a light, on the device.
 struct OneLight {
     factors: Buffer,
-    carried: Option<Buffer>,
+    first_bounce: Option<Buffer>,
     layer: Buffer,
 }
 
 impl OneLight {
     fn due(&self) -> ClusterLight<'_> {
-        ClusterLight { factors: &self.factors, carried: self.carried.as_ref(), layer: &self.layer }
+        ClusterLight { factors: &self.factors, first_bounce: self.first_bounce.as_ref(), layer: &self.layer }
     }
 }
 
-fn light(context: &Arc<Context>, factors: &[f32], carried: Option<&[Vec3]>, base_count: u32) -> OneLight {
+fn light(
+    context: &Arc<Context>,
+    factors: &[f32],
+    first_bounce: Option<&[Vec3]>,
+    base_count: u32,
+) -> OneLight {
     OneLight {
         factors: Buffer::from_slice(context, "factors", factors).unwrap(),
-        carried: carried.map(|carried| Buffer::from_slice(context, "carried", carried).unwrap()),
+        first_bounce: first_bounce
+            .map(|first_bounce| Buffer::from_slice(context, "first bounce", first_bounce).unwrap()),
         layer: Pyramid::layer(context, base_count).unwrap(),
     }
 }
@@ -94,11 +100,11 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
 
         // Behind the entry point paths may carry another light on.
         let factors: Vec<f32> = (0..PATHS).map(|_| 50.0 * random.unit()).collect();
-        let carried: Vec<Vec3> = factors.iter().map(|factor| factor * (1.0 + random.cube())).collect();
+        let first_bounce: Vec<Vec3> = factors.iter().map(|factor| factor * (1.0 + random.cube())).collect();
         let emission = 1.5 + random.cube();
         let pyramid = Pyramid::new(&context, &hvds, &contribution_offsets, min_area_m2, true).unwrap();
         let all = ClusterLists::all(&context, &hvds.levels).unwrap();
-        let light = light(&context, &factors, Some(&carried), base as u32);
+        let light = light(&context, &factors, Some(&first_bounce), base as u32);
         let contribution_buffer = SplitBuffer::cut(&context, "contributions", &contributions, 97).unwrap();
         context.take_redundant_barriers();
         context
@@ -112,7 +118,8 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
 
         let scale = min_area_m2 * emission;
         let path_flux: Vec<Vec3> = factors.iter().map(|factor| factor * scale).collect();
-        let reflected_flux: Vec<Vec3> = carried.iter().map(|carried| carried * scale).collect();
+        let reflected_flux: Vec<Vec3> =
+            first_bounce.iter().map(|first_bounce| first_bounce * scale).collect();
         let reference = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &contributions);
         let sources = cpu::hvds::indirect_sources(&hvds, &runs, MIN_VERTICES, [VERTICES_AROUND, MIN_SHARE]);
         assert_eq!(indirect_sources(&hvds, &runs, MIN_VERTICES), sources);
@@ -160,15 +167,16 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
         let mut behind = |row: &Vec<f32>| -> Vec<Vec3> {
             row.iter().map(|&f| if is_glossy { f * (1.0 + random.cube()) } else { Vec3::splat(f) }).collect()
         };
-        let carried: Vec<Vec<Vec3>> = rows.iter().map(&mut behind).collect();
+        let first_bounce: Vec<Vec<Vec3>> = rows.iter().map(&mut behind).collect();
         let emissions: Vec<Vec3> = rows.iter().map(|_| 1.5 + random.cube()).collect();
 
         let pyramid = Pyramid::new(&context, &hvds, &contribution_offsets, entry_area_m2, is_glossy).unwrap();
         let all = ClusterLists::all(&context, &hvds.levels).unwrap();
         assert_eq!(pyramid.base_count(), count);
         let lights = || -> Vec<OneLight> {
-            let rows = rows.iter().zip(&carried);
-            rows.map(|(row, carried)| light(&context, row, is_glossy.then_some(carried), count)).collect()
+            let rows = rows.iter().zip(&first_bounce);
+            rows.map(|(row, first_bounce)| light(&context, row, is_glossy.then_some(first_bounce), count))
+                .collect()
         };
         let (lights, alone) = (lights(), lights());
         let contribution_buffer =
@@ -188,8 +196,10 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
         if light_count > 0 {
             assert_eq!(context.take_redundant_barriers(), [""; 0]);
         }
-        for ((row, carried), (light, alone)) in rows.iter().zip(&carried).zip(lights.iter().zip(&alone)) {
-            let reference = cpu::hvds::cluster_layer(row, carried, &runs, &contributions);
+        for ((row, first_bounce), (light, alone)) in
+            rows.iter().zip(&first_bounce).zip(lights.iter().zip(&alone))
+        {
+            let reference = cpu::hvds::cluster_layer(row, first_bounce, &runs, &contributions);
             let device: Vec<ClusterLayer> = light.layer.read().unwrap();
             for (cluster, (device, reference)) in device.iter().zip(reference).enumerate() {
                 let name = format!("cluster {cluster} of {count}");
@@ -210,7 +220,7 @@ fn layers_of_lights_equal_the_reference_and_add_up() {
             (0..PATHS as usize).map(|path| entry_area_m2 * sum(path)).collect()
         };
         let path_flux = sum(&|light, path| Vec3::splat(rows[light][path]));
-        let reflected_flux = sum(&|light, path| carried[light][path]);
+        let reflected_flux = sum(&|light, path| first_bounce[light][path]);
         let reference = cpu::hvds::cluster_flux(&hvds, [&path_flux, &reflected_flux], &runs, &contributions);
         let sources = cpu::hvds::indirect_sources(&hvds, &runs, MIN_VERTICES, [VERTICES_AROUND, MIN_SHARE]);
         let resolved = cpu::hvds::irradiance(&hvds, &reference, &sources, entry_area_m2);

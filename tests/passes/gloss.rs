@@ -222,14 +222,14 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
     let rows = |name, values: u64| -> Vec<Buffer> {
         lights.iter().map(|_| Buffer::storage(&world.context, name, 12 * values).unwrap()).collect()
     };
-    let carried = rows("carried flux", path_count as u64);
+    let first_bounce = rows("first bounce flux", path_count as u64);
     let slots = rows("light slots", u64::from(gloss.leaf_count));
     let hits = rows("light hits", 1 << 16);
     let gloss_lights: Vec<_> = (0..lights.len())
         .map(|light| GlossLight {
             samples: lights[light].samples,
             beams: &beams[light],
-            carried: &carried[light],
+            first_bounce: &first_bounce[light],
             slots: &slots[light],
             hits: &hits[light],
         })
@@ -289,11 +289,11 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
 
     // From the paths themselves, not from the tables.
     let materials = world.reflectances();
-    let flux_of = |light: usize, carried: Vec3| area_m2 * lights[light].emission * carried;
-    let carried: Vec<Vec<Vec3>> = carried.iter().map(|row| row.read().unwrap()).collect();
+    let flux_of = |light: usize, first_bounce: Vec3| area_m2 * lights[light].emission * first_bounce;
+    let first_bounce: Vec<Vec<Vec3>> = first_bounce.iter().map(|row| row.read().unwrap()).collect();
     let all = 0..lights.len();
     let reflected: Vec<Vec3> = (0..path_count)
-        .map(|path| all.clone().map(|light| flux_of(light, carried[light][path])).sum())
+        .map(|path| all.clone().map(|light| flux_of(light, first_bounce[light][path])).sum())
         .collect();
     for (path, (device, entry)) in reflected.iter().zip(&glossy.entry_points).enumerate() {
         let material = glossy.material_of(entry.side);
@@ -404,7 +404,7 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
     let runs = contribution_ranges(&glossy.world.hvds, &glossy.paths.contribution_offsets);
     let first = Buffer::from_slice(context, "contribution runs", &runs).unwrap();
     let nothing = vec![Vec3::ZERO; glossy.entry_points.len()];
-    let dark_paths = Buffer::from_slice(context, "carried flux", &nothing).unwrap();
+    let dark_paths = Buffer::from_slice(context, "first bounce flux", &nothing).unwrap();
     // The same light: all of it comes from the first of its samples.
     let [one, many] = [1, 256].map(|samples| {
         let dark = GlossBeam { mirror: Vec3::X, factor: 0.0 };
@@ -416,7 +416,7 @@ fn a_light_of_many_samples_adds_up_over_dispatches() {
         let light = GlossLight {
             samples: samples as u32,
             beams: &beams,
-            carried: &dark_paths,
+            first_bounce: &dark_paths,
             slots: &slots,
             hits: &hits,
         };

@@ -31,7 +31,7 @@ fn irradiance_of_near_clusters_equals_the_reference() {
     let min_area_m2 = 1e-3;
     let factors = Buffer::from_slice(&world.context, "factors", &factors).unwrap();
     let layer = Pyramid::layer(&world.context, base as u32).unwrap();
-    let light = ClusterLight { factors: &factors, carried: None, layer: &layer };
+    let light = ClusterLight { factors: &factors, first_bounce: None, layer: &layer };
     let contributions = SplitBuffer::cut(&world.context, "contributions", &contributions, u32::MAX).unwrap();
     for count in [0, 1, 63, 64, 65, 997] {
         let record = |_| Record {

@@ -108,7 +108,7 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
         let lists = ClusterLists::new(&context, &hvds.levels, &reads.flux, &reads.irradiance).unwrap();
         let worked_out = |lists| {
             let layer = Pyramid::layer(&context, hvds.levels[0].len() as u32).unwrap();
-            let light = ClusterLight { factors: &factors, carried: None, layer: &layer };
+            let light = ClusterLight { factors: &factors, first_bounce: None, layer: &layer };
             context
                 .run(|rec| {
                     pyramid.record_layers(rec, &[light], &contributions, lists);

@@ -159,7 +159,7 @@ pub struct GlossLight<'a> {
     pub beams: &'a Buffer,
     /// What each path carries on from its entry point, per unit of the light's emission and of the area that an entry point stands
     /// for: three floats; if the entry point is not glossy, its form factor.
-    pub carried: &'a Buffer,
+    pub first_bounce: &'a Buffer,
     /// What each slot that is no sum sends of the light, per unit of its emission; three floats.
     pub slots: &'a Buffer,
     /// The same of what rays of glossy pixels meet, for each sample.
@@ -344,10 +344,10 @@ impl Gloss {
                     ("GlossSlots", &self.slots),
                     ("BaseRanges", &self.base_ranges),
                     ("GlossShifts", &self.shifts),
-                    ("CarriedFlux0", light(0).carried),
-                    ("CarriedFlux1", light(1).carried),
-                    ("CarriedFlux2", light(2).carried),
-                    ("CarriedFlux3", light(3).carried),
+                    ("FirstBounceFlux0", light(0).first_bounce),
+                    ("FirstBounceFlux1", light(1).first_bounce),
+                    ("FirstBounceFlux2", light(2).first_bounce),
+                    ("FirstBounceFlux3", light(3).first_bounce),
                     ("LightSlots0", light(0).slots),
                     ("LightSlots1", light(1).slots),
                     ("LightSlots2", light(2).slots),

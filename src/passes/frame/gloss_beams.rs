@@ -48,7 +48,7 @@ impl Gloss {
         factors: &Buffer,
         found: &GlossLight<'_>,
     ) {
-        self.copy.record(pass, &[(Vec3::ONE, factors)], self.path_count, 1.0, found.carried);
+        self.copy.record(pass, &[(Vec3::ONE, factors)], self.path_count, 1.0, found.first_bounce);
         pass.dispatch(
             &self.trace,
             [self.entry_count * light.samples, 1, 1],
@@ -76,7 +76,7 @@ impl Gloss {
                     ("Materials", materials),
                     ("GlossEntries", &self.entries),
                     ("GlossBeams", light.beams),
-                    ("CarriedFlux", light.carried),
+                    ("FirstBounceFlux", light.first_bounce),
                 ],
             );
         }

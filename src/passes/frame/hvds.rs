@@ -83,7 +83,7 @@ pub struct ClusterLight<'a> {
     /// Its form factors at entry points, 1/m² or as its kind has them.
     pub factors: &'a Buffer,
     /// What paths carry on from there, three floats; none if nothing may be glossy: then it is the factors.
-    pub carried: Option<&'a Buffer>,
+    pub first_bounce: Option<&'a Buffer>,
     /// `ClusterLayer` of each base cluster.
     pub layer: &'a Buffer,
 }
@@ -295,7 +295,7 @@ impl Pyramid {
         for (pipeline, lights) in groups.map(|lights| (four, lights)).chain(single) {
             let light = |place: usize| lights.get(place).unwrap_or(&lights[0]);
             // If nothing is glossy, no pass reads it.
-            let carried = |place: usize| light(place).carried.unwrap_or(light(place).factors);
+            let first_bounce = |place: usize| light(place).first_bounce.unwrap_or(light(place).factors);
             for (part, items) in contributions.spans(self.max_contributions) {
                 let push = HvdsLayerPush {
                     first_place: base.start,
@@ -316,10 +316,10 @@ impl Pyramid {
                         ("Factors1", light(1).factors),
                         ("Factors2", light(2).factors),
                         ("Factors3", light(3).factors),
-                        ("Carried0", carried(0)),
-                        ("Carried1", carried(1)),
-                        ("Carried2", carried(2)),
-                        ("Carried3", carried(3)),
+                        ("FirstBounce0", first_bounce(0)),
+                        ("FirstBounce1", first_bounce(1)),
+                        ("FirstBounce2", first_bounce(2)),
+                        ("FirstBounce3", first_bounce(3)),
                         ("ContributionRanges", &self.contribution_ranges),
                         ("Contributions", &part.buffer),
                         ("SummedClusters", &lists.summed),

@@ -22,7 +22,7 @@ layout(constant_id = 1) const uint AT_EDGES = 0;  // 1: only pixels that show an
 struct ComposePush {
     uint pixel_count;
     uint width;            // pixels
-    EdgeRoom room;
+    EdgeCapacity capacity;
     vec3 emission_scale;             // what all light is to be multiplied with
     float direct_share;    // 1, or 0 for a picture without direct light
     float indirect_share;  // the same for indirect light
@@ -95,8 +95,8 @@ void main() {
         return;
     }
     uint edge_count = edge_numbers[push.pixel_count];
-    uint count = samples_per_edge(edge_count, push.room);
+    uint count = samples_per_edge(edge_count, push.capacity);
     if (index >= edge_count || count == 0u) return;
     uint pixel = edge_pixels[index];
-    radiance[pixel] = push.emission_scale * mean_of_samples(index, count, slots_per_edge(edge_count, push.room), pixel);
+    radiance[pixel] = push.emission_scale * mean_of_samples(index, count, slots_per_edge(edge_count, push.capacity), pixel);
 }

@@ -14,7 +14,7 @@ layout(local_size_x = 64) in;
 
 struct EdgeSamplesPush {
     View view;
-    EdgeRoom room;
+    EdgeCapacity capacity;
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -37,7 +37,7 @@ layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
 void main() {
     View view = push.view;
     uint edge_count = edge_numbers[view.width * view.height];
-    uint count = samples_per_edge(edge_count, push.room);
+    uint count = samples_per_edge(edge_count, push.capacity);
     uint first = flat_invocation() * BATCH;
     if (flat_invocation() >= point_batches.length()) return;
     PointBatch batch = no_points();

@@ -14,7 +14,7 @@ layout(local_size_x = 64) in;
 
 struct EdgeColoursPush {
     View view;
-    EdgeRoom room;
+    EdgeCapacity capacity;
 };
 
 layout(binding = 0) uniform usamplerBuffer Triangles;
@@ -36,8 +36,8 @@ layout(scalar, push_constant) uniform Push { EdgeColoursPush push; };
 void main() {
     View view = push.view;
     uint edge_count = edge_numbers[view.width * view.height];
-    uint count = samples_per_edge(edge_count, push.room);
-    uint slots = slots_per_edge(edge_count, push.room);
+    uint count = samples_per_edge(edge_count, push.capacity);
+    uint slots = slots_per_edge(edge_count, push.capacity);
     uint index = flat_invocation();
     if (index >= edge_count * slots || count == 0u) return;
     uvec2 number = in_rows(index, slots);  // of the slot in its pixel, of the pixel

@@ -16,7 +16,7 @@ layout(local_size_x = 64) in;
 
 struct EdgeLightPush {
     View view;
-    EdgeRoom room;
+    EdgeCapacity capacity;
     uint light;
     uint first_sample;  // of the light, in this dispatch; later ones add to what the first wrote
     uint end_sample;
@@ -50,7 +50,7 @@ layout(scalar, push_constant) uniform Push { EdgeLightPush push; };
 void main() {
     View view = push.view;
     uint edge_count = edge_numbers[view.width * view.height];
-    uint count = samples_per_edge(edge_count, push.room);
+    uint count = samples_per_edge(edge_count, push.capacity);
     uint batch = batch_of(flat_workgroup());
     uint index = batch * BATCH + gl_LocalInvocationIndex;
     if (batch == NO_BATCH || index >= edge_count * count) return;

@@ -16,7 +16,7 @@ layout(constant_id = 1) const uint BATCH = 64;          // samples that share a 
 struct EdgeListPush {
     uint width;
     uint pixel_count;
-    EdgeRoom room;
+    EdgeCapacity capacity;
 };
 
 layout(scalar, binding = 0) readonly buffer EdgeMarks { uint edge_marks[]; };
@@ -26,7 +26,7 @@ layout(scalar, binding = 3) writeonly buffer EdgeGroups { uint edge_groups[]; };
 layout(scalar, push_constant) uniform Push { EdgeListPush push; };
 
 void put_groups(uint first, uint groups) {
-    for (uint axis = 0u; axis < 3u; ++axis) edge_groups[first + axis] = dealt(groups)[axis];
+    for (uint axis = 0u; axis < 3u; ++axis) edge_groups[first + axis] = swizzled(groups)[axis];
 }
 
 void main() {
@@ -43,11 +43,11 @@ void main() {
     if (place == 0u) {
         uint edge_count = edge_marks[64u * tiles_around(size)];
         edge_numbers[push.pixel_count] = edge_count;
-        uint samples = edge_count * samples_per_edge(edge_count, push.room);
+        uint samples = edge_count * samples_per_edge(edge_count, push.capacity);
         edge_groups[3] = edge_count;
         put_groups(4u, (samples + 63u) / 64u);
         put_groups(8u, (edge_count + 63u) / 64u);
-        uint points = push.pixel_count + edge_count * slots_per_edge(edge_count, push.room);
+        uint points = push.pixel_count + edge_count * slots_per_edge(edge_count, push.capacity);
         put_groups(12u, (points + GROUP_POINTS - 1u) / GROUP_POINTS);
         put_groups(16u, (samples + 64u * BATCH - 1u) / (64u * BATCH));
     }

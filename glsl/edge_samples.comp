@@ -20,7 +20,7 @@ layout(constant_id = 0) const uint OUTLINE_POINTS = 1;  // of a sample, where a 
 
 struct EdgeSamplesPush {
     View view;
-    EdgeRoom room;
+    EdgeCapacity capacity;
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -42,7 +42,7 @@ layout(scalar, push_constant) uniform Push { EdgeSamplesPush push; };
 void main() {
     View view = push.view;
     uint edge_count = edge_numbers[view.width * view.height];
-    uint count = samples_per_edge(edge_count, push.room);
+    uint count = samples_per_edge(edge_count, push.capacity);
     uint index = flat_invocation();
     if (index >= edge_count * count) return;
     uvec2 number = in_rows(index, count);  // of the sample in its pixel, of the pixel

@@ -14,7 +14,7 @@ layout(local_size_x = 64) in;
 struct EdgeListPush {
     uint width;
     uint pixel_count;
-    EdgeRoom room;
+    EdgeCapacity capacity;
 };
 
 layout(binding = 0) uniform usamplerBuffer Surfaces;
@@ -27,8 +27,8 @@ layout(scalar, push_constant) uniform Push { EdgeListPush push; };
 
 void main() {
     uint edge_count = edge_numbers[push.pixel_count];
-    uint count = samples_per_edge(edge_count, push.room);
-    uint room = slots_per_edge(edge_count, push.room);
+    uint count = samples_per_edge(edge_count, push.capacity);
+    uint room = slots_per_edge(edge_count, push.capacity);
     uint edge = flat_invocation();
     if (edge >= edge_count) return;
     EdgeSlot slots[MAX_SLOTS];

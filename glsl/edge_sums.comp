@@ -17,7 +17,7 @@ layout(constant_id = 2) const uint MAX_SAMPLE_FACTOR = 0;    // but so many at m
 struct EdgeListPush {
     uint width;
     uint pixel_count;
-    EdgeRoom room;
+    EdgeCapacity capacity;
 };
 
 layout(scalar, binding = 0) readonly buffer EdgeNumbers { uint edge_numbers[]; };
@@ -29,8 +29,8 @@ layout(scalar, push_constant) uniform Push { EdgeListPush push; };
 
 void main() {
     uint edge_count = edge_numbers[push.pixel_count];
-    uint count = samples_per_edge(edge_count, push.room);
-    uint room = slots_per_edge(edge_count, push.room);
+    uint count = samples_per_edge(edge_count, push.capacity);
+    uint room = slots_per_edge(edge_count, push.capacity);
     uint edge = flat_invocation();
     if (edge >= edge_count) return;
     vec4 sums = vec4(0.0);

@@ -33,6 +33,6 @@ void main() {
         uint part = index / push.rows_per_part;
         uint records = record_offsets[min(index + push.rows_per_part, push.record_count)] - place;
         uint groups = (records + RECORDS - 1u) / RECORDS;
-        for (uint axis = 0u; axis < 3u; ++axis) gather_groups[3u * part + axis] = dealt(groups)[axis];
+        for (uint axis = 0u; axis < 3u; ++axis) gather_groups[3u * part + axis] = swizzled(groups)[axis];
     }
 }

@@ -14,7 +14,7 @@ layout(local_size_x = 64) in;
 
 struct EdgeSamplesPush {
     View view;
-    EdgeRoom room;
+    EdgeCapacity capacity;
 };
 
 layout(binding = 0) uniform usamplerBuffer Nodes;
@@ -100,7 +100,7 @@ shared uint due_count;
 void main() {
     uint lane = gl_LocalInvocationIndex;
     uint own = flat_invocation();
-    bool is_due = own < min(shadow_groups[3], frusta_in(push.room));
+    bool is_due = own < min(shadow_groups[3], frusta_in(push.capacity));
     if (lane == 0u) due_count = 0u;
     barrier();
     if (is_due) {

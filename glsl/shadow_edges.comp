@@ -21,7 +21,7 @@ layout(local_size_x = 64) in;
 
 struct EdgeLightPush {
     View view;
-    EdgeRoom room;
+    EdgeCapacity capacity;
     uint light;
     uint first_sample;  // of the light, in this dispatch; later ones add to what the first wrote
     uint end_sample;
@@ -68,7 +68,7 @@ vec3 on_plane(View view, PixelSurface pixel, vec3 normal, vec2 point) {
 PixelSurface seen_in(uint place, View view, vec2 point) {
     uint first = place * SHAFT_WORDS;
     uint counts = 1u << 16;
-    bool has_roots = push.traces_all == 0u && place < frusta_in(push.room);
+    bool has_roots = push.traces_all == 0u && place < frusta_in(push.capacity);
     if (has_roots) counts = word_at(ShaftRoots, first);
     Ray ray = Ray(view.position, direction_through(view, point), 1e30);
     Shear shear = shear_along(without_zeros(ray.direction));
@@ -115,11 +115,11 @@ void main() {
     bool is_edge = edge != NO_EDGE;
     // Samples before the first one, all that count, and where an edge pixel keeps its light.
     uint before = 0u;
-    uint count = samples_per_edge(listed, push.room);
-    uint slots = slots_per_edge(edge_numbers[pixel_count], push.room);
+    uint count = samples_per_edge(listed, push.capacity);
+    uint slots = slots_per_edge(edge_numbers[pixel_count], push.capacity);
     uint first_slot = edge * slots;
     if (is_edge) {
-        before = samples_per_edge(edge_numbers[pixel_count], push.room);
+        before = samples_per_edge(edge_numbers[pixel_count], push.capacity);
         count = edge_needs[edge];
     }
     vec2 corner = vec2(in_rows(index, view.width));

@@ -72,8 +72,8 @@ void main() {
         // The first of a group counts it.
         if (place % 4u != 0u) continue;
         for (uint axis = 0u; axis < 3u; ++axis) {
-            atomicMax(shadow_groups[axis], dealt(place / 4u + 1u)[axis]);
-            if (place % 64u == 0u) atomicMax(shadow_groups[8u + axis], dealt(place / 64u + 1u)[axis]);
+            atomicMax(shadow_groups[axis], swizzled(place / 4u + 1u)[axis]);
+            if (place % 64u == 0u) atomicMax(shadow_groups[8u + axis], swizzled(place / 64u + 1u)[axis]);
         }
     }
 }

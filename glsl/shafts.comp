@@ -156,5 +156,5 @@ void main() {
     if (counts >> 16 == 0u) return;
     uint place = atomicAdd(shaft_list[3], 1u);
     shaft_list[4u + place] = index;
-    for (uint axis = 0u; axis < 3u; ++axis) atomicMax(shaft_list[axis], dealt(place + 1u)[axis]);
+    for (uint axis = 0u; axis < 3u; ++axis) atomicMax(shaft_list[axis], swizzled(place + 1u)[axis]);
 }

@@ -56,13 +56,13 @@ shared uint crowding;      // 1: some pixel has more than KEPT
 void list_uncovered(uint pixel) {
     uint place = atomicAdd(uncovered_pixels[3], 1u);
     uncovered_pixels[4u + place] = pixel;
-    for (uint axis = 0u; axis < 3u; ++axis) atomicMax(uncovered_pixels[axis], dealt(place + 1u)[axis]);
+    for (uint axis = 0u; axis < 3u; ++axis) atomicMax(uncovered_pixels[axis], swizzled(place + 1u)[axis]);
 }
 
 void list_crowded(uint tile) {
     uint place = atomicAdd(crowded_tiles[3], 1u);
     crowded_tiles[4u + place] = tile;
-    for (uint axis = 0u; axis < 3u; ++axis) atomicMax(crowded_tiles[axis], dealt(place + 1u)[axis]);
+    for (uint axis = 0u; axis < 3u; ++axis) atomicMax(crowded_tiles[axis], swizzled(place + 1u)[axis]);
 }
 
 // First of the sorted pairs whose tile is not below `tile`.

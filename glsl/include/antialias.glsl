@@ -17,7 +17,7 @@ struct EdgeSlot {
 };
 
 // How much room there is.
-struct EdgeRoom {
+struct EdgeCapacity {
     uint max_samples;  // of a pixel
     uint samples;       // in all
     uint slots;         // in all
@@ -26,15 +26,15 @@ struct EdgeRoom {
 const uint MAX_SLOTS = 4u;  // of a pixel
 
 // Pixels whose frusta have room where the shafts of 64 samples each had theirs.
-uint frusta_in(EdgeRoom room) { return (room.samples + 63u) / 64u; }
+uint frusta_in(EdgeCapacity capacity) { return (capacity.samples + 63u) / 64u; }
 
 // Slots of each edge pixel.
-uint slots_per_edge(uint edge_count, EdgeRoom room) { return min(MAX_SLOTS, room.slots / max(edge_count, 1u)); }
+uint slots_per_edge(uint edge_count, EdgeCapacity capacity) { return min(MAX_SLOTS, capacity.slots / max(edge_count, 1u)); }
 
 // Samples of each edge pixel: as many as there is room for, if that is enough to be better than the centre alone: MIN_SAMPLES in
 // src/passes/frame/antialias.rs. One slot would take all for one surface.
-uint samples_per_edge(uint edge_count, EdgeRoom room) {
-    uint count = min(room.max_samples, room.samples / max(edge_count, 1u));
+uint samples_per_edge(uint edge_count, EdgeCapacity capacity) {
+    uint count = min(capacity.max_samples, capacity.samples / max(edge_count, 1u));
     return count < 4u || slots_per_edge(edge_count, room) < 2u ? 0u : count;
 }
 

@@ -1,4 +1,4 @@
-// Position in a one-dimensional dispatch. The host deals its workgroups as suits the device (src/gpu/tuning.rs); the last ones may have nothing
+// Position in a one-dimensional dispatch. The host swizzles its workgroups as suits the device (src/gpu/tuning.rs); the last ones may have nothing
 // to do: compare with a count from the push block. A shader of one-dimensional work asks here and never reads gl_GlobalInvocationID.
 
 // Strips of workgroups along x go to the layers along z in turn, and then to the next row.

@@ -1,9 +1,9 @@
-// How kernels count the workgroups of dispatches to come, so that flat_workgroup() is right in these: as Tuning::dealt in src/gpu/tuning.rs.
+// How kernels count the workgroups of dispatches to come, so that flat_workgroup() is right in these: as Tuning::swizzled in src/gpu/tuning.rs.
 layout(constant_id = 11) const uint STRIP = 1u;
 layout(constant_id = 12) const uint LAYERS = 1u;
 
 // Workgroups along each axis.
-uvec3 dealt(uint groups) {
+uvec3 swizzled(uint groups) {
     uint of_layer = (groups + LAYERS - 1u) / LAYERS;
     return uvec3(min(of_layer, STRIP), (of_layer + STRIP - 1u) / STRIP, LAYERS);
 }

@@ -130,7 +130,7 @@ impl Program {
         let local = self.module.local_size;
         let mut groups: [u32; 3] = std::array::from_fn(|axis| threads[axis].div_ceil(local[axis]));
         if self.module.has_workgroup_count && threads[1..] == [1, 1] && local[1..] == [1, 1] {
-            groups = context.tuning().dealt(groups[0]);
+            groups = context.tuning().swizzled(groups[0]);
         }
         let most = context.limits().workgroup_count;
         let fits = groups.iter().zip(&most).all(|(groups, most)| groups <= most);

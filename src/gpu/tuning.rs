@@ -9,7 +9,7 @@ use super::spirv::LOCAL_SIZE;
 /// Values for a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tuning {
-    /// Workgroups that lie side by side and are taken one after another, at most; see [`Tuning::dealt`].
+    /// Workgroups that lie side by side and are taken one after another, at most; see [`Tuning::swizzled`].
     pub strip: u32,
     /// Runs of workgroups that the device gives to a thread each.
     pub layers: u32,
@@ -91,7 +91,7 @@ impl Tuning {
     /// Workgroups along each axis for one-dimensional work of `groups` of them: strips along x, which go to the layers along z in turn. A
     /// device that takes workgroups by x, then y, then z, goes through a layer before the next. `flat_workgroup` in
     /// `glsl/include/dispatch.glsl` counts them so; kernels that count workgroups for others deal likewise.
-    pub fn dealt(&self, groups: u32) -> [u32; 3] {
+    pub fn swizzled(&self, groups: u32) -> [u32; 3] {
         let of_layer = groups.div_ceil(self.layers);
         [of_layer.min(self.strip), of_layer.div_ceil(self.strip), self.layers]
     }
@@ -138,10 +138,10 @@ mod tests {
         for (kind, most) in [(CPU, 6_000_000), ("discrete GPU", 4_000_000_000_u32)] {
             let tuning = Tuning::of(kind, &limits(), 6);
             for groups in [0, 1, 2, 95, 96, 97, 5000, most] {
-                let [x, y, z] = tuning.dealt(groups);
-                let dealt = u64::from(x) * u64::from(y) * u64::from(z);
-                assert!(dealt >= u64::from(groups), "{groups}: {x} {y} {z}");
-                assert!(dealt < u64::from(groups) + u64::from(x * z).max(1), "{groups}: {x} {y} {z}");
+                let [x, y, z] = tuning.swizzled(groups);
+                let swizzled = u64::from(x) * u64::from(y) * u64::from(z);
+                assert!(swizzled >= u64::from(groups), "{groups}: {x} {y} {z}");
+                assert!(swizzled < u64::from(groups) + u64::from(x * z).max(1), "{groups}: {x} {y} {z}");
                 assert!(y <= 65535, "{groups}: {x} {y} {z}");
             }
         }

@@ -101,11 +101,11 @@ impl Renderer {
         self.scene.quality.edge_samples = samples;
         self.antialias = Antialias::new(&self.context, self.size(), samples)?;
         let [width, height] = self.size();
-        let slots = self.antialias.room.slots;
+        let slots = self.antialias.capacity.slots;
         self.pixel_colours = PixelColours::new(&self.context, &self.buffers, width * height, slots)?;
         self.direct = Direct::new(&self.context, self.size(), slots)?;
         self.lights.take_layers(self.lights.new_layers(self.direct.point_count(), None)?);
-        self.changes.room = true;
+        self.changes.size = true;
         self.view_changed();
         Ok(())
     }

@@ -39,7 +39,7 @@ pub(super) struct Changes {
     /// The camera.
     pub(super) view: bool,
     /// The room for the picture: it holds nothing yet, not even where no light is active.
-    pub(super) room: bool,
+    pub(super) size: bool,
     /// What lights emit: their colours, or which of them there are.
     pub(super) emission: bool,
     /// What the only light emits.
@@ -57,7 +57,7 @@ pub(super) struct Changes {
 impl Changes {
     pub(super) const ALL: Self = Self {
         view: true,
-        room: true,
+        size: true,
         emission: true,
         emission_scale: true,
         materials: true,
@@ -92,7 +92,7 @@ pub(super) struct Stages {
 
 impl Stages {
     pub(super) fn new(changes: Changes, lights: &Lights) -> Self {
-        let direct = changes.emission || changes.room || !lights.without_layer().is_empty();
+        let direct = changes.emission || changes.size || !lights.without_layer().is_empty();
         let energy = changes.emission || !lights.without_factors().is_empty() || changes.materials;
         let splat = energy || changes.view;
         let lobes = changes.view || changes.lobes;

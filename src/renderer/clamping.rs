@@ -60,7 +60,7 @@ impl Renderer {
         let [runs, weights] = self.splat.lists();
         let runs: Vec<WeightRun> = runs.read()?;
         let (_, asked) = self.splat.list_lengths()?;
-        let [_, room] = self.splat.room();
+        let [_, room] = self.splat.capacity();
         let end = asked.min(room) as usize;
         let weights: Vec<SplatWeight> = weights.read_range(0, end)?;
         let mut is_seen = vec![false; records.len()];

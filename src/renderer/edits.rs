@@ -182,7 +182,7 @@ impl Renderer {
     pub fn force(&mut self, work: Work) {
         match work {
             Work::Everything => {
-                self.changes = Changes { room: self.changes.room, ..Changes::ALL };
+                self.changes = Changes { size: self.changes.size, ..Changes::ALL };
                 (0..self.scene.lights.len()).for_each(|light| self.lights.moved(light));
                 self.lights.view_changed();
             }

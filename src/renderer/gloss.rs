@@ -1,7 +1,7 @@
 //! What a frame does where surfaces may be glossy. Scenes in which none may have none of this.
 
 use super::Stages;
-use super::lights::{GlossRoom, Lights};
+use super::lights::{GlossCapacity, Lights};
 use super::quality_warnings::outgoing_directions;
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -64,8 +64,8 @@ impl GlossPasses {
     }
 
     /// What lights need for it.
-    pub(super) fn room(&self) -> GlossRoom {
-        GlossRoom {
+    pub(super) fn capacity(&self) -> GlossCapacity {
+        GlossCapacity {
             beam_bytes: self.clusters.beam_bytes(1),
             slot_count: self.clusters.leaf_count,
             sample_count: self.pixels.capacity,

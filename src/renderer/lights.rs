@@ -59,7 +59,7 @@ pub(super) struct Lights {
     factor_count: u32,
     point_count: u32,
     cluster_count: u32,
-    gloss: Option<GlossRoom>,
+    gloss: Option<GlossCapacity>,
     /// Tiles of the pixels are those of the camera as it is.
     pub(super) has_batches: bool,
     /// Lights that are off and points that face away are traced, too, to no effect.
@@ -68,7 +68,7 @@ pub(super) struct Lights {
 
 /// What a light needs where surfaces may be glossy.
 #[derive(Clone, Copy)]
-pub(super) struct GlossRoom {
+pub(super) struct GlossCapacity {
     /// Bytes of its beams for each of its point samples.
     pub(super) beam_bytes: u64,
     /// Slots that are no sums.
@@ -111,7 +111,7 @@ impl Lights {
         context: &Arc<Context>,
         lights: &[Light],
         [factor_count, point_count, cluster_count]: [u32; 3],
-        gloss: Option<GlossRoom>,
+        gloss: Option<GlossCapacity>,
     ) -> Result<Self> {
         let mut made = Self {
             context: context.clone(),

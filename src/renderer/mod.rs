@@ -130,7 +130,7 @@ impl Renderer {
         let size = scene.cameras[0].size;
         let pixels = size[0] * size[1];
         let antialias = Antialias::new(context, size, scene.quality.edge_samples)?;
-        let direct = Direct::new(context, size, antialias.room.slots)?;
+        let direct = Direct::new(context, size, antialias.capacity.slots)?;
         let form_factors = FormFactors::new(context, &made.buffers, &made.entry_points, made.area_m2)?;
         let factor_count = form_factors.point_count();
         let is_glossy = made.gloss.is_some();
@@ -150,7 +150,7 @@ impl Renderer {
         ));
         let scopes = Scopes::new(context, &mut made, &reads)?;
         let counts = [factor_count, direct.point_count(), pyramid.base_count()];
-        let gloss_room = gloss.as_ref().map(GlossPasses::room);
+        let gloss_capacity = gloss.as_ref().map(GlossPasses::capacity);
         let (points, hemisphere) = (made.point_count, made.hemisphere);
         let gather = Gather::of_merged_rays(
             context,
@@ -164,10 +164,10 @@ impl Renderer {
         let mut renderer = Self {
             context: context.clone(),
             view: View::from(&scene.cameras[0]),
-            lights: Lights::new(context, &scene.lights, counts, gloss_room)?,
+            lights: Lights::new(context, &scene.lights, counts, gloss_capacity)?,
             primary: Primary::new(context, pixels)?,
             direct,
-            pixel_colours: PixelColours::new(context, &made.buffers, pixels, antialias.room.slots)?,
+            pixel_colours: PixelColours::new(context, &made.buffers, pixels, antialias.capacity.slots)?,
             antialias,
             edge_count: 0,
             form_factors,

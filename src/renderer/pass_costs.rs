@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, PassTiming};
 use crate::passes::OneLight;
 use crate::passes::frame::{
-    antialias::{Antialias, EdgeRoom, EdgeSample, EdgeSlot},
+    antialias::{Antialias, EdgeCapacity, EdgeSample, EdgeSlot},
     blend::Blend,
     cluster_views::ClusterViews,
     compose::Compose,
@@ -43,7 +43,7 @@ impl Renderer {
         };
         let (due_layers, layer_rays) = due(self.lights.without_layer());
         let (due_factors, factor_rays) = due(self.lights.without_factors());
-        let EdgeRoom { max_samples, samples, slots } = self.antialias.room;
+        let EdgeCapacity { max_samples, samples, slots } = self.antialias.capacity;
         let room = [samples, slots];
         let per_edge =
             [samples_per_edge(self.edge_count, max_samples, room), slots_per_edge(self.edge_count, slots)];

@@ -2,7 +2,9 @@
 
 use super::Statistics;
 use super::enclosures::{Enclosures, lost_lights};
-use super::quality_warnings::{blurred, outgoing_directions, room, uncovered, undersampled, wide_cells};
+use super::quality_warnings::{
+    blurred, outgoing_directions, typical_clearance, uncovered, undersampled, wide_cells,
+};
 use super::statistics::{self, Watch};
 use crate::cpu::math::clear_distance;
 use crate::error::{Error, Result};
@@ -67,7 +69,7 @@ pub(super) struct Precomputed {
     /// They cover the scene's curved surfaces.
     pub(super) is_covering: bool,
     /// What half of the surface has before it, metres.
-    pub(super) room: f64,
+    pub(super) clearance: f64,
     pub(super) neighbourhoods: Neighbourhoods,
     pub(super) merged_rays: MergedRays,
     /// None where nothing hides a part of a cluster that is read.
@@ -164,8 +166,8 @@ pub(super) fn precompute(
     let [resolved, parted] =
         narrow_cavities::resolved((high - low).length(), hvds.grid.cell_size() as f32, hemisphere);
     let told: Vec<String> = undersampled(scene, &gaps, resolved, strata.area_m2, cell_size).collect();
-    let room = room(&hvds.fragments, &clearances);
-    let told = told.into_iter().chain(wide_cells(room, &hvds.grid, quality.cells));
+    let clearance = typical_clearance(&hvds.fragments, &clearances);
+    let told = told.into_iter().chain(wide_cells(clearance, &hvds.grid, quality.cells));
     scene.warnings.extend(told.filter(|_| !is_direct));
     if quality.occlusion {
         let (rays, in_clusters) = ((&tracer, &buffers), &strata.in_clusters);
@@ -331,7 +333,7 @@ pub(super) fn precompute(
         point_count,
         cache_points,
         is_covering: placement.is_covering,
-        room,
+        clearance,
         neighbourhoods,
         merged_rays,
         views: views.filter(|views| !views.is_empty()),

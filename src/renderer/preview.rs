@@ -110,7 +110,7 @@ impl Image {
     fn new(context: &Arc<Context>, buffers: &SceneBuffers, size: [u32; 2]) -> Result<Self> {
         let pixels = size[0] * size[1];
         let antialias = Antialias::new(context, size, 0)?;
-        let slots = antialias.room.slots;
+        let slots = antialias.capacity.slots;
         Ok(Self {
             size,
             primary: Primary::new(context, pixels)?,

@@ -102,43 +102,44 @@ pub(super) fn few_paths(scene: &Scene, light: usize, count: f64) -> String {
 
 /// What half of the surface has before it at least, in cells of the finest level, where these are not too wide. Measured: a box of two metres, and
 /// a speck further and further away (`docs/decisions.md`).
-const ROOM: f64 = 0.75;
+const CLEARANCE: f64 = 0.75;
 /// The same of what the camera sees, by few rays. The built-in scenes have 0.47 (atrium, `draft`) and more.
-const ROOM_IN_VIEW: f64 = 0.45;
+const CLEARANCE_IN_VIEW: f64 = 0.45;
 
 /// How far half of the surface has no other before it, metres; by what the fragments are from what they see.
-pub(super) fn room(fragments: &[Fragment], clearances: &[f32]) -> f64 {
+pub(super) fn typical_clearance(fragments: &[Fragment], clearances: &[f32]) -> f64 {
     let area = |fragment: &Fragment| fragment.open_area_m2();
-    let mut rooms: Vec<(f32, f64)> = clearances.iter().copied().zip(fragments.iter().map(area)).collect();
-    rooms.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let half = 0.5 * rooms.iter().map(|(_, area)| area).sum::<f64>();
+    let mut by_clearance: Vec<(f32, f64)> =
+        clearances.iter().copied().zip(fragments.iter().map(area)).collect();
+    by_clearance.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * by_clearance.iter().map(|(_, area)| area).sum::<f64>();
     let mut below = 0.0;
-    let middle = rooms.iter().find(|(_, area)| {
+    let middle = by_clearance.iter().find(|(_, area)| {
         below += area;
         below >= half
     });
-    middle.map_or(f64::INFINITY, |(room, _)| f64::from(*room))
+    middle.map_or(f64::INFINITY, |(clearance, _)| f64::from(*clearance))
 }
 
 /// What to say of cells that are wide beside most of the surface, as in a scene that fills a small part of its box. `grid` of the finest level.
-pub(super) fn wide_cells(room: f64, grid: &Grid, cells: u32) -> Option<String> {
-    wide_cells_beside("half of the surface", (room, ROOM), grid, cells)
+pub(super) fn wide_cells(clearance: f64, grid: &Grid, cells: u32) -> Option<String> {
+    wide_cells_beside("half of the surface", (clearance, CLEARANCE), grid, cells)
 }
 
-/// The same of what the camera sees, as of a small building on a large ground. `room` is what half of that has before it.
-pub(super) fn wide_cells_in_view(room: f64, grid: &Grid, cells: u32) -> Option<String> {
-    wide_cells_beside("half of what the camera sees", (room, ROOM_IN_VIEW), grid, cells)
+/// The same of what the camera sees, as of a small building on a large ground. `clearance` is what half of that has before it.
+pub(super) fn wide_cells_in_view(clearance: f64, grid: &Grid, cells: u32) -> Option<String> {
+    wide_cells_beside("half of what the camera sees", (clearance, CLEARANCE_IN_VIEW), grid, cells)
 }
 
-fn wide_cells_beside(what: &str, (room, least): (f64, f64), grid: &Grid, cells: u32) -> Option<String> {
+fn wide_cells_beside(what: &str, (clearance, least): (f64, f64), grid: &Grid, cells: u32) -> Option<String> {
     let size = grid.cell_size();
     let hint = match finest_cells(cells) < FINEST {
         true => "raise quality.cells",
         false => "leave out what is far from the rest, more cells are no finer",
     };
-    (room < least * size).then(|| {
+    (clearance < least * size).then(|| {
         format!(
-            "{what} has other surface within {room:.3} m, and cells are {size:.3} m wide: indirect light is blurred there; {hint}"
+            "{what} has other surface within {clearance:.3} m, and cells are {size:.3} m wide: indirect light is blurred there; {hint}"
         )
     })
 }

@@ -29,7 +29,7 @@ impl Renderer {
         }
         let (context, buffers, pixel_count) = (&self.context, &self.buffers, width * height);
         let antialias = Antialias::new(context, size, self.scene.quality.edge_samples)?;
-        let slots = antialias.room.slots;
+        let slots = antialias.capacity.slots;
         let direct = Direct::new(context, size, slots)?;
         let primary = Primary::new(context, pixel_count)?;
         let pixel_colours = PixelColours::new(context, buffers, pixel_count, slots)?;
@@ -54,7 +54,7 @@ impl Renderer {
         self.edge_count = 0;
         self.scene.cameras[0].size = size;
         self.view = View::from(&self.scene.cameras[0]);
-        self.changes.room = true;
+        self.changes.size = true;
         self.view_changed();
         Ok(())
     }

@@ -69,7 +69,7 @@ impl Seen {
     }
 
     /// How far half of what is seen has no other surface before it, metres.
-    pub(super) fn room(&self) -> f64 {
+    pub(super) fn clearance(&self) -> f64 {
         self.clearances.get(self.clearances.len() / 2).map_or(f64::INFINITY, |&room| f64::from(room))
     }
 
@@ -94,9 +94,9 @@ pub(super) fn paths_to_view(scene: &mut Scene, made: &Precomputed) -> Result<Vec
     }
     let seen = Seen::new(scene, made)?;
     // One warning will do.
-    if quality_warnings::wide_cells(made.room, &made.hvds.grid, scene.quality.cells).is_none() {
+    if quality_warnings::wide_cells(made.clearance, &made.hvds.grid, scene.quality.cells).is_none() {
         scene.warnings.extend(quality_warnings::wide_cells_in_view(
-            seen.room(),
+            seen.clearance(),
             &made.hvds.grid,
             scene.quality.cells,
         ));

@@ -10,7 +10,7 @@ use lightpaths::cpu::primary::seen_through;
 use lightpaths::gpu::Buffer;
 use lightpaths::gpu::barrier::COMPUTE_TO_COMPUTE;
 use lightpaths::passes::frame::antialias::{
-    Antialias, CONTRAST, CREASE, EdgeRoom, EdgeSample, EdgeSlot, NO_EDGE, OUTLINE_POINTS, STEP,
+    Antialias, CONTRAST, CREASE, EdgeCapacity, EdgeSample, EdgeSlot, NO_EDGE, OUTLINE_POINTS, STEP,
 };
 use lightpaths::passes::frame::direct::Direct;
 use lightpaths::passes::frame::pixel_colours::PixelColours;
@@ -51,11 +51,11 @@ impl Frame {
         let (view, size, context) = (View::from(camera), camera.size, &world.context);
         let primary = Primary::new(context, size[0] * size[1]).unwrap();
         let mut antialias = Antialias::new(context, size, max_samples).unwrap();
-        let room = antialias.room;
-        antialias.room =
-            EdgeRoom { samples: room.samples.min(samples), slots: room.slots.min(slots), ..room };
-        let direct = Direct::new(context, size, room.slots).unwrap();
-        let colours = PixelColours::new(context, &world.buffers, size[0] * size[1], room.slots).unwrap();
+        let capacity = antialias.capacity;
+        antialias.capacity =
+            EdgeCapacity { samples: capacity.samples.min(samples), slots: capacity.slots.min(slots), ..capacity };
+        let direct = Direct::new(context, size, capacity.slots).unwrap();
+        let colours = PixelColours::new(context, &world.buffers, size[0] * size[1], capacity.slots).unwrap();
         let table = Buffer::from_slice(context, "lights", lights).unwrap();
         let layer = || Buffer::storage(context, "layer", 4 * u64::from(direct.point_count())).unwrap();
         let buffers: Vec<Buffer> = lights.iter().map(|_| layer()).collect();
@@ -91,8 +91,9 @@ impl Frame {
             let count = Antialias::counted(&groups).unwrap();
             let words: Vec<u32> = groups.read().unwrap();
             for (first, pixels) in [(0, 4), (8, 64)] {
-                let dealt = if count == 0 { [0; 3] } else { context.tuning().dealt(count.div_ceil(pixels)) };
-                assert_eq!(words[first..first + 3], dealt, "{count} pixels, {pixels} a workgroup");
+                let swizzled =
+                    if count == 0 { [0; 3] } else { context.tuning().swizzled(count.div_ceil(pixels)) };
+                assert_eq!(words[first..first + 3], swizzled, "{count} pixels, {pixels} a workgroup");
             }
             shadow_counts.push(count);
             let edge_count = antialias.edge_count().unwrap();
@@ -124,7 +125,7 @@ impl Frame {
 
     /// Samples of each of so many edge pixels.
     pub(crate) fn samples_per_edge(&self, edge_count: u32) -> u32 {
-        let EdgeRoom { max_samples, samples, slots } = self.antialias.room;
+        let EdgeCapacity { max_samples, samples, slots } = self.antialias.capacity;
         cpu::antialias::samples_per_edge(edge_count, max_samples, [samples, slots])
     }
 
@@ -136,7 +137,7 @@ impl Frame {
 
     /// Slots of an edge pixel.
     pub(crate) fn slots_per_edge(&self) -> usize {
-        cpu::antialias::slots_per_edge(self.edge_count(), self.antialias.room.slots) as usize
+        cpu::antialias::slots_per_edge(self.edge_count(), self.antialias.capacity.slots) as usize
     }
 
     /// All slots, edge pixel by edge pixel.

@@ -99,7 +99,7 @@ fn kernels_of_frames_say_it_in(world: &mut World, is_truncated: bool) {
     assert_said(world, is_truncated, "edge_samples", |world, rec| {
         antialias.record(rec, &world.buffers, &view, &primary.pixels);
     });
-    let direct = Direct::new(&context, SIZE, antialias.room.slots).unwrap();
+    let direct = Direct::new(&context, SIZE, antialias.capacity.slots).unwrap();
     let sources = &lights()[..1];
     let table = Buffer::from_slice(&context, "lights", sources).unwrap();
     let light = OneLight::new(&table, 0, &sources[0]);

@@ -51,8 +51,8 @@ fn read(tuning: &Tuning, list: &RecordList, rows: u32) -> Vec<u32> {
     assert_eq!(groups.len() as u32, 3 * count.div_ceil(rows));
     for (part, groups) in (0..).zip(groups.chunks(3)) {
         let [first, end] = [part, part + 1].map(|part: u32| offsets[(part * rows).min(count) as usize]);
-        let dealt = tuning.dealt(tuning.record_groups(end - first));
-        assert!(groups == dealt, "{groups:?} for {}", end - first);
+        let swizzled = tuning.swizzled(tuning.record_groups(end - first));
+        assert!(groups == swizzled, "{groups:?} for {}", end - first);
     }
     for (record, run) in (0..).zip(offsets.windows(2)) {
         assert_eq!(run[1] - run[0], u32::from(records.binary_search(&record).is_ok()));

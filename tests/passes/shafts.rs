@@ -81,8 +81,8 @@ fn shafts_of(
     listed.sort_unstable();
     let deep = (0..batches.len() as u32).filter(|&batch| !roots_of(&words, batch as usize)[1].is_empty());
     assert!(listed.iter().copied().eq(deep), "batches with nodes are listed, each once");
-    let dealt = if list[3] == 0 { [0; 3] } else { world.context.tuning().dealt(list[3]) };
-    assert_eq!(list[..3], dealt, "{} batches", list[3]);
+    let swizzled = if list[3] == 0 { [0; 3] } else { world.context.tuning().swizzled(list[3]) };
+    assert_eq!(list[..3], swizzled, "{} batches", list[3]);
     words
 }
 

@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
 use crate::gpu::{Buffer, Context, PassScope, Pipeline, Recorder};
 pub use crate::passes::frame::edges::{
-    EdgeLightPush, EdgeListPush, EdgeMarkPush, EdgeRoom, EdgeSample, EdgeSamplesPush, EdgeSlot, LAYOUTS,
+    EdgeCapacity, EdgeLightPush, EdgeListPush, EdgeMarkPush, EdgeSample, EdgeSamplesPush, EdgeSlot, LAYOUTS,
 };
 use crate::passes::frame::{
     light_sum::GROUP_VALUES,
@@ -78,7 +78,7 @@ pub struct Antialias {
     shadow_pixels: Buffer,
     size: [u32; 2],
     /// What there is room for.
-    pub room: EdgeRoom,
+    pub capacity: EdgeCapacity,
     /// The number of each pixel among the edge pixels, or [`NO_EDGE`], and behind the last how many these are.
     pub numbers: Buffer,
     /// `EdgeSample`s, edge pixel by edge pixel.
@@ -99,7 +99,7 @@ impl Antialias {
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, size: [u32; 2], max_samples: u32) -> Result<Self> {
         let pixel_count = size[0] * size[1];
-        let room = Self::room(context, pixel_count, max_samples);
+        let capacity = Self::capacity(context, pixel_count, max_samples);
         let mut no_edges = vec![NO_EDGE; pixel_count as usize];
         no_edges.push(0);
         let creases = [("CREASE", CREASE.to_bits()), ("STEP", STEP.to_bits())];
@@ -115,7 +115,7 @@ impl Antialias {
             samples: Pipeline::new(context, Self::STEM, &[("OUTLINE_POINTS", OUTLINE_POINTS)])?,
             slots: Pipeline::new(context, "edge_slots", &[])?,
             batches: Pipeline::new(context, "edge_batches", &[])?,
-            shafts: Shafts::new(context, room.samples.div_ceil(BATCH))?,
+            shafts: Shafts::new(context, capacity.samples.div_ceil(BATCH))?,
             direct: ShaftKernel::new(context, "edge_direct")?,
             sums: Pipeline::new(context, "edge_sums", &more)?,
             frusta: Pipeline::new(context, "pixel_frusta", &[])?,
@@ -123,32 +123,32 @@ impl Antialias {
             prefix_sum: PrefixSum::new(context, places(size))?,
             edge_pixels: pixels("edge pixels")?,
             edge_groups: Self::groups(context)?,
-            edge_light: stored("edge light", room.samples, size_of::<f32>())?,
+            edge_light: stored("edge light", capacity.samples, size_of::<f32>())?,
             edge_needs: pixels("edge needs")?,
             shadow_pixels: stored("shadow pixels", places(size) + 1, size_of::<u32>())?,
             size,
-            room,
+            capacity,
             numbers: Buffer::from_slice(context, "edge numbers", &no_edges)?,
-            edge_samples: stored("edge samples", room.samples, size_of::<EdgeSample>())?,
-            edge_slots: stored("edge slots", room.slots, size_of::<EdgeSlot>())?,
+            edge_samples: stored("edge samples", capacity.samples, size_of::<EdgeSample>())?,
+            edge_slots: stored("edge slots", capacity.slots, size_of::<EdgeSlot>())?,
         })
     }
 
     /// Room for an image of so many pixels with so many samples at each edge: samples for a share of them, and as many slots as that
     /// many edge pixels will have.
-    fn room(context: &Context, pixel_count: u32, max_samples: u32) -> EdgeRoom {
+    fn capacity(context: &Context, pixel_count: u32, max_samples: u32) -> EdgeCapacity {
         let all = u64::from(pixel_count) * u64::from(max_samples);
         let wanted = all.div_ceil(SHARE).max(all.min(MIN_ROOM));
         let bindable = context.limits().storage_range_bytes / size_of::<EdgeSample>() as u64;
         let all_slots = u64::from(pixel_count) * u64::from(MAX_SLOTS);
         let slots = (u64::from(pixel_count) * 3 / 2).max(all_slots.min(MIN_ROOM));
         let slots = if max_samples == 0 { 0 } else { slots.min(bindable) };
-        EdgeRoom { max_samples, samples: wanted.min(bindable) as u32, slots: slots as u32 }
+        EdgeCapacity { max_samples, samples: wanted.min(bindable) as u32, slots: slots as u32 }
     }
 
     /// Finds the edges that a camera sees, and what samples of them see. Does nothing where antialiasing is off.
     pub fn record(&self, rec: &mut Recorder, scene: &SceneBuffers, view: &View, pixels: &Buffer) {
-        if self.room.max_samples == 0 {
+        if self.capacity.max_samples == 0 {
             return;
         }
         let [width, height] = self.size;
@@ -178,7 +178,7 @@ impl Antialias {
         pass.dispatch_indirect(
             &self.samples,
             (&self.edge_groups, SAMPLE_GROUPS),
-            &EdgeSamplesPush { view: *view, room: self.room },
+            &EdgeSamplesPush { view: *view, capacity: self.capacity },
             &[
                 ("Nodes", &scene.nodes),
                 ("Triangles", &scene.triangles),
@@ -194,7 +194,7 @@ impl Antialias {
         pass.dispatch_indirect(
             &self.batches,
             (&self.edge_groups, BATCH_GROUPS),
-            &EdgeSamplesPush { view: *view, room: self.room },
+            &EdgeSamplesPush { view: *view, capacity: self.capacity },
             &[
                 ("Nodes", &scene.nodes),
                 ("Triangles", &scene.triangles),
@@ -231,13 +231,13 @@ impl Antialias {
         pixels: &Buffer,
         (layer, groups): (&Buffer, &Buffer),
     ) {
-        if self.room.max_samples == 0 {
+        if self.capacity.max_samples == 0 {
             return;
         }
         let [width, height] = self.size;
         let push = |(first_sample, end_sample)| EdgeLightPush {
             view: *view,
-            room: self.room,
+            capacity: self.capacity,
             light: light.index,
             first_sample,
             end_sample,
@@ -308,7 +308,7 @@ impl Antialias {
         pass.dispatch_indirect(
             &self.frusta,
             (groups, PIXEL_GROUPS),
-            &EdgeSamplesPush { view: *view, room: self.room },
+            &EdgeSamplesPush { view: *view, capacity: self.capacity },
             &bindings,
         );
         pass.barrier(COMPUTE_TO_COMPUTE);
@@ -334,11 +334,15 @@ impl Antialias {
 
     /// Where workgroups are counted that sum light of pixels and of slots in use, [`GROUP_VALUES`] each; none where antialiasing is off.
     pub fn point_groups(&self) -> Option<(&Buffer, u64)> {
-        (self.room.max_samples > 0).then_some((&self.edge_groups, POINT_GROUPS))
+        (self.capacity.max_samples > 0).then_some((&self.edge_groups, POINT_GROUPS))
     }
 
     fn list_push(&self) -> EdgeListPush {
-        EdgeListPush { width: self.size[0], pixel_count: self.size[0] * self.size[1], room: self.room }
+        EdgeListPush {
+            width: self.size[0],
+            pixel_count: self.size[0] * self.size[1],
+            capacity: self.capacity,
+        }
     }
 
     /// Room for the number of edge pixels in a list, and of workgroups that take them.

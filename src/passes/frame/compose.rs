@@ -6,7 +6,7 @@ use crate::gpu::barrier::COMPUTE_TO_INDIRECT;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
-use crate::passes::frame::antialias::{Antialias, EdgeRoom};
+use crate::passes::frame::antialias::{Antialias, EdgeCapacity};
 use crate::passes::frame::pixel_colours::PixelColours;
 use glam::Vec3;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ gpu_struct! {
         /// Pixels.
         pub width: u32,
         /// For samples of edge pixels.
-        pub room: EdgeRoom,
+        pub capacity: EdgeCapacity,
         /// What all light is to be multiplied with.
         pub emission_scale: Vec3,
         /// 1, or 0 for a picture without direct light.
@@ -100,7 +100,7 @@ impl Compose {
         let push = ComposePush {
             pixel_count,
             width: self.size[0],
-            room: antialias.room,
+            capacity: antialias.capacity,
             emission_scale,
             direct_share,
             indirect_share,
@@ -122,7 +122,7 @@ impl Compose {
         ];
         let mut pass = rec.pass(Self::STEM);
         pass.dispatch(&self.centres, [pixel_count, 1, 1], &push, &bindings);
-        if antialias.room.max_samples > 0 {
+        if antialias.capacity.max_samples > 0 {
             pass.barrier(COMPUTE_TO_INDIRECT);
             pass.dispatch_indirect(&self.edges, antialias.pixel_groups(), &push, &bindings);
         }

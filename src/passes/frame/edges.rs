@@ -26,7 +26,7 @@ gpu_struct! {
 
 gpu_struct! {
     /// How much room there is.
-    pub struct EdgeRoom {
+    pub struct EdgeCapacity {
         /// Samples of a pixel at most; zero turns antialiasing off.
         pub max_samples: u32,
         /// Samples in all; with more edges than that, each gets fewer.
@@ -54,7 +54,7 @@ gpu_struct! {
         /// Pixels.
         pub pixel_count: u32,
         /// For samples.
-        pub room: EdgeRoom,
+        pub capacity: EdgeCapacity,
     }
 }
 
@@ -64,7 +64,7 @@ gpu_struct! {
         /// The camera.
         pub view: View,
         /// For samples.
-        pub room: EdgeRoom,
+        pub capacity: EdgeCapacity,
     }
 }
 
@@ -74,7 +74,7 @@ gpu_struct! {
         /// The camera.
         pub view: View,
         /// For samples.
-        pub room: EdgeRoom,
+        pub capacity: EdgeCapacity,
         /// Which light.
         pub light: u32,
         /// First point sample of the light.
@@ -90,7 +90,7 @@ gpu_struct! {
 pub const LAYOUTS: &[Layout] = &[
     EdgeSample::LAYOUT,
     EdgeSlot::LAYOUT,
-    EdgeRoom::LAYOUT,
+    EdgeCapacity::LAYOUT,
     EdgeMarkPush::LAYOUT,
     EdgeListPush::LAYOUT,
     EdgeSamplesPush::LAYOUT,

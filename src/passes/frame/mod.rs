@@ -24,6 +24,6 @@ pub mod primary;
 pub mod shafts;
 pub mod slot_reads;
 pub mod splat;
-mod splat_room;
+mod splat_capacity;
 pub mod tile_sort;
 pub mod tonemap;

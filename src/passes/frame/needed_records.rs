@@ -70,7 +70,7 @@ impl RecordList {
         let firsts = (0..record_count).step_by(rows_per_part.max(1) as usize);
         let tuning = context.tuning();
         let groups = firsts.flat_map(|first| {
-            tuning.dealt(tuning.record_groups(before(first + rows_per_part) - before(first)))
+            tuning.swizzled(tuning.record_groups(before(first + rows_per_part) - before(first)))
         });
         Ok(Self {
             offsets: Buffer::from_slice(context, "record offsets", &offsets)?,
@@ -152,7 +152,7 @@ impl NeededRecords {
         }
         pass.barrier(TRANSFER_TO_COMPUTE);
         if wanted.view_is_new {
-            let ([weight_runs, weights], [pixel_count, weight_capacity]) = (splat.lists(), splat.room());
+            let ([weight_runs, weights], [pixel_count, weight_capacity]) = (splat.lists(), splat.capacity());
             pass.dispatch(
                 &self.mark,
                 [pixel_count, 1, 1],

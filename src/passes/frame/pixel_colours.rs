@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use crate::passes::SceneBuffers;
-use crate::passes::frame::antialias::{Antialias, EdgeRoom};
+use crate::passes::frame::antialias::{Antialias, EdgeCapacity};
 use crate::scene::Material;
 use crate::types::{NO_SIDE, PixelSurface, Surface, View};
 use glam::Vec3;
@@ -26,7 +26,7 @@ gpu_struct! {
         /// The camera.
         pub view: View,
         /// For samples of edge pixels.
-        pub room: EdgeRoom,
+        pub capacity: EdgeCapacity,
     }
 }
 
@@ -96,12 +96,14 @@ impl PixelColours {
                 ("PixelColours", &self.of_pixels),
             ]),
         );
-        let Some(antialias) = antialias.filter(|antialias| antialias.room.max_samples > 0) else { return };
-        let room = antialias.room;
+        let Some(antialias) = antialias.filter(|antialias| antialias.capacity.max_samples > 0) else {
+            return;
+        };
+        let capacity = antialias.capacity;
         pass.dispatch(
             of_edges,
-            [room.slots, 1, 1],
-            &EdgeColoursPush { view: *view, room },
+            [capacity.slots, 1, 1],
+            &EdgeColoursPush { view: *view, capacity },
             &scene.textures.after([
                 ("Triangles", &scene.triangles),
                 ("Surfaces", &scene.surfaces),

@@ -160,8 +160,8 @@ pub fn deal(powers: &[f64], count: u32) -> Vec<u32> {
     let mut rays: Vec<u32> = shares.iter().map(|share| *share as u32).collect();
     let mut order: Vec<usize> = (0..powers.len()).filter(|&light| powers[light] > 0.0).collect();
     order.sort_by(|&a, &b| shares[b].fract().total_cmp(&shares[a].fract()));
-    let dealt: u32 = rays.iter().sum();
-    for &light in order.iter().take(count.saturating_sub(dealt) as usize) {
+    let swizzled: u32 = rays.iter().sum();
+    for &light in order.iter().take(count.saturating_sub(swizzled) as usize) {
         rays[light] += 1;
     }
     for light in order {

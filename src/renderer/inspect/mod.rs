@@ -111,7 +111,7 @@ impl Renderer {
 
     /// Whether a frame has been made in this size.
     fn has_picture(&self) -> bool {
-        !self.changes.room
+        !self.changes.size
     }
 
     /// The scene as the references take it.

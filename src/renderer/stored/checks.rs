@@ -89,7 +89,7 @@ fn paths(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let sides = 2 * scene.triangles.len();
     let base = hvds.levels[0].len();
     demand(contents.numbers.all_area_m2.is_finite() && contents.numbers.all_area_m2 >= 0.0, "area")?;
-    demand(contents.numbers.room > 0.0, "room before the surface")?;
+    demand(contents.numbers.clearance > 0.0, "clearance before the surface")?;
     demand(entry_points.len() == scene.quality.entry_points as usize, "number of entry points")?;
     for point in entry_points {
         let is_held = point.cluster == NO_CLUSTER || (point.cluster as usize) < base;

@@ -132,7 +132,7 @@ fn build(context: &Arc<Context>, scene: &mut Scene, checked: Checked, start: Ins
         point_count: contents.cache_points.len() as u32,
         cache_points,
         is_covering: numbers.is_covering != 0,
-        room: numbers.room,
+        clearance: numbers.clearance,
         neighbourhoods: contents.neighbourhoods,
         merged_rays,
         views: contents.views,
@@ -182,7 +182,7 @@ fn warn(
     let all_area_m2 = contents.numbers.all_area_m2;
     let told: Vec<String> = undersampled(scene, &gaps, resolved, all_area_m2, cell_size).collect();
     scene.warnings.extend(told);
-    scene.warnings.extend(wide_cells(contents.numbers.room, &contents.hvds.grid, quality.cells));
+    scene.warnings.extend(wide_cells(contents.numbers.clearance, &contents.hvds.grid, quality.cells));
     if contents.numbers.is_covering == 0 {
         scene.warnings.push(uncovered(quality.cache_points));
     }

@@ -27,7 +27,7 @@ pub(super) struct Numbers {
     pub(super) gloss_most_vertices: u32,
     pub(super) triangle_count: u32,
     /// What half of the surface has before it, metres.
-    pub(super) room: f64,
+    pub(super) clearance: f64,
 }
 
 /// Lists that the device holds, or that are stored otherwise than they are kept.
@@ -77,7 +77,7 @@ impl Tables {
                 gloss_leaf_count: gloss.map_or(0, |gloss| gloss.leaf_count),
                 gloss_most_vertices: gloss.map_or(0, |gloss| gloss.max_vertices),
                 triangle_count: made.surfaces.len() as u32,
-                room: made.room,
+                clearance: made.clearance,
             }],
         );
         writer.add("notes", &self.notes[..]);

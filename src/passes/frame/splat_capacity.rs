@@ -49,7 +49,7 @@ impl Splat {
     }
 
     /// Pixels, and weights that there is room for.
-    pub fn room(&self) -> [u32; 2] {
+    pub fn capacity(&self) -> [u32; 2] {
         [self.size[0] * self.size[1], self.weight_capacity]
     }
 

@@ -7,7 +7,7 @@ use crate::gpu::barrier::COMPUTE_TO_INDIRECT;
 use crate::gpu::{Buffer, Context, Recorder};
 use crate::passes::frame::blend::Blend;
 use crate::passes::frame::gather::Gather;
-use crate::passes::frame::needed_records::{NeededRecords, RecordList, Wanted};
+use crate::passes::frame::needed_records::{NeededRecords, RecordList, RecordRequest};
 use crate::passes::frame::splat::Splat;
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ pub(super) enum Gathering {
     /// What the last list holds: all that this view needs.
     Listed,
     /// What a new list will hold.
-    List(Wanted),
+    List(RecordRequest),
 }
 
 /// The lists, and what is known of them.
@@ -58,18 +58,20 @@ impl Needs {
 
     /// What a frame of those stages has to gather.
     pub(super) fn of(&self, stages: Stages, skips: bool) -> Gathering {
-        let wanted = Wanted {
+        let request = RecordRequest {
             view_is_new: stages.view || !self.knows_view,
             none_is_current: stages.energy,
             all: false,
         };
         match stages.energy {
             true if !skips => Gathering::All,
-            true if self.has_list && !wanted.view_is_new => Gathering::Listed,
-            true => Gathering::List(wanted),
+            true if self.has_list && !request.view_is_new => Gathering::Listed,
+            true => Gathering::List(request),
             false if !self.lags => Gathering::Nothing,
-            false if stages.view => Gathering::List(wanted),
-            false if stages.is_idle() => Gathering::List(Wanted { view_is_new: false, all: true, ..wanted }),
+            false if stages.view => Gathering::List(request),
+            false if stages.is_idle() => {
+                Gathering::List(RecordRequest { view_is_new: false, all: true, ..request })
+            }
             false => Gathering::Nothing,
         }
     }
@@ -87,10 +89,10 @@ impl Needs {
             Gathering::Nothing => None,
             Gathering::All => Some((&self.all, None)),
             Gathering::Listed => Some((&self.pass.list, Some(&self.pass.is_seen))),
-            Gathering::List(wanted) => {
-                self.pass.record(rec, wanted, splat, blend);
+            Gathering::List(request) => {
+                self.pass.record(rec, request, splat, blend);
                 rec.barrier(COMPUTE_TO_INDIRECT);
-                Some((&self.pass.list, (!wanted.all).then_some(&self.pass.is_seen)))
+                Some((&self.pass.list, (!request.all).then_some(&self.pass.is_seen)))
             }
         }
     }
@@ -103,12 +105,12 @@ impl Needs {
             Gathering::Nothing => return Ok(0),
             Gathering::All => (self.has_list, self.lags, self.gathered) = (false, false, self.record_count),
             Gathering::Listed => self.lags = true,
-            Gathering::List(wanted) => {
+            Gathering::List(request) => {
                 self.gathered = self.pass.listed()?;
-                self.marked_view = wanted.view_is_new;
-                self.knows_view |= wanted.view_is_new;
-                self.has_list = wanted.none_is_current;
-                self.lags = !wanted.all;
+                self.marked_view = request.view_is_new;
+                self.knows_view |= request.view_is_new;
+                self.has_list = request.none_is_current;
+                self.lags = !request.all;
             }
         }
         if self.gathered == self.record_count {

@@ -52,8 +52,11 @@ impl Frame {
         let primary = Primary::new(context, size[0] * size[1]).unwrap();
         let mut antialias = Antialias::new(context, size, max_samples).unwrap();
         let capacity = antialias.capacity;
-        antialias.capacity =
-            EdgeCapacity { samples: capacity.samples.min(samples), slots: capacity.slots.min(slots), ..capacity };
+        antialias.capacity = EdgeCapacity {
+            samples: capacity.samples.min(samples),
+            slots: capacity.slots.min(slots),
+            ..capacity
+        };
         let direct = Direct::new(context, size, capacity.slots).unwrap();
         let colours = PixelColours::new(context, &world.buffers, size[0] * size[1], capacity.slots).unwrap();
         let table = Buffer::from_slice(context, "lights", lights).unwrap();

@@ -6,7 +6,7 @@ use glam::Vec3;
 use lightpaths::cpu::needed_records::needed_records;
 use lightpaths::gpu::{Buffer, Tuning};
 use lightpaths::passes::frame::blend::Blend;
-use lightpaths::passes::frame::needed_records::{NeededRecords, RecordList, Wanted};
+use lightpaths::passes::frame::needed_records::{NeededRecords, RecordList, RecordRequest};
 use lightpaths::passes::frame::primary::Primary;
 use lightpaths::passes::frame::splat::{Splat, SplatWeight, WeightRun};
 use lightpaths::passes::precompute::neighbours::{Neighbour, Neighbourhoods};
@@ -99,14 +99,14 @@ fn needed_records_equal_the_reference() {
             if none_is_current {
                 is_current.fill(false);
             }
-            let wanted = Wanted { view_is_new: camera.is_some(), none_is_current, all };
-            let record = |rec: &mut _| pass.record(rec, wanted, &splat_pass, &blend);
+            let request = RecordRequest { view_is_new: camera.is_some(), none_is_current, all };
+            let record = |rec: &mut _| pass.record(rec, request, &splat_pass, &blend);
             world.context.run(record).unwrap();
             let expected = needed_records(if all { &everything } else { &seen }, &neighbours, &is_current);
             assert_eq!(
                 read(world.context.tuning(), &pass.list, rows),
                 expected,
-                "{count} records, {wanted:?}"
+                "{count} records, {request:?}"
             );
             assert_eq!(pass.listed().unwrap() as usize, expected.len());
             expected.iter().for_each(|&record| is_current[record as usize] = true);

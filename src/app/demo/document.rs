@@ -14,7 +14,7 @@ pub(super) struct Document {
     /// In the order in which they are listed.
     pub(super) lights: Vec<LightEntry>,
     /// As in the scene.
-    pub(super) materials: Vec<Finish>,
+    pub(super) materials: Vec<MaterialEdit>,
 }
 
 /// A light, and which one it is whatever becomes of its name and its place in the list.
@@ -26,7 +26,7 @@ pub(super) struct LightEntry {
 
 /// What of a material can be edited.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Finish {
+pub(super) struct MaterialEdit {
     pub(super) diffuse: Vec3,
     pub(super) specular: Vec3,
     pub(super) exponent: f32,
@@ -38,7 +38,7 @@ impl Document {
         let entry = |(id, light): (u64, &Light)| LightEntry { id, light: light.clone() };
         Self {
             lights: (0..).zip(&scene.lights).map(entry).collect(),
-            materials: scene.materials.iter().map(Finish::of).collect(),
+            materials: scene.materials.iter().map(MaterialEdit::from_material).collect(),
         }
     }
 
@@ -55,17 +55,17 @@ impl Document {
         self.lights.len() - 1
     }
 
-    /// The same with the finishes in a scene's materials.
-    pub(super) fn finish(&self, materials: &mut [Material]) {
-        for (material, finish) in materials.iter_mut().zip(&self.materials) {
-            let Finish { diffuse, specular, exponent } = *finish;
+    /// The same with the edits in a scene's materials.
+    pub(super) fn apply_materials(&self, materials: &mut [Material]) {
+        for (material, edit) in materials.iter_mut().zip(&self.materials) {
+            let MaterialEdit { diffuse, specular, exponent } = *edit;
             *material = Material { diffuse, specular, exponent, ..material.clone() };
         }
     }
 }
 
-impl Finish {
-    pub(super) fn of(material: &Material) -> Self {
+impl MaterialEdit {
+    pub(super) fn from_material(material: &Material) -> Self {
         let Material { diffuse, specular, exponent, .. } = *material;
         Self { diffuse, specular, exponent }
     }
@@ -178,8 +178,8 @@ mod tests {
     }
 
     fn document() -> Document {
-        let finish = Finish { diffuse: Vec3::splat(0.5), specular: Vec3::ZERO, exponent: 1.0 };
-        let mut document = Document { lights: Vec::new(), materials: vec![finish] };
+        let edit = MaterialEdit { diffuse: Vec3::splat(0.5), specular: Vec3::ZERO, exponent: 1.0 };
+        let mut document = Document { lights: Vec::new(), materials: vec![edit] };
         document.add(light("lamp"));
         document
     }

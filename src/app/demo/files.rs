@@ -49,7 +49,7 @@ fn write_scene(session: &Session, path: &Path) -> Result<String> {
     let output = OutputFile::check(path)?;
     let lights: Vec<Light> = session.document.lights.iter().map(|entry| entry.light.clone()).collect();
     let mut materials = session.scene.materials.clone();
-    session.document.finish(&mut materials);
+    session.document.apply_materials(&mut materials);
     let edited = Edited { camera: &session.camera, lights: &lights, materials: &materials };
     let text = session.text.as_ref().map_err(|why| Error::Usage(why.clone()))?;
     let text = text.with_edits(&edited, path)?;

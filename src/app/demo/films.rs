@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::document::{Document, Finish};
+use super::document::{Document, MaterialEdit};
 use super::session::Session;
 use crate::app::output::OutputFile;
 use crate::error::{Error, Result};
@@ -78,9 +78,9 @@ impl Player {
         for state in state.materials {
             let name = &self.materials[state.material];
             let named = session.scene.materials.iter().zip(&mut session.document.materials);
-            for (_, finish) in named.filter(|(material, _)| material.name == *name) {
+            for (_, edit) in named.filter(|(material, _)| material.name == *name) {
                 let (diffuse, specular, exponent) = (state.diffuse, state.specular, state.exponent);
-                *finish = Finish { diffuse, specular, exponent };
+                *edit = MaterialEdit { diffuse, specular, exponent };
             }
         }
         true
@@ -134,11 +134,11 @@ impl Recorder {
 
 fn snapshot(session: &Session) -> Snapshot {
     let materials = session.scene.materials.iter().zip(&session.document.materials);
-    let materials = materials.map(|(material, finish)| Reflectance {
+    let materials = materials.map(|(material, edit)| Reflectance {
         name: material.name.clone(),
-        diffuse: finish.diffuse,
-        specular: finish.specular,
-        exponent: finish.exponent,
+        diffuse: edit.diffuse,
+        specular: edit.specular,
+        exponent: edit.exponent,
     });
     Snapshot {
         camera: session.camera.clone(),

@@ -29,7 +29,7 @@ use crate::error::{Error, Result};
 use crate::scene::LoadOptions;
 use session::Source;
 use watch::Watch;
-use window::{App, Woken, keep_edits};
+use window::{App, WakeUp, keep_edits};
 
 /// Open the window: move lights, edit materials, walk, and see the light follow
 ///
@@ -59,7 +59,7 @@ impl Demo {
         let watch = Watch::new(&self.scene);
         let scene = self.scene_args.load(&self.scene)?;
         let events =
-            EventLoop::<Woken>::with_user_event().build().map_err(|error| no_display(&error.to_string()))?;
+            EventLoop::<WakeUp>::with_user_event().build().map_err(|error| no_display(&error.to_string()))?;
         // The window says how large pictures are.
         let options = LoadOptions { size: None, ..self.scene_args.options() };
         let source = Source { spec: self.scene.clone(), options, store };

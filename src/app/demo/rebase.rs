@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::document::{Document, Finish, LightEntry};
+use super::document::{Document, LightEntry, MaterialEdit};
 use crate::scene::{Camera, Scene};
 
 /// How lights, materials and places of one scene are found in another. Lights and materials are told apart by their names.
@@ -14,7 +14,7 @@ pub(super) struct Rebase {
     /// Material of the first scene for each of the second.
     materials: Vec<Option<usize>>,
     /// As the second scene has them.
-    finishes: Vec<Finish>,
+    edits: Vec<MaterialEdit>,
     /// From places in the first scene to the same in the second, which has another origin.
     shift: Vec3,
 }
@@ -31,12 +31,12 @@ impl Rebase {
             lights: (0..).zip(names).map(number).collect(),
             beyond: count,
             materials: same_names(&from, &to),
-            finishes: after.materials.iter().map(Finish::of).collect(),
+            edits: after.materials.iter().map(MaterialEdit::from_material).collect(),
             shift: (before.origin - after.origin).as_vec3(),
         }
     }
 
-    /// The document with the same lights, and the same finishes of those materials that the second scene has.
+    /// The document with the same lights, and the same edits of those materials that the second scene has.
     pub(super) fn document(&self, document: &Document) -> Document {
         let lights = document.lights.iter().map(|LightEntry { id, light }| {
             let mut light = light.clone();
@@ -45,9 +45,9 @@ impl Rebase {
             }
             LightEntry { id: self.light(*id), light }
         });
-        let finishes = self.materials.iter().zip(&self.finishes);
-        let finishes = finishes.map(|(from, finish)| from.map_or(*finish, |from| document.materials[from]));
-        Document { lights: lights.collect(), materials: finishes.collect() }
+        let edits = self.materials.iter().zip(&self.edits);
+        let edits = edits.map(|(from, edit)| from.map_or(*edit, |from| document.materials[from]));
+        Document { lights: lights.collect(), materials: edits.collect() }
     }
 
     /// The number of a light.

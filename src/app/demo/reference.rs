@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use super::session::{Session, Wanted};
+use super::session::{Session, ViewRequest};
 use super::stage::Wake;
 use crate::cpu::tonemap::dithered;
 use crate::error::{Error, Result};
@@ -15,7 +15,7 @@ use crate::passes::precompute::Silent;
 use crate::reference::{PathTracer, Progressive};
 use crate::scene::Scene;
 
-/// How often the thread asks whether it is still wanted when it has nothing to do.
+/// How often the thread asks whether it is still requested when it has nothing to do.
 const PATIENCE: Duration = Duration::from_millis(200);
 /// Samples after which it has refined enough.
 const MAX_SAMPLES: u32 = 4096;
@@ -28,7 +28,7 @@ pub(super) struct Reference {
     epoch: u64,
     shared: Arc<Shared>,
     /// What was ordered last.
-    wanted: Option<Wanted>,
+    requested: Option<ViewRequest>,
 }
 
 struct Shared {
@@ -71,25 +71,26 @@ impl Reference {
         };
         let worker = std::thread::Builder::new().name("Monte Carlo".into()).spawn(work);
         let worker = worker.map_err(|error| Error::Usage(format!("no thread for Monte Carlo: {error}")))?;
-        Ok(Self { worker: Some(worker), orders: Some(orders), shared, epoch: 0, wanted: None })
+        Ok(Self { worker: Some(worker), orders: Some(orders), shared, epoch: 0, requested: None })
     }
 
     /// Begins anew where what is shown has changed. True where it has.
     pub(super) fn follow(&mut self, session: &Session) -> bool {
-        let Some(wanted) = session.shown() else { return false };
-        let is_same = |known: &Wanted| known.document == wanted.document && known.camera == wanted.camera;
-        if self.wanted.as_ref().is_some_and(is_same) {
+        let Some(requested) = session.shown() else { return false };
+        let is_same =
+            |known: &ViewRequest| known.document == requested.document && known.camera == requested.camera;
+        if self.requested.as_ref().is_some_and(is_same) {
             return false;
         }
-        self.wanted = Some(wanted.clone());
+        self.requested = Some(requested.clone());
         self.epoch += 1;
         if let Ok(found) = &mut *self.shared.found.lock().expect("no holder panics") {
             *found = None;
         }
         let mut scene = session.scene.clone();
-        scene.cameras[0] = wanted.camera.clone();
-        scene.lights = wanted.document.lights.iter().map(|entry| entry.light.clone()).collect();
-        wanted.document.finish(&mut scene.materials);
+        scene.cameras[0] = requested.camera.clone();
+        scene.lights = requested.document.lights.iter().map(|entry| entry.light.clone()).collect();
+        requested.document.apply_materials(&mut scene.materials);
         for material in &mut scene.materials {
             material.conserve_energy();
             material.bound_albedo();

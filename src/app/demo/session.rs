@@ -35,7 +35,7 @@ pub(super) struct Cost {
 
 /// What a picture depends on.
 #[derive(Clone, PartialEq)]
-pub(super) struct Wanted {
+pub(super) struct ViewRequest {
     pub(super) document: Document,
     pub(super) camera: Camera,
     pub(super) exposure_stops: f32,
@@ -82,7 +82,7 @@ pub(super) struct Session {
     /// The last frame took an edit back.
     pub(super) has_gone_back: bool,
     stage: Stage,
-    shown: Option<Wanted>,
+    shown: Option<ViewRequest>,
 }
 
 impl Session {
@@ -164,29 +164,29 @@ impl Session {
                 Err(error) => return Err(error),
             }
         }
-        let wanted = self.wanted();
-        if self.shown.as_ref() == Some(&wanted) {
+        let requested = self.requested();
+        if self.shown.as_ref() == Some(&requested) {
             return Ok(false);
         }
-        match (self.frame(&wanted), self.shown.clone()) {
+        match (self.frame(&requested), self.shown.clone()) {
             (Err(error), Some(shown)) if error.is_out_of_memory() => {
                 self.go_back(shown);
                 self.alarm(format!("taken back: {error}"));
-                self.frame(&self.wanted())?;
+                self.frame(&self.requested())?;
             }
             (done, _) => done?,
         }
-        self.shown = Some(self.wanted());
+        self.shown = Some(self.requested());
         self.version += 1;
         Ok(true)
     }
 
-    /// Makes a picture of what is wanted.
-    fn frame(&mut self, wanted: &Wanted) -> Result<()> {
+    /// Makes a picture of what is requested.
+    fn frame(&mut self, requested: &ViewRequest) -> Result<()> {
         match &mut self.stage {
-            Stage::Preparing(preparing) => preparing.frame(wanted, &self.scene.materials),
+            Stage::Preparing(preparing) => preparing.frame(requested, &self.scene.materials),
             Stage::Ready(ready) => {
-                let (report, refused) = ready.frame(wanted, &mut self.document)?;
+                let (report, refused) = ready.frame(requested, &mut self.document)?;
                 self.said.extend(refused);
                 if self.costs.len() == FRAMES {
                     self.costs.pop_front();
@@ -204,8 +204,8 @@ impl Session {
         self.alarm = Some((line, Instant::now()));
     }
 
-    /// What is wanted does not fit the device: what was shown last did.
-    fn go_back(&mut self, shown: Wanted) {
+    /// What is requested does not fit the device: what was shown last did.
+    fn go_back(&mut self, shown: ViewRequest) {
         self.refuse_size(shown.camera.size);
         (self.document, self.camera) = (shown.document, shown.camera);
         self.history.refuse(&self.document);
@@ -221,14 +221,14 @@ impl Session {
     }
 
     /// Works ahead, when there is nothing else to do.
-    pub(super) fn rest(&mut self) -> Result<()> {
+    pub(super) fn run_idle_work(&mut self) -> Result<()> {
         match &mut self.stage {
-            Stage::Ready(ready) => ready.rest(),
+            Stage::Ready(ready) => ready.run_idle_work(),
             Stage::Preparing(_) => Ok(()),
         }
     }
 
-    /// Whether [`Self::rest`] has something to do.
+    /// Whether [`Self::run_idle_work`] has something to do.
     pub(super) fn is_behind(&self) -> bool {
         matches!(&self.stage, Stage::Ready(ready) if ready.is_behind())
     }
@@ -319,12 +319,12 @@ impl Session {
     }
 
     /// What the picture shows.
-    pub(super) fn shown(&self) -> Option<&Wanted> {
+    pub(super) fn shown(&self) -> Option<&ViewRequest> {
         self.shown.as_ref()
     }
 
-    fn wanted(&self) -> Wanted {
-        Wanted {
+    fn requested(&self) -> ViewRequest {
+        ViewRequest {
             document: self.document.clone(),
             camera: self.camera.clone(),
             exposure_stops: self.exposure_stops,

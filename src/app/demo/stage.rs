@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::document::{Document, Finish};
-use super::session::Wanted;
+use super::document::{Document, MaterialEdit};
+use super::session::ViewRequest;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::renderer::{FrameReport, Preview, Progress, Renderer, Store};
@@ -56,7 +56,7 @@ pub(super) struct Ready {
 struct Told {
     shared: Arc<Shared>,
     wake: Wake,
-    woken: Instant,
+    wake_up: Instant,
 }
 
 /// What a worker that is not needed any more ends with.
@@ -69,8 +69,8 @@ impl Told {
             std::panic::resume_unwind(Box::new(Cancelled));
         }
         change(&mut self.shared.progress.lock().expect("no holder panics"));
-        if self.woken.elapsed() > BREATH {
-            self.woken = Instant::now();
+        if self.wake_up.elapsed() > BREATH {
+            self.wake_up = Instant::now();
             (self.wake)();
         }
     }
@@ -104,7 +104,7 @@ impl Preparing {
             said: Mutex::default(),
             is_cancelled: AtomicBool::new(false),
         });
-        let mut told = Told { shared: shared.clone(), wake: wake.clone(), woken: Instant::now() };
+        let mut told = Told { shared: shared.clone(), wake: wake.clone(), wake_up: Instant::now() };
         let (context, scene) = (context.clone(), scene.clone());
         let work = move || {
             let shared = told.shared.clone();
@@ -144,15 +144,15 @@ impl Preparing {
     }
 
     /// A picture of direct light.
-    pub(super) fn frame(&mut self, wanted: &Wanted, materials: &[Material]) -> Result<()> {
-        let lights = wanted.document.lights.iter().map(|entry| entry.light.clone()).collect::<Vec<_>>();
+    pub(super) fn frame(&mut self, requested: &ViewRequest, materials: &[Material]) -> Result<()> {
+        let lights = requested.document.lights.iter().map(|entry| entry.light.clone()).collect::<Vec<_>>();
         let mut materials = materials.to_vec();
-        wanted.document.finish(&mut materials);
+        requested.document.apply_materials(&mut materials);
         // As the renderer that is to come will have them.
         for material in &mut materials {
             material.bound_albedo();
         }
-        self.preview.frame(&wanted.camera, &lights, &materials, wanted.exposure_stops)
+        self.preview.frame(&requested.camera, &lights, &materials, requested.exposure_stops)
     }
 }
 
@@ -168,34 +168,34 @@ impl Drop for Preparing {
 }
 
 impl Ready {
-    /// A picture of what is wanted. What cannot be had is taken out of `document`, and said.
+    /// A picture of what is requested. What cannot be had is taken out of `document`, and said.
     pub(super) fn frame(
         &mut self,
-        wanted: &Wanted,
+        requested: &ViewRequest,
         document: &mut Document,
     ) -> Result<(FrameReport, Vec<String>)> {
         let renderer = &mut self.renderer;
-        if renderer.size() != wanted.camera.size {
-            renderer.resize(wanted.camera.size)?;
+        if renderer.size() != requested.camera.size {
+            renderer.resize(requested.camera.size)?;
         }
-        renderer.set_camera(&wanted.camera);
-        renderer.set_exposure(wanted.exposure_stops);
-        renderer.set_shares(wanted.shares);
-        self.bring_lights_into_line(&wanted.document)?;
+        renderer.set_camera(&requested.camera);
+        renderer.set_exposure(requested.exposure_stops);
+        renderer.set_shares(requested.shares);
+        self.bring_lights_into_line(&requested.document)?;
         let refused = self.bring_materials_into_line(document)?;
         self.is_behind = true;
         Ok((self.renderer.frame()?, refused))
     }
 
     /// Does what the last frame left undone, for the camera to find it when it moves.
-    pub(super) fn rest(&mut self) -> Result<()> {
+    pub(super) fn run_idle_work(&mut self) -> Result<()> {
         if std::mem::take(&mut self.is_behind) {
             self.renderer.frame()?;
         }
         Ok(())
     }
 
-    /// Whether [`Self::rest`] has something to do.
+    /// Whether [`Self::run_idle_work`] has something to do.
     pub(super) fn is_behind(&self) -> bool {
         self.is_behind
     }
@@ -230,13 +230,13 @@ impl Ready {
 
     fn bring_materials_into_line(&mut self, document: &mut Document) -> Result<Vec<String>> {
         let mut refused = Vec::new();
-        for (index, finish) in document.materials.iter_mut().enumerate() {
-            let Finish { diffuse, specular, exponent } = *finish;
+        for (index, edit) in document.materials.iter_mut().enumerate() {
+            let MaterialEdit { diffuse, specular, exponent } = *edit;
             match self.renderer.set_material(index, diffuse, specular, exponent) {
                 Ok(()) => (),
                 Err(Error::Usage(why)) => {
                     refused.push(why);
-                    *finish = Finish::of(&self.renderer.scene().materials[index]);
+                    *edit = MaterialEdit::from_material(&self.renderer.scene().materials[index]);
                 }
                 Err(error) => return Err(error),
             }

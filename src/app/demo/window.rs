@@ -9,7 +9,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::WindowId;
 
 use super::Demo;
-use super::open::Open;
+use super::open::WindowState;
 use super::session::Source;
 use super::watch::Watch;
 use crate::app::interrupt;
@@ -18,7 +18,7 @@ use crate::scene::Scene;
 
 /// What comes from outside the window.
 #[derive(Debug)]
-pub(super) enum Woken {
+pub(super) enum WakeUp {
     /// The worker has something to show.
     Shows,
     /// A signal is about to end the program, which waits for an answer.
@@ -29,10 +29,10 @@ pub(super) enum Woken {
 const TO_KEEP: Duration = Duration::from_secs(30);
 
 /// Has an edited scene kept before a signal ends the program.
-pub(super) fn keep_edits(proxy: EventLoopProxy<Woken>) {
+pub(super) fn keep_edits(proxy: EventLoopProxy<WakeUp>) {
     interrupt::before_end(move || {
         let (kept, answer) = sync_channel(1);
-        if proxy.send_event(Woken::Ends(kept)).is_ok() {
+        if proxy.send_event(WakeUp::Ends(kept)).is_ok() {
             // Where no answer comes, the window hangs, and the program ends all the same.
             let _ = answer.recv_timeout(TO_KEEP);
         }
@@ -46,13 +46,13 @@ pub(super) type Start = (Source, Scene, Watch);
 pub(super) struct App {
     args: Demo,
     start: Option<Start>,
-    proxy: EventLoopProxy<Woken>,
-    open: Option<Open>,
+    proxy: EventLoopProxy<WakeUp>,
+    open: Option<WindowState>,
     failure: Option<Error>,
 }
 
 impl App {
-    pub(super) fn new(args: Demo, start: Start, proxy: EventLoopProxy<Woken>) -> Self {
+    pub(super) fn new(args: Demo, start: Start, proxy: EventLoopProxy<WakeUp>) -> Self {
         Self { args, start: Some(start), proxy, open: None, failure: None }
     }
 
@@ -70,7 +70,11 @@ impl App {
     }
 
     /// Does something with the open window; what fails ends the program.
-    fn with_open(&mut self, events: &ActiveEventLoop, work: impl FnOnce(&mut Open, &Demo) -> Result<bool>) {
+    fn with_open(
+        &mut self,
+        events: &ActiveEventLoop,
+        work: impl FnOnce(&mut WindowState, &Demo) -> Result<bool>,
+    ) {
         let Some(open) = &mut self.open else { return };
         let done = work(open, &self.args);
         self.args.device_args.report_validation(&open.context);
@@ -86,10 +90,10 @@ impl App {
     }
 }
 
-impl ApplicationHandler<Woken> for App {
+impl ApplicationHandler<WakeUp> for App {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         let Some(start) = self.start.take() else { return };
-        match Open::new(events, &self.args, start, &self.proxy) {
+        match WindowState::new(events, &self.args, start, &self.proxy) {
             Ok(open) => self.open = Some(open),
             Err(error) => {
                 self.failure = Some(error);
@@ -106,11 +110,11 @@ impl ApplicationHandler<Woken> for App {
         }
     }
 
-    fn user_event(&mut self, _: &ActiveEventLoop, woken: Woken) {
+    fn user_event(&mut self, _: &ActiveEventLoop, wake_up: WakeUp) {
         let Some(open) = &self.open else { return };
-        match woken {
-            Woken::Shows => open.window.request_redraw(),
-            Woken::Ends(kept) => {
+        match wake_up {
+            WakeUp::Shows => open.window.request_redraw(),
+            WakeUp::Ends(kept) => {
                 open.rescue();
                 let _ = kept.send(());
             }

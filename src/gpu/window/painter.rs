@@ -44,7 +44,7 @@ pub struct WindowPainter {
     context: Arc<Context>,
     /// None only while the painter goes.
     panels: Option<Renderer<DefaultAllocator>>,
-    pictures: Vec<Hung>,
+    pictures: Vec<BoundTexture>,
     /// Textures of panels that went out of use with the frame under way.
     unused: Vec<egui::TextureId>,
     set_layout: vk::DescriptorSetLayout,
@@ -62,7 +62,7 @@ pub struct WindowPainter {
 }
 
 /// A picture, and how panels find it.
-struct Hung {
+struct BoundTexture {
     picture: Picture,
     texture: egui::TextureId,
     set: vk::DescriptorSet,
@@ -142,7 +142,7 @@ impl WindowPainter {
         let set = create_vulkan_descriptor_set(device, layout, pool, picture.image.view, self.sampler)
             .map_err(panel_error)?;
         let texture = self.panels().add_user_texture(set);
-        self.pictures.push(Hung { picture, texture, set });
+        self.pictures.push(BoundTexture { picture, texture, set });
         Ok(PictureId(self.pictures.len() - 1))
     }
 

@@ -90,7 +90,7 @@ impl RecordList {
 
 /// What a list is to hold, and what of it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Wanted {
+pub struct RecordRequest {
     /// The splat weights are new.
     pub view_is_new: bool,
     /// No record is current any more.
@@ -138,20 +138,20 @@ impl NeededRecords {
         })
     }
 
-    /// Lists the records that are wanted and not current; from then on they count as current.
-    pub fn record(&self, rec: &mut Recorder, wanted: Wanted, splat: &Splat, blend: &Blend) {
+    /// Lists the records that are request and not current; from then on they count as current.
+    pub fn record(&self, rec: &mut Recorder, request: RecordRequest, splat: &Splat, blend: &Blend) {
         let RecordList { offsets, records: listed, groups } = &self.list;
         let record_count = self.record_count;
         let mut pass = rec.pass(Self::STEM);
         pass.fill_zero(offsets);
-        if wanted.none_is_current {
+        if request.none_is_current {
             pass.fill_zero(&self.is_current);
         }
-        if wanted.view_is_new {
+        if request.view_is_new {
             pass.fill_zero(&self.is_seen);
         }
         pass.barrier(TRANSFER_TO_COMPUTE);
-        if wanted.view_is_new {
+        if request.view_is_new {
             let ([weight_runs, weights], [pixel_count, weight_capacity]) = (splat.lists(), splat.capacity());
             pass.dispatch(
                 &self.mark,
@@ -165,7 +165,7 @@ impl NeededRecords {
         pass.dispatch(
             &self.neighbours,
             [record_count, 1, 1],
-            &NeededNeighboursPush { record_count, takes_all: u32::from(wanted.all) },
+            &NeededNeighboursPush { record_count, takes_all: u32::from(request.all) },
             &[
                 ("IsSeen", &self.is_seen),
                 ("IsCurrent", &self.is_current),

@@ -1,6 +1,6 @@
 //! The scene's files while the scene is open: they change, and nothing that was edited is lost for it.
 
-use super::Open;
+use super::WindowState;
 use crate::app::demo::files;
 use crate::app::demo::rebase::Rebase;
 use crate::app::demo::ui_state::{Answer, Chosen};
@@ -8,7 +8,7 @@ use crate::app::demo::watch::Look;
 use crate::app::note;
 use crate::error::{Error, Result};
 
-impl Open {
+impl WindowState {
     /// Looks whether the scene's files have changed. Loads the scene again, or asks where there are edits that no file has.
     pub(super) fn glance(&mut self) -> Result<()> {
         // A drag ends first.

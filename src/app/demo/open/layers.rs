@@ -1,6 +1,6 @@
 //! What is shown beside and over the picture.
 
-use super::{Open, RETRY};
+use super::{RETRY, WindowState};
 use crate::app::demo::cells;
 use crate::app::demo::reference::Reference;
 use crate::app::demo::ui_state::View;
@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::metrics::{debiased_relmse, half_noise};
 use crate::renderer::Layer;
 
-impl Open {
+impl WindowState {
     /// Monte Carlo, where it is to be seen: for what is shown, and the newest picture of it.
     pub(super) fn follow_reference(&mut self) -> Result<()> {
         self.leaving.take_if(|leaving| leaving.has_ended());

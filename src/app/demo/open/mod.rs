@@ -25,7 +25,7 @@ use super::shortcuts;
 use super::stage::Wake;
 use super::ui_state::UiState;
 use super::viewport::{Textures, Viewport};
-use super::window::{Start, Woken};
+use super::window::{Start, WakeUp};
 use super::{Demo, no_display};
 use crate::app::note;
 use crate::error::Result;
@@ -43,7 +43,7 @@ const REST: Duration = Duration::from_millis(1000);
 const NO_PICTURE: [u32; 2] = [1, 1];
 
 /// A window with all that it shows. Fields go in this order: what draws to the window goes before it.
-pub(super) struct Open {
+pub(super) struct WindowState {
     session: Session,
     painter: WindowPainter,
     picture: PictureId,
@@ -82,12 +82,12 @@ pub(super) struct Open {
     pub(super) window: Arc<Window>,
 }
 
-impl Open {
+impl WindowState {
     pub(super) fn new(
         events: &ActiveEventLoop,
         args: &Demo,
         (source, scene, watch): Start,
-        proxy: &EventLoopProxy<Woken>,
+        proxy: &EventLoopProxy<WakeUp>,
     ) -> Result<Self> {
         let [width, height] = args.scene_args.size().unwrap_or(scene.cameras[0].size);
         let with_panels = |scale: f64| PhysicalSize::new(width + (f64::from(WIDTH) * scale) as u32, height);
@@ -108,7 +108,7 @@ impl Open {
         let proxy = proxy.clone();
         let wake: Wake = Arc::new(move || {
             // Where the window is gone, nobody wants to know.
-            let _ = proxy.send_event(Woken::Shows);
+            let _ = proxy.send_event(WakeUp::Shows);
         });
         let mut ui_state = UiState::new(&scene.name);
         ui_state.vsync = !args.no_vsync;
@@ -179,7 +179,7 @@ impl Open {
         let mut next = self.last_glance + GLANCE;
         if self.session.is_behind() && !self.is_held {
             if now >= self.last_event + REST {
-                let rested = self.session.rest();
+                let rested = self.session.run_idle_work();
                 self.tolerate(rested)?;
             } else {
                 next = next.min(self.last_event + REST);

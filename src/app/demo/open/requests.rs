@@ -4,14 +4,14 @@ use std::time::Instant;
 
 use winit::window::Fullscreen;
 
-use super::Open;
+use super::WindowState;
 use crate::app::demo::files;
 use crate::app::demo::films::{Player, Recorder};
 use crate::app::demo::ui_state::{Request, View};
 use crate::app::note;
 use crate::error::{Error, Result};
 
-impl Open {
+impl WindowState {
     /// False where the window is to close.
     pub(super) fn fulfil(&mut self, request: Request) -> Result<bool> {
         match request {

@@ -129,7 +129,7 @@ fn emission(ui: &mut Ui, kind: &mut LightKind) {
     let before = kind.emission();
     let strength = before.max_element();
     let mut colour = if strength > 0.0 { (before / strength).to_array() } else { [1.0; 3] };
-    let mut wanted = strength;
+    let mut requested = strength;
     let unit = match kind {
         LightKind::Point { .. } | LightKind::Spot { .. } => "W/sr",
         LightKind::Area { .. } => "W/m²/sr",
@@ -138,12 +138,12 @@ fn emission(ui: &mut Ui, kind: &mut LightKind) {
     let changed = row(ui, "Light", |ui| {
         let recoloured = ui.color_edit_button_rgb(&mut colour).changed();
         let speed = (0.01 * strength).max(1e-3);
-        let value = DragValue::new(&mut wanted).speed(speed).range(0.0..=1e9).suffix(format!(" {unit}"));
+        let value = DragValue::new(&mut requested).speed(speed).range(0.0..=1e9).suffix(format!(" {unit}"));
         ui.add(value).changed() || recoloured
     });
     if changed {
         let colour = Vec3::from(colour);
-        *kind = kind.with_emission(colour / colour.max_element().max(1e-6) * wanted);
+        *kind = kind.with_emission(colour / colour.max_element().max(1e-6) * requested);
     }
 }
 

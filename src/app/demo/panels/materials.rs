@@ -21,24 +21,24 @@ pub(super) fn materials(ui: &mut Ui, session: &mut Session, ui_state: &mut UiSta
     });
     let Some(index) = chosen else { return };
     ui_state.chosen = Chosen::Material(index);
-    let (material, finish) = (&session.scene.materials[index], &mut session.document.materials[index]);
-    albedo(ui, "Diffuse", &mut finish.diffuse);
+    let (material, edit) = (&session.scene.materials[index], &mut session.document.materials[index]);
+    albedo(ui, "Diffuse", &mut edit.diffuse);
     if material.texture.is_some() {
         ui.small("Multiplied with the material's image.");
     }
     if material.may_be_glossy() {
-        albedo(ui, "Specular", &mut finish.specular);
+        albedo(ui, "Specular", &mut edit.specular);
         row(ui, "Exponent", |ui| {
-            ui.add(egui::Slider::new(&mut finish.exponent, 1.0..=1000.0).logarithmic(true))
+            ui.add(egui::Slider::new(&mut edit.exponent, 1.0..=1000.0).logarithmic(true))
         });
     } else {
         ui.small("Diffuse. To make it glossy, declare `editable = true` in the scene file.");
     }
     // What is more than what it receives would be scaled down by the renderer: shown as it will be.
-    let most = (finish.diffuse + finish.specular).max_element();
+    let most = (edit.diffuse + edit.specular).max_element();
     if most > 1.0 {
-        finish.diffuse /= most * (1.0 + f32::EPSILON);
-        finish.specular /= most * (1.0 + f32::EPSILON);
+        edit.diffuse /= most * (1.0 + f32::EPSILON);
+        edit.specular /= most * (1.0 + f32::EPSILON);
     }
 }
 

@@ -170,8 +170,8 @@ fn cones_open_to_the_pointer() {
         let LightKind::Spot { position, direction, intensity, penumbra, .. } = kind else { unreachable!() };
         for degrees in [1.0f32, 17.0, 45.5, 89.0] {
             let angle = degrees.to_radians();
-            let wanted = LightKind::Spot { position, direction, intensity, angle, penumbra };
-            let Some(to) = disc(&lens, &wanted, anchor, Part::Cone) else { continue };
+            let requested = LightKind::Spot { position, direction, intensity, angle, penumbra };
+            let Some(to) = disc(&lens, &requested, anchor, Part::Cone) else { continue };
             let opened = Drag::begin(&lens, &kind, Part::Cone, anchor, from - 3.0).to(&lens, to - 3.0, None);
             let LightKind::Spot { angle: opened_by, .. } = opened else { unreachable!() };
             assert!(disc(&lens, &opened, anchor, Part::Cone).unwrap().distance(to) < 0.01);

@@ -56,8 +56,8 @@ fn pointer(seed: u32) -> Vec2 {
 }
 
 /// Where the disc of a part is.
-fn disc(lens: &Lens, kind: &LightKind, anchor: Vec3, wanted: Part) -> Option<Vec2> {
-    let handle = handles(lens, kind, anchor).into_iter().find(|handle| handle.part == wanted)?;
+fn disc(lens: &Lens, kind: &LightKind, anchor: Vec3, requested: Part) -> Option<Vec2> {
+    let handle = handles(lens, kind, anchor).into_iter().find(|handle| handle.part == requested)?;
     handle.shapes.iter().find_map(|shape| match shape {
         Shape::Disc { centre, .. } => Some(*centre),
         _ => None,

@@ -28,7 +28,7 @@ layout(scalar, push_constant) uniform Push { EdgeListPush push; };
 void main() {
     uint edge_count = edge_numbers[push.pixel_count];
     uint count = samples_per_edge(edge_count, push.capacity);
-    uint room = slots_per_edge(edge_count, push.capacity);
+    uint slots_each = slots_per_edge(edge_count, push.capacity);
     uint edge = flat_invocation();
     if (edge >= edge_count) return;
     EdgeSlot slots[MAX_SLOTS];
@@ -46,7 +46,7 @@ void main() {
             alike = k;
             if (place_of(slots[k]) == place_of(found)) own = k;
         }
-        if (own == MAX_SLOTS && used < room) {
+        if (own == MAX_SLOTS && used < slots_each) {
             own = used++;
             slots[own] = EdgeSlot(found.side, place_of(found));
             materials[own] = material;
@@ -55,5 +55,5 @@ void main() {
         slots[own].what += eighths_of(found) << 4;
         edge_samples[edge * count + i].what = found.what | own << 11;
     }
-    for (uint i = 0u; i < room; ++i) edge_slots[edge * room + i] = slots[i];
+    for (uint i = 0u; i < slots_each; ++i) edge_slots[edge * slots_each + i] = slots[i];
 }

@@ -30,7 +30,7 @@ layout(scalar, push_constant) uniform Push { EdgeListPush push; };
 void main() {
     uint edge_count = edge_numbers[push.pixel_count];
     uint count = samples_per_edge(edge_count, push.capacity);
-    uint room = slots_per_edge(edge_count, push.capacity);
+    uint slots_each = slots_per_edge(edge_count, push.capacity);
     uint edge = flat_invocation();
     if (edge >= edge_count) return;
     vec4 sums = vec4(0.0);
@@ -43,7 +43,7 @@ void main() {
         squares += light * light;
         is_covered = is_covered && eighths_of(found) == 8u;
     }
-    for (uint i = 0u; i < room && count > 0u; ++i) light_layer[push.pixel_count + edge * room + i] = sums[i] / float(count);
+    for (uint i = 0u; i < slots_each && count > 0u; ++i) light_layer[push.pixel_count + edge * slots_each + i] = sums[i] / float(count);
     // Along the scene's outline each sample has asked several points already.
     float mean = (sums.x + sums.y + sums.z + sums.w) / float(max(count, 1u));
     float variance = squares / float(max(count, 1u)) - mean * mean;

@@ -16,7 +16,7 @@ struct EdgeSlot {
     uint what;  // bits 0-3: place of the pixel whose indirect light they take; from bit 4: their eighths, summed
 };
 
-// How much room there is.
+// Capacity of the lists of edge pixels.
 struct EdgeCapacity {
     uint max_samples;  // of a pixel
     uint samples;       // in all
@@ -25,7 +25,7 @@ struct EdgeCapacity {
 
 const uint MAX_SLOTS = 4u;  // of a pixel
 
-// Pixels whose frusta have room where the shafts of 64 samples each had theirs.
+// Pixels whose frusta have space where the shafts of 64 samples each had theirs.
 uint frusta_in(EdgeCapacity capacity) { return (capacity.samples + 63u) / 64u; }
 
 // Slots of each edge pixel.
@@ -35,7 +35,7 @@ uint slots_per_edge(uint edge_count, EdgeCapacity capacity) { return min(MAX_SLO
 // src/passes/frame/antialias.rs. One slot would take all for one surface.
 uint samples_per_edge(uint edge_count, EdgeCapacity capacity) {
     uint count = min(capacity.max_samples, capacity.samples / max(edge_count, 1u));
-    return count < 4u || slots_per_edge(edge_count, room) < 2u ? 0u : count;
+    return count < 4u || slots_per_edge(edge_count, capacity) < 2u ? 0u : count;
 }
 
 // In a list of a number for each pixel, that of edge pixels in the order of their list, and behind the last how many there are: no edge pixel.

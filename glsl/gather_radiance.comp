@@ -18,7 +18,7 @@ layout(constant_id = 0) const uint IS_GLOSSY = 0;  // 1: targets beyond the clus
 struct GatherRadiancePush {
     uint target_count;
     uint cluster_bits;   // width of the cluster field in a target
-    uint cluster_count;  // views and parts of clusters included
+    uint cluster_count;  // proxies and parts of clusters included
 };
 
 layout(scalar, binding = 0) readonly buffer Targets { uint targets[]; };  // targets of gather rays, in ascending order

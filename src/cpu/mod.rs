@@ -7,7 +7,7 @@ pub mod accessibility;
 pub mod antialias;
 pub mod blend;
 pub mod brdf;
-pub mod cluster_views;
+pub mod cluster_proxies;
 pub mod compose;
 pub mod direct;
 pub mod emission;

@@ -196,7 +196,7 @@ impl Renderer {
             self.scene.quality.seed,
             &mut Silent,
         )?;
-        self.views.redirect(&rays, points, self)?;
+        self.proxies.redirect(&rays, points, self)?;
         // These rays read clusters, not slots: glossy reflection is not in it.
         let gather = Gather::new(&self.context, buffer, count, rays, hemisphere, code, false)?;
         let list = RecordList::all(&self.context, count, gather.merged_rays.rows_per_part)?;

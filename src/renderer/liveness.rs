@@ -1,7 +1,7 @@
 //! How much of the hierarchy a frame works out: all of it, or what something reads. Known before any light is.
 
 use super::precompute::Precomputed;
-use super::views::Views;
+use super::proxies::Proxies;
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::passes::frame::gloss::NO_ENTRY;
@@ -37,7 +37,7 @@ pub(super) struct Scope {
 struct Sources {
     levels: Vec<Range<u32>>,
     near_clusters: Vec<NearCluster>,
-    near_parts: Vec<NearCluster>,
+    near_patches: Vec<NearCluster>,
     /// Records, and how many the device is shown at a time.
     records: [u32; 2],
     /// The first so many stand in narrow cavities.
@@ -48,14 +48,14 @@ impl Sources {
     fn scope(&self, context: &Arc<Context>, reads: &Reads) -> Result<Scope> {
         let is_read = |near: &&NearCluster| reads.irradiance[near.cluster as usize];
         let near: Vec<NearCluster> = self.near_clusters.iter().filter(is_read).copied().collect();
-        let mut sources: Vec<u32> = near.iter().chain(&self.near_parts).map(|near| near.record).collect();
+        let mut sources: Vec<u32> = near.iter().chain(&self.near_patches).map(|near| near.record).collect();
         sources.sort_unstable();
         sources.dedup();
         let gaps = &sources[..sources.partition_point(|&record| record < self.narrow_count)];
         let [point_count, rows] = self.records;
         Ok(Scope {
             clusters: ClusterLists::new(context, &self.levels, &reads.flux, &reads.irradiance)?,
-            near_field: NearField::new(context, &near, &self.near_parts)?,
+            near_field: NearField::new(context, &near, &self.near_patches)?,
             sources: RecordList::fixed(context, point_count, rows, &sources)?,
             source_count: sources.len() as u32,
             gaps: RecordList::fixed(context, point_count, rows, gaps)?,
@@ -78,7 +78,7 @@ impl Scopes {
         let sources = Sources {
             levels: made.hvds.levels.clone(),
             near_clusters: std::mem::take(&mut made.near_clusters),
-            near_parts: std::mem::take(&mut made.near_parts),
+            near_patches: std::mem::take(&mut made.near_patches),
             records: [made.point_count, made.merged_rays.rows_per_part],
             narrow_count: made.narrow_count,
         };
@@ -96,8 +96,8 @@ impl Scopes {
     }
 
     /// Parts of clusters that single cache points see.
-    pub(super) fn near_parts(&self) -> &[NearCluster] {
-        &self.sources.near_parts
+    pub(super) fn near_patches(&self) -> &[NearCluster] {
+        &self.sources.near_patches
     }
 
     /// What a frame works out, skipping what nothing reads or not.
@@ -118,13 +118,13 @@ impl Scopes {
 }
 
 /// What something reads. Where pixels may be glossy, their rays may read any cluster.
-pub(super) fn reads(made: &Precomputed, views: &Views, pyramid: &Pyramid) -> Result<Reads> {
+pub(super) fn reads(made: &Precomputed, proxies: &Proxies, pyramid: &Pyramid) -> Result<Reads> {
     if made.gloss.is_some() {
         return Ok(Reads::all(made.hvds.cluster_count()));
     }
     let sources = pyramid.indirect_sources.read::<u32>()?;
     let targets = made.merged_rays.targets.read::<u32>()?;
-    Ok(Reads::of(&made.hvds, targets, made.packing, views.tables(), &made.near_parts, &sources))
+    Ok(Reads::of(&made.hvds, targets, made.packing, proxies.tables(), &made.near_patches, &sources))
 }
 
 /// Shares of the hierarchy that nothing reads, 0..=1.

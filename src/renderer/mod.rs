@@ -18,6 +18,7 @@ mod outputs;
 mod pass_costs;
 mod precompute;
 mod preview;
+mod proxies;
 mod quality_warnings;
 mod replay;
 mod report;
@@ -26,7 +27,6 @@ mod seen;
 mod statistics;
 mod steps;
 mod stored;
-mod views;
 
 pub use crate::passes::precompute::{Progress, Silent};
 pub use ablation::{Exact, Stage};
@@ -57,10 +57,10 @@ use lights::Lights;
 use liveness::Scopes;
 use needs::{Gathering, Needs};
 use precompute::Precomputed;
+use proxies::Proxies;
 use report::FrameWatch;
 use std::sync::Arc;
 use std::time::Instant;
-use views::Views;
 
 /// A scene whose light paths, cache points and gather rays are traced: every frame is the converged picture.
 pub struct Renderer {
@@ -84,10 +84,10 @@ pub struct Renderer {
     /// Materials as they were when the paths were traced.
     traced_with: Vec<Reflectance>,
     pyramid: Pyramid,
-    views: Views,
+    proxies: Proxies,
     scopes: Scopes,
     /// Cache points in narrow cavities see the first so many parts of clusters.
-    narrow_parts: u32,
+    narrow_patches: u32,
     gather: Gather,
     needs: Needs,
     /// None where no material may be glossy.
@@ -140,9 +140,9 @@ impl Renderer {
         let gloss = made.gloss.as_ref().map(gloss).transpose()?;
         let mut pyramid =
             Pyramid::new(context, &made.hvds, &made.paths.contribution_offsets, made.area_m2, is_glossy)?;
-        let views = Views::new(context, made.views.take(), &made.hvds, &mut pyramid)?;
-        pyramid.make_room_for_parts(context, made.near_parts.len() as u32)?;
-        let reads = liveness::reads(&made, &views, &pyramid)?;
+        let proxies = Proxies::new(context, made.proxies.take(), &made.hvds, &mut pyramid)?;
+        pyramid.make_room_for_parts(context, made.near_patches.len() as u32)?;
+        let reads = liveness::reads(&made, &proxies, &pyramid)?;
         made.statistics.skipped.extend(liveness::unread(
             &made,
             &reads,
@@ -183,9 +183,9 @@ impl Renderer {
             path_names: made.paths.names,
             traced_with: reflectances(&scene.materials),
             pyramid,
-            views,
+            proxies,
             scopes,
-            narrow_parts: made.narrow_parts,
+            narrow_patches: made.narrow_patches,
             needs: Needs::new(context, &gather)?,
             gather,
             blend: Blend::new(context, &made.neighbourhoods)?,

@@ -8,7 +8,7 @@ use crate::passes::OneLight;
 use crate::passes::frame::{
     antialias::{Antialias, EdgeCapacity, EdgeSample, EdgeSlot},
     blend::Blend,
-    cluster_views::ClusterViews,
+    cluster_proxies::ClusterProxies,
     compose::Compose,
     direct::Direct,
     form_factors::FormFactors,
@@ -94,7 +94,7 @@ impl Renderer {
                 PathScan::STEM => 2 * steps + once + contributions,
                 Pyramid::LAYERS_STEM => contributions + layers_due * (first_bounce * paths + layer),
                 Pyramid::STEM => lights * layer + 3 * clusters,
-                ClusterViews::STEM => self.views.bytes(),
+                ClusterProxies::STEM => self.proxies.bytes(),
                 Gather::STEM => gathered * (self.gather.merged_rays.bytes() + records) / in_all + clusters,
                 NearField::STEM => near,
                 // Marks and sums of records, and of those the list; weights only where the view is new.

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::passes::frame::near_field::NearCluster;
 use crate::passes::precompute::cache_points::{self, Geometry, Placed, SizeField};
-use crate::passes::precompute::cluster_views::{self, ViewTables};
+use crate::passes::precompute::cluster_proxies::{self, ProxyTables};
 use crate::passes::precompute::entry_points::{self, Strata};
 use crate::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere, MIN_ENTRY_POINTS};
 use crate::passes::precompute::gloss::{self, GlossTables};
@@ -73,7 +73,7 @@ pub(super) struct Precomputed {
     pub(super) neighbourhoods: Neighbourhoods,
     pub(super) merged_rays: MergedRays,
     /// None where nothing hides a part of a cluster that is read.
-    pub(super) views: Option<ViewTables>,
+    pub(super) proxies: Option<ProxyTables>,
     /// None where no material may be glossy.
     pub(super) gloss: Option<GlossTables>,
     pub(super) hemisphere: Hemisphere,
@@ -84,11 +84,11 @@ pub(super) struct Precomputed {
     pub(super) closed: Enclosures,
     pub(super) near_clusters: Vec<NearCluster>,
     /// Parts of clusters that single cache points see.
-    pub(super) near_parts: Vec<NearCluster>,
+    pub(super) near_patches: Vec<NearCluster>,
     /// The first so many cache points stand in narrow cavities.
     pub(super) narrow_count: u32,
     /// They see the first so many parts.
-    pub(super) narrow_parts: u32,
+    pub(super) narrow_patches: u32,
     pub(super) statistics: Statistics,
 }
 
@@ -247,10 +247,10 @@ pub(super) fn precompute(
     if point_count > 0 {
         scene.warnings.extend(blurred(&scene.materials, outgoing));
     }
-    let mut views = None;
+    let mut proxies = None;
     let mut packing = packing;
     if quality.occlusion {
-        let sources = cluster_views::Sources {
+        let sources = cluster_proxies::Sources {
             hvds: &hvds,
             in_clusters: &strata.in_clusters,
             surfaces: &surfaces,
@@ -261,26 +261,26 @@ pub(super) fn precompute(
             directions,
             clear_distance: clear_distance(&bvh.nodes[0]),
         };
-        let (tables, packed) = cluster_views::build(
+        let (tables, packed) = cluster_proxies::build(
             (&Rays::of_segments(context)?, &buffers),
             sources,
             &rays,
             packing,
             progress,
         )?;
-        (views, packing) = (Some(tables), packed);
+        (proxies, packing) = (Some(tables), packed);
         watch.lap("occlusion");
     }
-    let view_count = views.as_ref().map_or(0, ViewTables::count);
+    let proxy_count = proxies.as_ref().map_or(0, ProxyTables::count);
     let near_readers = near_hits.reader_count();
     let part_count = near_hits.entries.len() as u32;
-    let narrow_parts = near_hits.count_before(narrow_count * hemisphere.rays());
+    let narrow_patches = near_hits.count_before(narrow_count * hemisphere.rays());
     let packing =
-        near_hits.redirect(&rays, packing, hvds.cluster_count() + view_count, scene.materials.len())?;
+        near_hits.redirect(&rays, packing, hvds.cluster_count() + proxy_count, scene.materials.len())?;
     let (gloss, packing) = gloss::build(
         gloss::Sources {
             hvds: &hvds,
-            view_count: view_count + part_count,
+            proxy_count: proxy_count + part_count,
             surfaces: &surfaces,
             materials: &scene.materials,
             paths: &paths,
@@ -308,14 +308,14 @@ pub(super) fn precompute(
     statistics.counts.insert("cache points in narrow cavities".into(), u64::from(narrow_count));
     statistics.counts.insert("cache points that see near clusters".into(), u64::from(near_count));
     statistics.counts.insert("near clusters".into(), near_clusters.len() as u64);
-    statistics.counts.insert("near parts of clusters".into(), u64::from(part_count));
-    statistics.counts.insert("gather rays that read near parts".into(), near_readers);
+    statistics.counts.insert("near-field patches".into(), u64::from(part_count));
+    statistics.counts.insert("gather rays that read near patches".into(), near_readers);
     if !hvds.inconsistent.is_empty() {
         let inconsistent = hvds.inconsistent.iter().filter(|inconsistent| **inconsistent).count() as u64;
         statistics.counts.insert("clusters of inconsistent visibility".into(), inconsistent);
     }
-    if let Some(views) = &views {
-        statistics.counts.extend(views.counts());
+    if let Some(proxies) = &proxies {
+        statistics.counts.extend(proxies.counts());
     }
     if let Some(gloss) = &gloss {
         statistics.counts.insert("directions of the sphere".into(), u64::from(outgoing.count()));
@@ -336,7 +336,7 @@ pub(super) fn precompute(
         clearance,
         neighbourhoods,
         merged_rays,
-        views: views.filter(|views| !views.is_empty()),
+        proxies: proxies.filter(|proxies| !proxies.is_empty()),
         gloss,
         hemisphere,
         packing,
@@ -344,9 +344,9 @@ pub(super) fn precompute(
         clusters: is_glossy.then_some(clusters),
         closed: Enclosures { solids, groups: closed, rays: tracer, order: bvh.order, is_due: false },
         near_clusters,
-        near_parts: near_hits.entries,
+        near_patches: near_hits.entries,
         narrow_count,
-        narrow_parts,
+        narrow_patches,
         statistics,
     })
 }

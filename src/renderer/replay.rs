@@ -5,7 +5,7 @@ use super::report::{Columns, FrameWatch};
 use super::{FrameReport, Renderer};
 use crate::error::Result;
 use crate::passes::frame::{
-    antialias::Antialias, blend::Blend, cluster_views::ClusterViews, compose::Compose, direct::Direct,
+    antialias::Antialias, blend::Blend, cluster_proxies::ClusterProxies, compose::Compose, direct::Direct,
     form_factors::FormFactors, gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid,
     near_field::NearField, needed_records::NeededRecords, path_scan::PathScan, pixel_colours::PixelColours,
     primary::Primary, splat::Splat, tonemap::Tonemap,
@@ -29,7 +29,7 @@ const PASSES: [&str; 26] = [
     Pyramid::LAYERS_STEM,
     Pyramid::STEM,
     Gloss::STEM,
-    ClusterViews::STEM,
+    ClusterProxies::STEM,
     NearField::STEM,
     Gather::STEM,
     Splat::STEM,

@@ -2,7 +2,7 @@
 
 use crate::gpu::{Context, PassTiming};
 use crate::passes::frame::{
-    antialias::Antialias, blend::Blend, cluster_views::ClusterViews, compose::Compose, direct::Direct,
+    antialias::Antialias, blend::Blend, cluster_proxies::ClusterProxies, compose::Compose, direct::Direct,
     form_factors::FormFactors, gather::Gather, gloss::Gloss, gloss_pixels::GlossPixels, hvds::Pyramid,
     near_field::NearField, needed_records::NeededRecords, path_scan::PathScan, pixel_colours::PixelColours,
     primary::Primary, splat::Splat, tonemap::Tonemap,
@@ -61,7 +61,9 @@ impl Columns {
                 FormFactors::STEM | PathScan::STEM | Gloss::BEAMS_STEM | Gloss::ENTRIES_STEM => {
                     &mut columns.Tlpe
                 }
-                Pyramid::LAYERS_STEM | Pyramid::STEM | Gloss::STEM | ClusterViews::STEM => &mut columns.Thvds,
+                Pyramid::LAYERS_STEM | Pyramid::STEM | Gloss::STEM | ClusterProxies::STEM => {
+                    &mut columns.Thvds
+                }
                 Gather::STEM | NearField::STEM | NeededRecords::STEM | Blend::STEM | GlossPixels::STEM => {
                     &mut columns.Tfg
                 }

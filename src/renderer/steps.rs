@@ -20,19 +20,19 @@ impl Renderer {
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 
-    /// Views of clusters; then small clusters, and parts of them, take the light of the records beside them, and views are seen
+    /// Proxies of clusters; then small clusters, and parts of them, take the light of the records beside them, and proxies are seen
     /// again; and so on with records that are gathered again.
     pub(super) fn record_near_field(&self, rec: &mut Recorder, scope: &Scope) {
         let (near_field, records) = (&scope.near_field, &self.gather.records);
         let part_count = near_field.part_count();
-        self.views.record(rec, &self.pyramid);
+        self.proxies.record(rec, &self.pyramid);
         near_field.record_parts(rec, &self.pyramid, None, part_count);
         self.gather.record(rec, self.gather_sources(), &scope.sources);
         rec.barrier(COMPUTE_TO_COMPUTE);
         let take = |rec: &mut Recorder, parts| {
             near_field.record(rec, &self.pyramid, records);
             rec.barrier(COMPUTE_TO_COMPUTE);
-            self.views.record(rec, &self.pyramid);
+            self.proxies.record(rec, &self.pyramid);
             near_field.record_parts(rec, &self.pyramid, Some(records), parts);
         };
         for (list, _, parts) in self.gathered_again(scope) {
@@ -51,7 +51,7 @@ impl Renderer {
         scope: &'a Scope,
     ) -> impl Iterator<Item = (&'a RecordList, u32, u32)> {
         let all = (&scope.sources, scope.source_count, scope.near_field.part_count());
-        let gaps = (&scope.gaps, scope.gap_count, self.narrow_parts);
+        let gaps = (&scope.gaps, scope.gap_count, self.narrow_patches);
         let rounds = self.scene.quality.gap_rounds;
         let round = move |round| if round == 0 && rounds > 1 { all } else { gaps };
         (0..rounds).map(round).filter(|again| again.1 > 0)

@@ -92,7 +92,7 @@ impl Glossy {
         let traced = rays.read().unwrap();
         let sources = gloss::Sources {
             hvds: &world.hvds,
-            view_count: 0,
+            proxy_count: 0,
             surfaces: &world.surfaces,
             materials: &world.materials,
             paths: &paths,

@@ -150,7 +150,7 @@ fn gather_rays_meet_the_clusters_that_merged_rays_name() {
     assert_silent(&context());
 }
 
-/// Views, parts and slots take the place of clusters: the irradiance of a record is the sum of what its rays bring all the same.
+/// Proxies, parts and slots take the place of clusters: the irradiance of a record is the sum of what its rays bring all the same.
 #[test]
 fn gather_rays_bring_what_records_gathered() {
     // So fine that surface hides other surface in a cell of some level, and is near some cache points.
@@ -159,8 +159,9 @@ fn gather_rays_bring_what_records_gathered() {
         scene.quality = quality.clone();
         let renderer = render(scene);
         let counts = renderer.statistics().unwrap().counts;
-        let readers = ["views", "near parts"].map(|what| counts[&format!("gather rays that read {what}")]);
-        println!("{what}: {readers:?} rays read views and parts");
+        let readers =
+            ["proxies", "near patches"].map(|what| counts[&format!("gather rays that read {what}")]);
+        println!("{what}: {readers:?} rays read proxies and parts");
         assert!(readers.iter().all(|&count| count > 50));
         let emission_scale = renderer.stages().emission_scale;
         let records: Vec<Record> = renderer.stages().gathered.read().unwrap();

@@ -12,7 +12,7 @@ mod accessibility;
 mod addresses;
 mod antialias;
 mod blend;
-mod cluster_views;
+mod cluster_proxies;
 mod clusters;
 mod compose;
 mod edge_slots;

@@ -68,9 +68,9 @@ fn near_hits_of(world: &World) {
     };
     let mut near = NearHits::find(sources, &table, packing).unwrap();
     let out: Vec<GatherRay> = table.read().unwrap();
-    let views = 17;
+    let proxies = 17;
     let readers = near.reader_count();
-    let packed = near.redirect(&table, packing, clusters + views, materials).unwrap();
+    let packed = near.redirect(&table, packing, clusters + proxies, materials).unwrap();
     let after: Vec<GatherRay> = table.read().unwrap();
 
     let may_be_glossy = |material: u32| world.reflectances()[material as usize].flags & MAY_BE_GLOSSY != 0;
@@ -99,7 +99,7 @@ fn near_hits_of(world: &World) {
         assert!(point < near_count && !may_be_glossy(material));
         let patch = &patches[cluster as usize];
         assert!(from.position.distance(patch.middle) < REACH);
-        let entry = &near.entries[(read - clusters - views) as usize];
+        let entry = &near.entries[(read - clusters - proxies) as usize];
         assert_eq!((entry.cluster, entry.target), (cluster, read));
         let direction = frame(from.normal) * strata.direction(ray, point, SEED);
         let normal = world.geometry().normal(from.side);
@@ -111,7 +111,7 @@ fn near_hits_of(world: &World) {
     assert_eq!(places.values().map(|rays| rays.len() as u64).sum::<u64>(), readers);
     let (mut errors, mut widths) = (0.0, 0.0);
     for (read, rays) in &places {
-        let entry = &near.entries[(read - clusters - views) as usize];
+        let entry = &near.entries[(read - clusters - proxies) as usize];
         let patch = &patches[entry.cluster as usize];
         assert!(rays.iter().all(|ray| ray.0 == rays[0].0), "an entry is one point's");
         let hit = rays.iter().map(|ray| ray.1).sum::<DVec3>() / rays.len() as f64;

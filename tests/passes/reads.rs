@@ -9,7 +9,7 @@ use lightpaths::passes::frame::hvds::{
     ClusterLight, ClusterLists, MIN_VERTICES, Pyramid, contribution_ranges, indirect_sources,
 };
 use lightpaths::passes::frame::near_field::NearCluster;
-use lightpaths::passes::precompute::cluster_views::ViewTables;
+use lightpaths::passes::precompute::cluster_proxies::ProxyTables;
 use lightpaths::passes::precompute::gather_rays::{GatherTargetPacking, RayTable};
 use lightpaths::passes::precompute::reads::Reads;
 use lightpaths::scene::hvds::Hvds;
@@ -23,15 +23,15 @@ fn is_within(hvds: &Hvds, mut cluster: u32, around: u32) -> bool {
     cluster == around && cluster != NO_CLUSTER
 }
 
-/// Views of random parts.
-fn random_views(random: &mut Random, clusters: u32, count: u32) -> ViewTables {
-    let mut views = ViewTables::new(clusters);
+/// Proxies of random parts.
+fn random_proxies(random: &mut Random, clusters: u32, count: u32) -> ProxyTables {
+    let mut proxies = ProxyTables::new(clusters);
     for _ in 0..count {
         let parts = 1 + random.below(5);
-        views.parts.extend((0..parts).map(|_| views.packing.pack(random.below(clusters), 1)));
-        views.part_offsets.push(views.parts.len() as u32);
+        proxies.parts.extend((0..parts).map(|_| proxies.packing.pack(random.below(clusters), 1)));
+        proxies.part_offsets.push(proxies.parts.len() as u32);
     }
-    views
+    proxies
 }
 
 #[test]
@@ -53,15 +53,16 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
     let contributions = SplitBuffer::cut(&context, "contributions", &contributions, u32::MAX).unwrap();
     let factors = Buffer::from_slice(&context, "factors", &factors).unwrap();
     let sources = indirect_sources(&hvds, &contribution_ranges(&hvds, &contribution_offsets), MIN_VERTICES);
-    for (ray_count, view_count, part_count) in [(0, 0, 0), (1, 0, 0), (40, 0, 5), (40, 9, 0), (400, 70, 20)] {
-        let taken = clusters + view_count;
-        let near_parts: Vec<NearCluster> = (0..part_count)
+    for (ray_count, proxy_count, part_count) in [(0, 0, 0), (1, 0, 0), (40, 0, 5), (40, 9, 0), (400, 70, 20)]
+    {
+        let taken = clusters + proxy_count;
+        let near_patches: Vec<NearCluster> = (0..part_count)
             .map(|part| {
                 let cluster = random.below(clusters);
                 NearCluster { cluster, record: 0, offset: Vec3::ZERO, target: taken + part }
             })
             .collect();
-        let views = random_views(&mut random, clusters, view_count);
+        let proxies = random_proxies(&mut random, clusters, proxy_count);
         let packing = GatherTargetPacking::new(taken + part_count, 3, 1.0).unwrap();
         let rays: Vec<GatherRay> = (0..2 * ray_count)
             .map(|_| {
@@ -80,19 +81,19 @@ fn only_what_is_read_is_worked_out_and_it_has_the_same_bits() {
             colours: Vec::new(),
             has_colours: false,
         };
-        let views_read = (view_count > 0).then_some(&views);
-        let reads = Reads::find(&hvds, &table, packing, views_read, &near_parts, &sources).unwrap();
+        let proxies_read = (proxy_count > 0).then_some(&proxies);
+        let reads = Reads::find(&hvds, &table, packing, proxies_read, &near_patches, &sources).unwrap();
 
         let mask = (1 << packing.cluster_bits) - 1;
         let targets = rays.iter().filter(|ray| ray.target != NO_TARGET).map(|ray| ray.target & mask);
-        let mut read: Vec<u32> = near_parts.iter().map(|part| part.cluster).collect();
+        let mut read: Vec<u32> = near_patches.iter().map(|part| part.cluster).collect();
         for target in targets.filter(|&target| target < taken) {
             match target.checked_sub(clusters) {
                 None => read.push(target),
-                Some(view) => {
+                Some(proxy) => {
                     let [first, end] =
-                        [view, view + 1].map(|view| views.part_offsets[view as usize] as usize);
-                    read.extend(views.parts[first..end].iter().map(|&part| views.packing.cluster(part)));
+                        [proxy, proxy + 1].map(|proxy| proxies.part_offsets[proxy as usize] as usize);
+                    read.extend(proxies.parts[first..end].iter().map(|&part| proxies.packing.cluster(part)));
                 }
             }
         }

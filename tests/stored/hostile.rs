@@ -45,12 +45,12 @@ const POINTERS: &[(&str, usize, usize)] = &[
     ("near clusters", 6, 0),
     ("near clusters", 6, 1),
     ("near clusters", 6, 5),
-    ("near parts", 6, 0),
-    ("near parts", 6, 1),
-    ("near parts", 6, 5),
-    ("view part offsets", 1, 0),
-    ("view pairs", 3, 0),
-    ("view pairs", 3, 2),
+    ("near patches", 6, 0),
+    ("near patches", 6, 1),
+    ("near patches", 6, 5),
+    ("proxy part offsets", 1, 0),
+    ("proxy pairs", 3, 0),
+    ("proxy pairs", 3, 2),
     ("gloss entries", 13, 3),
     ("gloss entries", 13, 11),
     ("gloss vertices", 5, 3),
@@ -88,8 +88,8 @@ const LENGTHS: &[&str] = &[
     "merged ray counts",
     "merged rays",
     "merged ray colours",
-    "view part offsets",
-    "view parts",
+    "proxy part offsets",
+    "proxy parts",
     "gloss shifts",
     "gloss child offsets",
 ];
@@ -156,8 +156,8 @@ fn no_index_leads_out_of_a_list() {
     *tables.word("cell clusters", 0) = FAR.to_le_bytes();
     all.assert_refused(&tables, "cell clusters");
     let mut tables = all.tables.clone();
-    *tables.word("view parts", 0) = u32::MAX.to_le_bytes();
-    all.assert_refused(&tables, "view parts");
+    *tables.word("proxy parts", 0) = u32::MAX.to_le_bytes();
+    all.assert_refused(&tables, "proxy parts");
     for count in [0, 1] {
         let mut tables = all.tables.clone();
         for shift in 0..tables.words("gloss shifts") {
@@ -180,7 +180,7 @@ fn no_index_leads_out_of_a_list() {
     }
     all.assert_refused(&tables, "radii beyond the scene");
     for (section, word, wrong) in
-        [("neighbours", 1, 1.5_f32), ("neighbours", 1, -0.5), ("near parts", 2, f32::NAN)]
+        [("neighbours", 1, 1.5_f32), ("neighbours", 1, -0.5), ("near patches", 2, f32::NAN)]
     {
         let mut tables = all.tables.clone();
         *tables.word(section, word) = wrong.to_le_bytes();

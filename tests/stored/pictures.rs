@@ -51,7 +51,7 @@ pub(crate) fn textured(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Read in views and in parts, with narrow cavities.
+/// Read in proxies and in parts, with narrow cavities.
 pub(crate) fn with_gaps(mut scene: Scene) -> Scene {
     scene.quality = Quality { gap_rounds: 2, occlusion: true, cells: 32, ..scene.quality };
     scene
@@ -143,7 +143,7 @@ fn small_diffuse() -> Scene {
 #[test]
 fn a_scene_with_views_and_narrow_cavities() {
     let counts = compare(&with_gaps(diffuse()));
-    assert!(counts["cluster views"] > 0 && counts["near parts of clusters"] > 0, "{counts:?}");
+    assert!(counts["cluster proxies"] > 0 && counts["near-field patches"] > 0, "{counts:?}");
 }
 
 #[test]

@@ -21,7 +21,7 @@ gpu_struct! {
         pub target_count: u32,
         /// Width of the cluster field in `GatherRay::target`.
         pub cluster_bits: u32,
-        /// Clusters, and views and parts of clusters; targets beyond are slots.
+        /// Clusters, and proxies and parts of clusters; targets beyond are slots.
         pub cluster_count: u32,
     }
 }

@@ -171,7 +171,7 @@ pub struct Pyramid {
     pub indirect_sources: Buffer,
     /// `ClusterFlux` of each cluster, W.
     pub flux: Buffer,
-    /// Irradiance of each cluster, W/m²; three floats. Views and parts of clusters may follow.
+    /// Irradiance of each cluster, W/m²; three floats. Proxies and parts of clusters may follow.
     pub irradiance: Buffer,
 }
 
@@ -183,7 +183,7 @@ impl Pyramid {
 
     /// Uploads the nesting. `contribution_offsets` has the first contribution of each base cluster by an entry
     /// point, then its first by another vertex, and the end. No root is divided by an area below `entry_area_m2`, that of one entry point: what
-    /// is smaller cannot be resolved. Smaller clusters are read as parts of views only, whose weights are proportional to area.
+    /// is smaller cannot be resolved. Smaller clusters are read as parts of proxies only, whose weights are proportional to area.
     /// `is_glossy`: lights say what paths carry on.
     ///
     /// # Errors
@@ -232,7 +232,7 @@ impl Pyramid {
         })
     }
 
-    /// Makes room for so many views behind the clusters' irradiance, and keeps the light of clusters below `inconsistent` ones to themselves.
+    /// Makes room for so many proxies behind the clusters' irradiance, and keeps the light of clusters below `inconsistent` ones to themselves.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -240,7 +240,7 @@ impl Pyramid {
         &mut self,
         context: &Arc<Context>,
         hvds: &Hvds,
-        view_count: u32,
+        proxy_count: u32,
         inconsistent: impl IntoIterator<Item = u32>,
     ) -> Result<()> {
         let mut is_inconsistent = vec![false; hvds.cluster_count() as usize];
@@ -248,12 +248,12 @@ impl Pyramid {
         let runs: Vec<ContributionRange> = self.contribution_ranges.read()?;
         let least = [MIN_VERTICES, MIN_VERTICES_APART];
         self.indirect_sources.write(&consistent_sources(hvds, &runs, least, &is_inconsistent))?;
-        let dark = vec![Vec3::ZERO; (hvds.cluster_count() + view_count) as usize];
+        let dark = vec![Vec3::ZERO; (hvds.cluster_count() + proxy_count) as usize];
         self.irradiance = Buffer::from_slice(context, "cluster irradiance", &dark)?;
         Ok(())
     }
 
-    /// Makes room for so many parts of clusters behind the irradiance of clusters and views.
+    /// Makes room for so many parts of clusters behind the irradiance of clusters and proxies.
     ///
     /// # Errors
     /// The device lacks memory.

@@ -2,7 +2,7 @@
 
 pub mod antialias;
 pub mod blend;
-pub mod cluster_views;
+pub mod cluster_proxies;
 pub mod compose;
 pub mod direct;
 pub mod edges;

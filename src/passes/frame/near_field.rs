@@ -19,7 +19,7 @@ gpu_struct! {
         pub record: u32,
         /// From the record to the middle of the cluster, or of its part, metres.
         pub offset: Vec3,
-        /// Whose irradiance it is: the cluster's, or behind all clusters and views a part's.
+        /// Whose irradiance it is: the cluster's, or behind all clusters and proxies a part's.
         pub target: u32,
     }
 }
@@ -56,7 +56,7 @@ impl NearField {
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
             clusters: (Buffer::from_slice(context, "near clusters", clusters)?, clusters.len() as u32),
-            parts: (Buffer::from_slice(context, "near parts", parts)?, parts.len() as u32),
+            parts: (Buffer::from_slice(context, "near patches", parts)?, parts.len() as u32),
         })
     }
 

@@ -46,8 +46,8 @@ pub struct GlossTables {
 pub struct Sources<'a> {
     /// The clusters.
     pub hvds: &'a Hvds,
-    /// Views of clusters, which rays name by indices behind theirs.
-    pub view_count: u32,
+    /// Proxies of clusters, which rays name by indices behind theirs.
+    pub proxy_count: u32,
     /// In BVH order.
     pub surfaces: &'a [Surface],
     /// As at load.
@@ -66,7 +66,7 @@ pub struct Sources<'a> {
     pub directions: Directions,
 }
 
-/// Makes the tables, and packs the gather rays anew: a target beyond clusters and views is a slot. Without materials that may be glossy
+/// Makes the tables, and packs the gather rays anew: a target beyond clusters and proxies is a slot. Without materials that may be glossy
 /// nothing is done, and none are made.
 ///
 /// # Errors
@@ -93,7 +93,7 @@ pub fn build(
     let read = rows.iter().zip(&wanted).enumerate().filter(|(_, (_, bin))| **bin != NO_BIN);
     let read = read.map(|(index, (ray, &bin))| (slots[&(ray.target & mask, bin)], directions.back(index)));
     tables.find_directions(read);
-    let first_slot = sources.hvds.cluster_count() + sources.view_count;
+    let first_slot = sources.hvds.cluster_count() + sources.proxy_count;
     let packed = GatherTargetPacking::new(
         first_slot + tables.slots.len() as u32,
         sources.materials.len(),

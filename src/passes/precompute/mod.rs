@@ -5,7 +5,7 @@ pub mod accessibility;
 mod budget;
 pub mod cache_points;
 pub mod clearance;
-pub mod cluster_views;
+pub mod cluster_proxies;
 mod coverage;
 pub mod entry_points;
 pub mod exposed_fractions;

@@ -1,7 +1,7 @@
 //! What anything reads of the hierarchy: known before any light is.
-//! In: gather rays, views, parts of clusters. Out: clusters whose irradiance is read; clusters whose flux that takes.
+//! In: gather rays, proxies, parts of clusters. Out: clusters whose irradiance is read; clusters whose flux that takes.
 
-use super::cluster_views::ViewTables;
+use super::cluster_proxies::ProxyTables;
 use super::gather_rays::{GatherTargetPacking, RayTable};
 use crate::error::Result;
 use crate::passes::frame::near_field::NearCluster;
@@ -25,7 +25,7 @@ impl Reads {
         Self { irradiance: all.clone(), flux: all }
     }
 
-    /// What gather rays read, and what the views and parts of clusters that they read are made of; they read no directions. `indirect_sources`: the cluster that each takes its
+    /// What gather rays read, and what the proxies and parts of clusters that they read are made of; they read no directions. `indirect_sources`: the cluster that each takes its
     /// indirect light from.
     ///
     /// # Errors
@@ -34,14 +34,14 @@ impl Reads {
         hvds: &Hvds,
         rays: &RayTable,
         packing: GatherTargetPacking,
-        views: Option<&ViewTables>,
-        near_parts: &[NearCluster],
+        proxies: Option<&ProxyTables>,
+        near_patches: &[NearCluster],
         indirect_sources: &[u32],
     ) -> Result<Self> {
         let mut targets = BTreeSet::new();
         rays.scan(1, |_, rays| targets.extend(rays.iter().map(|ray| ray.target)))?;
         targets.remove(&NO_TARGET);
-        Ok(Self::of(hvds, targets, packing, views, near_parts, indirect_sources))
+        Ok(Self::of(hvds, targets, packing, proxies, near_patches, indirect_sources))
     }
 
     /// The same, of the targets of gather rays: what these met.
@@ -49,26 +49,28 @@ impl Reads {
         hvds: &Hvds,
         targets: impl IntoIterator<Item = u32>,
         packing: GatherTargetPacking,
-        views: Option<&ViewTables>,
-        near_parts: &[NearCluster],
+        proxies: Option<&ProxyTables>,
+        near_patches: &[NearCluster],
         indirect_sources: &[u32],
     ) -> Self {
         let count = hvds.cluster_count() as usize;
-        let view_count = views.map_or(0, |views| views.count() as usize);
-        let mut irradiance = vec![false; count + view_count + near_parts.len()];
+        let proxy_count = proxies.map_or(0, |proxies| proxies.count() as usize);
+        let mut irradiance = vec![false; count + proxy_count + near_patches.len()];
         for target in targets {
             irradiance[(target & ((1 << packing.cluster_bits) - 1)) as usize] = true;
         }
-        let read_views = irradiance.split_off(count);
-        if let Some(views) = views {
-            for (parts, _) in views.part_offsets.windows(2).zip(read_views).filter(|(_, is_read)| *is_read) {
-                for &part in &views.parts[parts[0] as usize..parts[1] as usize] {
-                    irradiance[views.packing.cluster(part) as usize] = true;
+        let read_proxies = irradiance.split_off(count);
+        if let Some(proxies) = proxies {
+            for (parts, _) in
+                proxies.part_offsets.windows(2).zip(read_proxies).filter(|(_, is_read)| *is_read)
+            {
+                for &part in &proxies.parts[parts[0] as usize..parts[1] as usize] {
+                    irradiance[proxies.packing.cluster(part) as usize] = true;
                 }
             }
         }
         // Each has a ray that reads it.
-        near_parts.iter().for_each(|part| irradiance[part.cluster as usize] = true);
+        near_patches.iter().for_each(|part| irradiance[part.cluster as usize] = true);
         let mut flux = vec![false; count];
         for cluster in (0..count).filter(|&cluster| irradiance[cluster]) {
             flux[cluster] = true;

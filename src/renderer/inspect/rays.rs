@@ -1,10 +1,10 @@
 //! The gather rays of a cache point. Where they went is not kept: they are traced again, along the same directions. What they read
 //! is: the point's merged rays name its targets.
 //!
-//! A ray that meets a cluster reads the cluster itself; or a *view* of it, what shows of it towards the ray's bin of directions; or a
+//! A ray that meets a cluster reads the cluster itself; or a *proxy* of it, what shows of it towards the ray's bin of directions; or a
 //! *part* of it, which the point sees from nearby; or a *slot* of it, if it is glossy, towards a direction. A merged ray names what is
 //! read, not which rays do: where several targets of a point stand for the cluster that a ray met, the direction decides. Two rays of one
-//! bin may so be taken to read one view although one of them, along which nothing can hide a part of the cluster, reads the cluster.
+//! bin may so be taken to read one proxy although one of them, along which nothing can hide a part of the cluster, reads the cluster.
 
 use super::super::Renderer;
 use crate::cpu::gather_rays::{Ray, Tracing};
@@ -29,7 +29,7 @@ pub struct GatherRaySegment {
     pub hit: Option<Vec3>,
     /// The cluster, of any level, that stands for what it met; none where it left the scene or met a side without light.
     pub cluster: Option<u32>,
-    /// Which gather target it reads: the cluster with the material that it met, or its view, part or slot.
+    /// Which gather target it reads: the cluster with the material that it met, or its proxy, part or slot.
     pub target_index: Option<u32>,
     /// Radiance that the last frame to gather took from there, W/m²/sr; zero where nothing is read, and before the first frame.
     pub radiance: Vec3,
@@ -38,8 +38,8 @@ pub struct GatherRaySegment {
 /// What a gather target is.
 enum Kind {
     Cluster,
-    Part,
-    View(u32),
+    Patch,
+    Proxy(u32),
     /// Towards a direction.
     Slot(Vec3),
 }
@@ -49,7 +49,7 @@ struct Reading {
     target_index: u32,
     material: u32,
     kind: Kind,
-    /// What it may stand for; views that weigh the same clusters alike are one.
+    /// What it may stand for; proxies that weigh the same clusters alike are one.
     clusters: Vec<u32>,
 }
 
@@ -135,22 +135,22 @@ impl Renderer {
             Some(gloss) => gloss.clusters.slots.read()?,
             None => Vec::new(),
         };
-        let (views, parts) = (self.views.tables(), self.scopes.near_parts());
-        let first_view = self.views.first();
-        let first_part = first_view + views.map_or(0, |views| views.count());
+        let (proxies, parts) = (self.proxies.tables(), self.scopes.near_patches());
+        let first_proxy = self.proxies.first();
+        let first_part = first_proxy + proxies.map_or(0, |proxies| proxies.count());
         let first_slot = first_part + parts.len() as u32;
         let bits = self.gather.packing.cluster_bits;
         let reading = |target_index: u32| {
             let target = targets[target_index as usize];
             let read = target & ((1 << bits) - 1);
-            let (kind, clusters) = if read < first_view {
+            let (kind, clusters) = if read < first_proxy {
                 (Kind::Cluster, vec![read])
             } else if read < first_part {
-                let view = read - first_view;
-                let pairs = views.iter().flat_map(|views| &views.pairs).filter(|pair| pair[2] == view);
-                (Kind::View(view), pairs.map(|pair| pair[0]).collect())
+                let proxy = read - first_proxy;
+                let pairs = proxies.iter().flat_map(|proxies| &proxies.pairs).filter(|pair| pair[2] == proxy);
+                (Kind::Proxy(proxy), pairs.map(|pair| pair[0]).collect())
             } else if read < first_slot {
-                (Kind::Part, vec![parts[(read - first_part) as usize].cluster])
+                (Kind::Patch, vec![parts[(read - first_part) as usize].cluster])
             } else {
                 let slot = slots[(read - first_slot) as usize];
                 (Kind::Slot(slot.direction), vec![slot.cluster])
@@ -163,13 +163,13 @@ impl Renderer {
     /// The gather target that a ray reads that met this cluster and material, seen along `back`.
     fn reading_of(&self, readings: &[Reading], [cluster, material]: [u32; 2], back: DVec3) -> Option<u32> {
         let bin = Directions::new(self.scene.quality.directions).bin(back);
-        let view = self.views.tables().and_then(|views| views.view_of(cluster, bin));
+        let proxy = self.proxies.tables().and_then(|proxies| proxies.proxy_of(cluster, bin));
         let fits = |found: &&Reading| found.material == material && found.clusters.contains(&cluster);
         // At most 1 for what another direction may read better.
         let fitness = |found: &Reading| match found.kind {
-            Kind::View(own) if Some(own) == view => 3.0,
-            Kind::View(_) => -2.0,
-            Kind::Cluster | Kind::Part => 2.0,
+            Kind::Proxy(own) if Some(own) == proxy => 3.0,
+            Kind::Proxy(_) => -2.0,
+            Kind::Cluster | Kind::Patch => 2.0,
             Kind::Slot(direction) => direction.as_dvec3().dot(back),
         };
         let fitting = readings.iter().filter(fits);

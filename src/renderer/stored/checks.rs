@@ -35,7 +35,7 @@ pub(super) fn check(contents: &mut Contents, scene: &Scene, order: &[u32]) -> Re
     paths(contents, scene)?;
     records(contents, scene)?;
     merged_rays(contents, scene)?;
-    views(contents)?;
+    proxies(contents)?;
     gloss_checks::check(contents, scene)
 }
 
@@ -157,17 +157,17 @@ fn records(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     let mut all = neighbours.list.iter();
     demand(all.all(|neighbour| is_point(neighbour.record) && is_share(neighbour.weight)), "neighbours")?;
     let clusters = contents.hvds.areas_m2.len();
-    let mut near = contents.near_clusters.iter().chain(&contents.near_parts);
+    let mut near = contents.near_clusters.iter().chain(&contents.near_patches);
     let is_near = near
         .all(|near| (near.cluster as usize) < clusters && is_point(near.record) && near.offset.is_finite());
     demand(is_near, "near clusters")?;
     let mut own = contents.near_clusters.iter();
     demand(own.all(|near| (near.target as usize) < clusters), "targets of near clusters")?;
-    let mut parts = (clusters + contents.view_count()..).zip(&contents.near_parts);
-    demand(parts.all(|(target, part)| part.target as usize == target), "targets of near parts")?;
+    let mut parts = (clusters + contents.proxy_count()..).zip(&contents.near_patches);
+    demand(parts.all(|(target, part)| part.target as usize == target), "targets of near patches")?;
     let numbers = &contents.numbers;
     let is_narrow = numbers.narrow_count as usize <= points.len()
-        && numbers.narrow_parts as usize <= contents.near_parts.len();
+        && numbers.narrow_patches as usize <= contents.near_patches.len();
     demand(is_narrow, "records in narrow cavities")
 }
 
@@ -199,13 +199,13 @@ fn merged_rays(contents: &Contents, scene: &Scene) -> Result<(), CacheMiss> {
     demand(lists.merged_rays.iter().all(|merged_ray| is_merged_ray(merged_ray.target_index)), "merged rays")
 }
 
-fn views(contents: &Contents) -> Result<(), CacheMiss> {
-    let Some(views) = &contents.views else { return Ok(()) };
-    let (count, clusters) = (contents.view_count(), contents.hvds.areas_m2.len());
-    demand(cuts(&views.part_offsets, count, views.parts.len()), "views")?;
+fn proxies(contents: &Contents) -> Result<(), CacheMiss> {
+    let Some(proxies) = &contents.proxies else { return Ok(()) };
+    let (count, clusters) = (contents.proxy_count(), contents.hvds.areas_m2.len());
+    demand(cuts(&proxies.part_offsets, count, proxies.parts.len()), "proxies")?;
     let is_cluster = |cluster: u32| (cluster as usize) < clusters;
-    demand(views.parts.iter().all(|&part| is_cluster(views.packing.cluster(part))), "parts of views")?;
+    demand(proxies.parts.iter().all(|&part| is_cluster(proxies.packing.cluster(part))), "parts of proxies")?;
     let is_pair = |pair: &[u32; 3]| is_cluster(pair[0]) && (pair[2] as usize) < count;
-    let are_pairs = views.pairs.is_sorted_by(|a, b| a[..2] < b[..2]) && views.pairs.iter().all(is_pair);
-    demand(are_pairs, "pairs of views")
+    let are_pairs = proxies.pairs.is_sorted_by(|a, b| a[..2] < b[..2]) && proxies.pairs.iter().all(is_pair);
+    demand(are_pairs, "pairs of proxies")
 }

@@ -1,9 +1,9 @@
 //! What a file of light paths holds, before anybody believes it.
 
 use super::write::Numbers;
-use crate::passes::frame::cluster_views::ProxyPartPacking;
+use crate::passes::frame::cluster_proxies::ProxyPartPacking;
 use crate::passes::frame::near_field::NearCluster;
-use crate::passes::precompute::cluster_views::ViewTables;
+use crate::passes::precompute::cluster_proxies::ProxyTables;
 use crate::passes::precompute::gloss::GlossTables;
 use crate::passes::precompute::merged_rays::MergedRayLists;
 use crate::passes::precompute::neighbours::Neighbourhoods;
@@ -30,8 +30,8 @@ pub(super) struct Contents {
     pub(super) neighbourhoods: Neighbourhoods,
     pub(super) merged_rays: MergedRayLists,
     pub(super) near_clusters: Vec<NearCluster>,
-    pub(super) near_parts: Vec<NearCluster>,
-    pub(super) views: Option<ViewTables>,
+    pub(super) near_patches: Vec<NearCluster>,
+    pub(super) proxies: Option<ProxyTables>,
     pub(super) gloss: Option<GlossTables>,
 }
 
@@ -76,18 +76,18 @@ impl Contents {
             arrivals: Arrivals { lobes: file.list("lobes")?, ..Arrivals::default() },
             lost: 0,
         };
-        let views = || -> Result<ViewTables, CacheMiss> {
-            Ok(ViewTables {
-                part_offsets: file.list("view part offsets")?,
-                parts: file.list("view parts")?,
+        let proxies = || -> Result<ProxyTables, CacheMiss> {
+            Ok(ProxyTables {
+                part_offsets: file.list("proxy part offsets")?,
+                parts: file.list("proxy parts")?,
                 packing: ProxyPartPacking::new(hvds.cluster_count()),
-                pairs: file.list("view pairs")?,
+                pairs: file.list("proxy pairs")?,
                 measured: 0,
                 poor: 0,
                 readers: 0,
             })
         };
-        let views = if numbers.has_views == 0 { None } else { Some(views()?) };
+        let proxies = if numbers.has_proxies == 0 { None } else { Some(proxies()?) };
         let gloss = || -> Result<GlossTables, CacheMiss> {
             Ok(GlossTables {
                 entries: file.list("gloss entries")?,
@@ -126,20 +126,20 @@ impl Contents {
                 colours: file.list("merged ray colours")?,
             },
             near_clusters: file.list("near clusters")?,
-            near_parts: file.list("near parts")?,
-            views,
+            near_patches: file.list("near patches")?,
+            proxies,
             gloss,
             hvds,
         })
     }
 
-    /// Views of clusters.
-    pub(super) fn view_count(&self) -> usize {
-        self.views.as_ref().map_or(0, |views| views.part_offsets.len().saturating_sub(1))
+    /// Proxies of clusters.
+    pub(super) fn proxy_count(&self) -> usize {
+        self.proxies.as_ref().map_or(0, |proxies| proxies.part_offsets.len().saturating_sub(1))
     }
 
-    /// What gather rays may name that has irradiance: clusters, views, parts of clusters.
+    /// What gather rays may name that has irradiance: clusters, proxies, parts of clusters.
     pub(super) fn lit_count(&self) -> usize {
-        self.hvds.areas_m2.len() + self.view_count() + self.near_parts.len()
+        self.hvds.areas_m2.len() + self.proxy_count() + self.near_patches.len()
     }
 }

@@ -19,9 +19,9 @@ pub(super) struct Numbers {
     pub(super) min_distance: f32,
     pub(super) cluster_bits: u32,
     pub(super) narrow_count: u32,
-    pub(super) narrow_parts: u32,
+    pub(super) narrow_patches: u32,
     pub(super) is_covering: u32,
-    pub(super) has_views: u32,
+    pub(super) has_proxies: u32,
     pub(super) has_gloss: u32,
     pub(super) gloss_leaf_count: u32,
     pub(super) gloss_most_vertices: u32,
@@ -70,9 +70,9 @@ impl Tables {
                 min_distance: made.packing.min_distance,
                 cluster_bits: made.packing.cluster_bits,
                 narrow_count: made.narrow_count,
-                narrow_parts: made.narrow_parts,
+                narrow_patches: made.narrow_patches,
                 is_covering: made.is_covering.into(),
-                has_views: made.views.is_some().into(),
+                has_proxies: made.proxies.is_some().into(),
                 has_gloss: gloss.is_some().into(),
                 gloss_leaf_count: gloss.map_or(0, |gloss| gloss.leaf_count),
                 gloss_most_vertices: gloss.map_or(0, |gloss| gloss.max_vertices),
@@ -120,11 +120,11 @@ impl Tables {
         writer.add("merged rays", &self.merged_rays.merged_rays[..]);
         writer.add("merged ray colours", &self.merged_rays.colours[..]);
         writer.add("near clusters", &made.near_clusters[..]);
-        writer.add("near parts", &made.near_parts[..]);
-        if let Some(views) = &made.views {
-            writer.add("view part offsets", &views.part_offsets[..]);
-            writer.add("view parts", &views.parts[..]);
-            writer.add("view pairs", &views.pairs[..]);
+        writer.add("near patches", &made.near_patches[..]);
+        if let Some(proxies) = &made.proxies {
+            writer.add("proxy part offsets", &proxies.part_offsets[..]);
+            writer.add("proxy parts", &proxies.parts[..]);
+            writer.add("proxy pairs", &proxies.pairs[..]);
         }
         if let Some(gloss) = gloss {
             writer.add("gloss entries", &gloss.entries[..]);

@@ -1,4 +1,4 @@
-//! Views of clusters: their irradiance, and how much of which cluster they show.
+//! Directional proxies of clusters: their irradiance, and how much of which cluster they show.
 
 use crate::common::assert_silent;
 use crate::world::{Random, SUM, World, assert_near};
@@ -7,8 +7,8 @@ use lightpaths::cpu;
 use lightpaths::cpu::hemisphere::{Strata, frame};
 use lightpaths::gpu::Buffer;
 use lightpaths::passes::ClusterTables;
-use lightpaths::passes::frame::cluster_views::{ClusterViews, ProxyPartPacking};
-use lightpaths::passes::precompute::cluster_views::{self, ViewTables};
+use lightpaths::passes::frame::cluster_proxies::{ClusterProxies, ProxyPartPacking};
+use lightpaths::passes::precompute::cluster_proxies::{self, ProxyTables};
 use lightpaths::passes::precompute::gather_rays::{self, GatherTargetPacking, Hemisphere};
 use lightpaths::passes::precompute::{Silent, rays::Rays};
 use lightpaths::scene::{Scene, directions::Directions, shapes};
@@ -30,16 +30,16 @@ fn irradiance_of_views_equals_the_reference() {
         }
         let irradiance: Vec<Vec3> = (0..clusters + count).map(|_| 1.0 + random.cube()).collect();
         let buffer = Buffer::from_slice(&world.context, "irradiance", &irradiance).unwrap();
-        let pass = ClusterViews::new(&world.context, clusters, &part_offsets, &parts, packing).unwrap();
+        let pass = ClusterProxies::new(&world.context, clusters, &part_offsets, &parts, packing).unwrap();
         world.context.run(|rec| pass.record(rec, &buffer)).unwrap();
         let found: Vec<Vec3> = buffer.read().unwrap();
-        let (kept, views) = found.split_at(clusters as usize);
+        let (kept, proxies) = found.split_at(clusters as usize);
         assert!(*kept == irradiance[..clusters as usize], "clusters keep what they have");
-        for (device, run) in views.iter().zip(part_offsets.windows(2)) {
+        for (device, run) in proxies.iter().zip(part_offsets.windows(2)) {
             let parts = &parts[run[0] as usize..run[1] as usize];
             let shown = |&part: &u32| (irradiance[packing.cluster(part) as usize], packing.weight(part));
-            let reference = cpu::cluster_views::view(parts.iter().map(shown));
-            assert_near(*device, reference, SUM, 0.0, "view");
+            let reference = cpu::cluster_proxies::proxy(parts.iter().map(shown));
+            assert_near(*device, reference, SUM, 0.0, "proxy");
         }
     }
     assert_silent(&world.context);
@@ -49,11 +49,11 @@ fn irradiance_of_views_equals_the_reference() {
 const HEMISPHERE: u32 = 16;
 const SEED: u32 = 5;
 
-/// Views that some cache points need, their rays before and after, and the bits of a cluster before and after.
+/// Proxies that some cache points need, their rays before and after, and the bits of a cluster before and after.
 struct Made {
     world: World,
     points: Vec<CachePoint>,
-    tables: ViewTables,
+    tables: ProxyTables,
     before: Vec<GatherRay>,
     after: Vec<GatherRay>,
     bits: [u32; 2],
@@ -61,7 +61,7 @@ struct Made {
 
 fn make(scene: &Scene) -> Made {
     let world = World::new(scene, 32);
-    // Many entry points in every cluster: all views have the minimum count, and no ray reads coarser than its footprint.
+    // Many entry points in every cluster: all proxies have the minimum count, and no ray reads coarser than its footprint.
     let many = vec![1e3; world.in_clusters.len()];
     let points = world.cache_points(&mut Random::new(102), 1_000, 0.1);
     let buffer = Buffer::from_slice(&world.context, "cache points", &points).unwrap();
@@ -81,7 +81,7 @@ fn make(scene: &Scene) -> Made {
     )
     .unwrap();
     let before = rays.read().unwrap();
-    let sources = cluster_views::Sources {
+    let sources = cluster_proxies::Sources {
         hvds: &world.hvds,
         in_clusters: &many,
         surfaces: &world.surfaces,
@@ -94,7 +94,7 @@ fn make(scene: &Scene) -> Made {
     };
     let tracer = Rays::of_segments(&world.context).unwrap();
     let (tables, packed) =
-        cluster_views::build((&tracer, &world.buffers), sources, &rays, packing, &mut Silent).unwrap();
+        cluster_proxies::build((&tracer, &world.buffers), sources, &rays, packing, &mut Silent).unwrap();
     let after = rays.read().unwrap();
     assert_silent(&world.context);
     Made { world, points, tables, before, after, bits: [packing.cluster_bits, packed.cluster_bits] }
@@ -124,7 +124,7 @@ fn weights_of_a_view_are_what_its_readers_see() {
         assert!(sum == 1.0 && parts.len() <= 64, "{sum} of {} parts", parts.len());
     }
 
-    // Every ray reads what it read, or a view of that; and what it hits is what the view shows.
+    // Every ray reads what it read, or a proxy of that; and what it hits is what the proxy shows.
     let is_below = |mut part: u32, cluster: u32| {
         while part < cluster {
             part = world.hvds.parents[part as usize];
@@ -150,7 +150,7 @@ fn weights_of_a_view_are_what_its_readers_see() {
             assert_eq!(old.0, new.0);
             continue;
         }
-        let pair = found.expect("who reads a view is of one of its pairs");
+        let pair = found.expect("who reads a proxy is of one of its pairs");
         assert_eq!(tables.pairs[pair][2], new.0 - clusters);
         readers[pair]
             .push(point.position.as_dvec3() + f64::from(world.clear_distance) * point.normal.as_dvec3());
@@ -161,12 +161,12 @@ fn weights_of_a_view_are_what_its_readers_see() {
         let run = &tables.part_offsets[pair[2] as usize..][..2];
         let parts = &tables.parts[run[0] as usize..run[1] as usize];
         assert!(parts.iter().all(|&part| is_below(tables.packing.cluster(part), pair[0])));
-        // What all readers together see of each child, by many points, against what the view says.
+        // What all readers together see of each child, by many points, against what the proxy says.
         let children =
             world.hvds.child_offsets[pair[0] as usize]..world.hvds.child_offsets[pair[0] as usize + 1];
         let seen = |cluster: u32| -> f64 {
             let of_reader = |&reader: &DVec3| {
-                cpu::cluster_views::seen_area(world.geometry(), &world.hvds, cluster, reader, 4)[0]
+                cpu::cluster_proxies::seen_area(world.geometry(), &world.hvds, cluster, reader, 4)[0]
             };
             readers.iter().map(of_reader).sum()
         };
@@ -192,7 +192,7 @@ fn views_are_the_same_each_time() {
     assert_eq!(a.tables.parts, b.tables.parts);
     assert!(a.after.iter().zip(&b.after).all(|(a, b)| a.target == b.target));
 
-    // Rays of the same points, redirected as those of other points are, read the same views.
+    // Rays of the same points, redirected as those of other points are, read the same proxies.
     let mut rows = a.before.clone();
     for row in rows.iter_mut().filter(|row| row.target != NO_TARGET) {
         let (cluster, material) = unpack(*row, a.bits[0]);

@@ -1,11 +1,11 @@
-//! Reference of the views of clusters: what a view shows, and what there is to see.
+//! Reference of the proxies of clusters: what a proxy shows, and what there is to see.
 
 use crate::cpu::rays::Geometry;
 use crate::scene::hvds::Hvds;
 use glam::{DVec3, Vec3};
 
-/// Irradiance of a view, W/m²: of each part the cluster's irradiance and the weight.
-pub fn view(parts: impl IntoIterator<Item = (Vec3, f32)>) -> DVec3 {
+/// Irradiance of a proxy, W/m²: of each part the cluster's irradiance and the weight.
+pub fn proxy(parts: impl IntoIterator<Item = (Vec3, f32)>) -> DVec3 {
     parts.into_iter().map(|(irradiance, weight)| f64::from(weight) * irradiance.as_dvec3()).sum()
 }
 

@@ -1,19 +1,19 @@
-//! Views of clusters: what a coarse cluster shows in directions from which part of it is hidden. [Yue §2, Figure 1]
-//! In: irradiance of clusters (W/m²). Out: irradiance of views, behind them in the same buffer.
+//! Directional proxies of clusters: what a coarse cluster shows in directions from which part of it is hidden. [Yue §2, Figure 1]
+//! In: irradiance of clusters (W/m²). Out: irradiance of proxies, behind them in the same buffer.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use std::sync::Arc;
 
-/// How a part of a view is packed: `cluster << weight_bits | (steps - 1)`. All steps of a view's parts together make its weight of 1.
+/// How a part of a proxy is packed: `cluster << weight_bits | (steps - 1)`. All steps of a proxy's parts together make its weight of 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ProxyPartPacking {
     /// Bits of a weight.
     pub weight_bits: u32,
 }
 
-/// Bits of a weight at most: views that differ in rounding only should be one.
+/// Bits of a weight at most: proxies that differ in rounding only should be one.
 const MAX_WEIGHT_BITS: u32 = 12;
 
 impl ProxyPartPacking {
@@ -45,34 +45,34 @@ impl ProxyPartPacking {
 
 gpu_struct! {
     /// Push constants.
-    pub struct ClusterViewsPush {
+    pub struct ClusterProxiesPush {
         /// Clusters of all levels.
         pub cluster_count: u32,
-        /// Views.
-        pub view_count: u32,
+        /// Proxies.
+        pub proxy_count: u32,
         /// Bits of a weight in a part.
         pub weight_bits: u32,
     }
 }
 
 /// What this pass shares with its shader.
-pub const LAYOUTS: &[Layout] = &[ClusterViewsPush::LAYOUT];
+pub const LAYOUTS: &[Layout] = &[ClusterProxiesPush::LAYOUT];
 
 /// The pipeline and the lists.
-pub struct ClusterViews {
+pub struct ClusterProxies {
     pipeline: Pipeline,
     cluster_count: u32,
-    view_count: u32,
+    proxy_count: u32,
     packing: ProxyPartPacking,
     part_offsets: Buffer,
     parts: Buffer,
 }
 
-impl ClusterViews {
+impl ClusterProxies {
     /// Stem of shader, reference and timing.
-    pub const STEM: &str = "cluster_views";
+    pub const STEM: &str = "cluster_proxies";
 
-    /// Uploads the lists: `part_offsets` has the first part of each view, and the end; `parts` are packed with that packing.
+    /// Uploads the lists: `part_offsets` has the first part of each proxy, and the end; `parts` are packed with that packing.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -86,31 +86,31 @@ impl ClusterViews {
         Ok(Self {
             pipeline: Pipeline::new(context, Self::STEM, &[])?,
             cluster_count,
-            view_count: part_offsets.len() as u32 - 1,
+            proxy_count: part_offsets.len() as u32 - 1,
             packing,
-            part_offsets: Buffer::from_slice(context, "first view parts", part_offsets)?,
-            parts: Buffer::from_slice(context, "view parts", parts)?,
+            part_offsets: Buffer::from_slice(context, "first proxy parts", part_offsets)?,
+            parts: Buffer::from_slice(context, "proxy parts", parts)?,
         })
     }
 
     /// Bytes that it reads and writes.
     pub fn bytes(&self) -> u64 {
-        // Of each part itself and an irradiance; of each view the first part and the result.
+        // Of each part itself and an irradiance; of each proxy the first part and the result.
         let parts = self.parts.bytes() / 4;
-        self.part_offsets.bytes() + self.parts.bytes() + 12 * (parts + u64::from(self.view_count))
+        self.part_offsets.bytes() + self.parts.bytes() + 12 * (parts + u64::from(self.proxy_count))
     }
 
-    /// Writes the irradiance of all views behind that of the clusters.
+    /// Writes the irradiance of all proxies behind that of the clusters.
     pub fn record(&self, rec: &mut Recorder, irradiance: &Buffer) {
         rec.pass(Self::STEM).dispatch(
             &self.pipeline,
-            [self.view_count, 1, 1],
-            &ClusterViewsPush {
+            [self.proxy_count, 1, 1],
+            &ClusterProxiesPush {
                 cluster_count: self.cluster_count,
-                view_count: self.view_count,
+                proxy_count: self.proxy_count,
                 weight_bits: self.packing.weight_bits,
             },
-            &[("PartOffsets", &self.part_offsets), ("ViewParts", &self.parts), ("Irradiance", irradiance)],
+            &[("PartOffsets", &self.part_offsets), ("ProxyParts", &self.parts), ("Irradiance", irradiance)],
         );
     }
 }

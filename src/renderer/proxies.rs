@@ -4,39 +4,40 @@ use super::Renderer;
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Context, Recorder};
-use crate::passes::frame::cluster_views::ClusterViews;
+use crate::passes::frame::cluster_proxies::ClusterProxies;
 use crate::passes::frame::hvds::Pyramid;
-use crate::passes::precompute::cluster_views::ViewTables;
+use crate::passes::precompute::cluster_proxies::ProxyTables;
 use crate::passes::precompute::gather_rays::RayTable;
 use crate::scene::directions::Directions;
 use crate::scene::hvds::Hvds;
 use crate::types::CachePoint;
 use std::sync::Arc;
 
-/// The views of clusters, and the pass that evaluates them.
-pub(super) struct Views(Option<(ViewTables, ClusterViews)>, u32);
+/// The proxies of clusters, and the pass that evaluates them.
+pub(super) struct Proxies(Option<(ProxyTables, ClusterProxies)>, u32);
 
-impl Views {
-    /// Uploads the views and makes room for their irradiance.
+impl Proxies {
+    /// Uploads the proxies and makes room for their irradiance.
     pub(super) fn new(
         context: &Arc<Context>,
-        tables: Option<ViewTables>,
+        tables: Option<ProxyTables>,
         hvds: &Hvds,
         pyramid: &mut Pyramid,
     ) -> Result<Self> {
         let clusters = (pyramid.irradiance.bytes() / 12) as u32;
         let Some(tables) = tables else { return Ok(Self(None, clusters)) };
-        let pass = ClusterViews::new(context, clusters, &tables.part_offsets, &tables.parts, tables.packing)?;
+        let pass =
+            ClusterProxies::new(context, clusters, &tables.part_offsets, &tables.parts, tables.packing)?;
         pyramid.make_room(context, hvds, tables.count(), tables.pairs.iter().map(|pair| pair[0]))?;
         Ok(Self(Some((tables, pass)), clusters))
     }
 
     /// The lists, where there are any.
-    pub(super) fn tables(&self) -> Option<&ViewTables> {
+    pub(super) fn tables(&self) -> Option<&ProxyTables> {
         self.0.as_ref().map(|(tables, _)| tables)
     }
 
-    /// Clusters: targets of gather rays from there on are views, and then parts.
+    /// Clusters: targets of gather rays from there on are proxies, and then parts.
     pub(super) fn first(&self) -> u32 {
         self.1
     }
@@ -46,7 +47,7 @@ impl Views {
         self.0.as_ref().map_or(0, |(_, pass)| pass.bytes())
     }
 
-    /// The irradiance of all views, from that of the clusters.
+    /// The irradiance of all proxies, from that of the clusters.
     pub(super) fn record(&self, rec: &mut Recorder, pyramid: &Pyramid) {
         if let Some((_, pass)) = &self.0 {
             pass.record(rec, &pyramid.irradiance);
@@ -54,7 +55,7 @@ impl Views {
         }
     }
 
-    /// Lets gather rays of other points read views, where these were made for the cluster and the direction.
+    /// Lets gather rays of other points read proxies, where these were made for the cluster and the direction.
     pub(super) fn redirect(&self, rays: &RayTable, points: &[CachePoint], of: &Renderer) -> Result<()> {
         let Some((tables, _)) = &self.0 else { return Ok(()) };
         let mut rows = rays.read()?;

@@ -1,8 +1,8 @@
 //! Which parts of coarse clusters gather rays can see from where they come. [Yue §2, Figure 1]
-//! In: gather rays, clusters. Out: views, each a list of clusters with weights; gather rays that read one point to it.
+//! In: gather rays, clusters. Out: proxies, each a list of clusters with weights; gather rays that read one point to it.
 //!
 //! A *pair* is a coarse cluster and a discretised direction that gather rays read it from. Where other surface in the cell
-//! hides a part of the cluster, the pair becomes a *view*: the mean over the clusters below it, each weighted by its open share,
+//! hides a part of the cluster, the pair becomes a *proxy*: the mean over the clusters below it, each weighted by its open share,
 //! its area and its cosine with the direction. Where nothing is hidden, or all alike, rays keep the cluster.
 
 use super::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
@@ -10,7 +10,7 @@ use super::occlusion::{Ask, Cells, Hiding, Readers, Seen};
 use super::{Progress, parallel, rays::Rays};
 use crate::error::Result;
 use crate::passes::SceneBuffers;
-use crate::passes::frame::cluster_views::ProxyPartPacking;
+use crate::passes::frame::cluster_proxies::ProxyPartPacking;
 use crate::passes::precompute::gather_rays::MIN_ENTRY_POINTS;
 use crate::scene::directions::Directions;
 use crate::scene::{Material, hvds::Hvds};
@@ -20,9 +20,9 @@ use std::collections::HashMap;
 
 /// Gather rays whose origins stand for all of a pair's.
 const MAX_READERS: usize = 8;
-/// Clusters of a view at most.
+/// Clusters of a proxy at most.
 const MAX_PARTS: usize = 64;
-/// Views differ from their cluster by so much of the weight at the least.
+/// Proxies differ from their cluster by so much of the weight at the least.
 const MIN_CHANGE: f64 = 1.0 / 32.0;
 /// Pairs that a thread measures at a time: one prepares rays while the device traces those of another.
 const CHUNK: usize = 1 << 11;
@@ -31,7 +31,7 @@ const FEW: usize = 64;
 /// Pairs between two reports of progress.
 const PAIRS_AT_A_TIME: usize = 1 << 15;
 
-/// What views are made from.
+/// What proxies are made from.
 #[derive(Clone, Copy)]
 pub struct Sources<'a> {
     /// The clusters.
@@ -54,26 +54,26 @@ pub struct Sources<'a> {
     pub clear_distance: f32,
 }
 
-/// The views.
+/// The proxies.
 #[derive(Debug)]
-pub struct ViewTables {
-    /// First part of each view, and the end.
+pub struct ProxyTables {
+    /// First part of each proxy, and the end.
     pub part_offsets: Vec<u32>,
-    /// Parts of the views, packed.
+    /// Parts of the proxies, packed.
     pub parts: Vec<u32>,
     /// How they are packed.
     pub packing: ProxyPartPacking,
-    /// Cluster, direction and view of each pair that is one, in this order.
+    /// Cluster, direction and proxy of each pair that is one, in this order.
     pub pairs: Vec<[u32; 3]>,
     /// Pairs that were measured with rays.
     pub measured: u64,
-    /// Of these, pairs that would be views if their open parts held enough entry points.
+    /// Of these, pairs that would be proxies if their open parts held enough entry points.
     pub poor: u64,
-    /// Gather rays that read views.
+    /// Gather rays that read proxies.
     pub readers: u64,
 }
 
-/// What a view may become: a cluster below the pair's, and what is seen of it.
+/// What a proxy may become: a cluster below the pair's, and what is seen of it.
 #[derive(Clone, Copy)]
 struct Node {
     cluster: u32,
@@ -92,8 +92,8 @@ enum Outcome {
     Cluster,
     /// The same, because the open parts hold too few entry points.
     Poor,
-    /// Parts of a view by cluster, their weights in steps.
-    View(Vec<(u32, u32)>),
+    /// Parts of a proxy by cluster, their weights in steps.
+    Proxy(Vec<(u32, u32)>),
 }
 
 impl Sources<'_> {
@@ -102,8 +102,8 @@ impl Sources<'_> {
     }
 }
 
-/// Measures the pairs of all rays that do not meet what may be glossy, makes the views, and packs the rays anew: a target beyond the
-/// clusters is a view. The tables are empty where nothing is hidden; then the rays stay as they are.
+/// Measures the pairs of all rays that do not meet what may be glossy, makes the proxies, and packs the rays anew: a target beyond the
+/// clusters is a proxy. The tables are empty where nothing is hidden; then the rays stay as they are.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -113,8 +113,8 @@ pub fn build(
     table: &RayTable,
     packing: GatherTargetPacking,
     progress: &mut dyn Progress,
-) -> Result<(ViewTables, GatherTargetPacking)> {
-    let mut tables = ViewTables::new(sources.hvds.cluster_count());
+) -> Result<(ProxyTables, GatherTargetPacking)> {
+    let mut tables = ProxyTables::new(sources.hvds.cluster_count());
     let cells = Cells::new(sources.hvds, sources.surfaces, sources.clear_distance);
     let readers = readers(&sources, &cells, table, packing)?;
     let runs: Vec<&[(u64, u32)]> = readers.chunk_by(|a, b| a.0 == b.0).collect();
@@ -132,7 +132,7 @@ pub fn build(
         let outcomes = outcomes.into_iter().collect::<Result<Vec<_>>>()?;
         for (outcome, run) in outcomes.into_iter().flatten().zip(runs) {
             let weights = match outcome {
-                Outcome::View(weights) => weights,
+                Outcome::Proxy(weights) => weights,
                 Outcome::Poor => {
                     tables.poor += 1;
                     continue;
@@ -143,16 +143,16 @@ pub fn build(
             if u64::from(next) == room && !known.contains_key(&weights) {
                 continue;
             }
-            let view = *known.entry(weights.clone()).or_insert(next);
-            if view == next {
+            let proxy = *known.entry(weights.clone()).or_insert(next);
+            if proxy == next {
                 let packed = tables.packing;
                 let part = |&(cluster, steps): &(u32, u32)| packed.pack(cluster, steps);
                 tables.parts.extend(weights.iter().map(part));
                 tables.part_offsets.push(tables.parts.len() as u32);
             }
             let (cluster, bin) = of_pair(run);
-            tables.pairs.push([cluster, bin, view]);
-            redirected.extend(run.iter().map(|&(_, ray)| (ray, view)));
+            tables.pairs.push([cluster, bin, proxy]);
+            redirected.extend(run.iter().map(|&(_, ray)| (ray, proxy)));
         }
         done += runs.len() as u64;
         progress.advance(done);
@@ -174,9 +174,9 @@ pub fn build(
         }
         let of_chunk = redirected.partition_point(|&(ray, _)| (ray as usize) < first + rays.len());
         let (here, others) = redirected.split_at(of_chunk);
-        for &(ray, view) in here {
+        for &(ray, proxy) in here {
             let target = &mut rays[ray as usize - first].target;
-            *target = *target >> packed.cluster_bits << packed.cluster_bits | (clusters + view);
+            *target = *target >> packed.cluster_bits << packed.cluster_bits | (clusters + proxy);
         }
         redirected = others;
     })?;
@@ -341,11 +341,11 @@ fn outcome(sources: &Sources<'_>, pair: &Pair) -> Outcome {
     let sum: u32 = steps.iter().map(|part| part.1).sum();
     let Some(largest) = steps.iter_mut().max_by_key(|part| part.1) else { return Outcome::Cluster };
     largest.1 = (largest.1 + all) - sum;
-    Outcome::View(steps)
+    Outcome::Proxy(steps)
 }
 
-impl ViewTables {
-    /// Without views of so many clusters.
+impl ProxyTables {
+    /// Without proxies of so many clusters.
     pub fn new(clusters: u32) -> Self {
         Self {
             part_offsets: vec![0],
@@ -358,7 +358,7 @@ impl ViewTables {
         }
     }
 
-    /// Views.
+    /// Proxies.
     pub fn count(&self) -> u32 {
         self.part_offsets.len() as u32 - 1
     }
@@ -367,27 +367,27 @@ impl ViewTables {
     pub fn counts(&self) -> [(String, u64); 6] {
         [
             ("occlusion pairs measured", self.measured),
-            ("occlusion pairs that read views", self.pairs.len() as u64),
+            ("occlusion pairs that read proxies", self.pairs.len() as u64),
             ("occlusion pairs left alone for want of entry points", self.poor),
-            ("cluster views", u64::from(self.count())),
-            ("cluster view parts", self.parts.len() as u64),
-            ("gather rays that read views", self.readers),
+            ("cluster proxies", u64::from(self.count())),
+            ("cluster proxy parts", self.parts.len() as u64),
+            ("gather rays that read proxies", self.readers),
         ]
         .map(|(name, value)| (name.to_owned(), value))
     }
 
-    /// Whether there is no view.
+    /// Whether there is no proxy.
     pub fn is_empty(&self) -> bool {
         self.parts.is_empty()
     }
 
-    /// The view of a pair that is one.
-    pub fn view_of(&self, cluster: u32, bin: u32) -> Option<u32> {
+    /// The proxy of a pair that is one.
+    pub fn proxy_of(&self, cluster: u32, bin: u32) -> Option<u32> {
         let found = self.pairs.binary_search_by_key(&[cluster, bin], |pair| [pair[0], pair[1]]).ok()?;
         Some(self.pairs[found][2])
     }
 
-    /// Points rays that read a pair to its view. They start at `points`; `packing` has room for both.
+    /// Points rays that read a pair to its proxy. They start at `points`; `packing` has room for both.
     pub fn redirect(
         &self,
         rows: &mut [GatherRay],
@@ -405,8 +405,8 @@ impl ViewTables {
             if self.pairs.get(first).is_none_or(|pair| pair[0] != cluster) {
                 continue;
             }
-            if let Some(view) = self.view_of(cluster, directions.bin(rays.back(index))) {
-                row.target = row.target & !mask | (cluster_count + view);
+            if let Some(proxy) = self.proxy_of(cluster, directions.bin(rays.back(index))) {
+                row.target = row.target & !mask | (cluster_count + proxy);
             }
         }
     }

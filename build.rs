@@ -1,6 +1,7 @@
-//! Writes the index of shaders that `src/gpu/shaders.rs` embeds: for each `glsl/<stem>.comp` its stem, the hash of its
-//! source with the includes in place, and its binary. The binary is the committed `spirv/<stem>.spv`, or, under the
-//! feature `shaderc`, one compiled here and now. Nothing is ever written into the source tree.
+//! Writes the index of shaders that `src/gpu/shaders.rs` embeds: for each `glsl/<stem>.comp` its
+//! stem, the hash of its source with the includes in place, and its binary. The binary is the
+//! committed `spirv/<stem>.spv`, or, under the feature `shaderc`, one compiled here and now.
+//! Nothing is ever written into the source tree.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -63,8 +64,9 @@ fn binary(root: &Path, _out: &Path, _source: &Path, stem: &str) -> PathBuf {
     path
 }
 
-/// Compiles one shader. SPIR-V 1.5, which every Vulkan 1.2 device takes; level zero, which keeps all names for the
-/// reflection; no debug information, which would embed paths; warnings are errors.
+/// Compiles one shader. SPIR-V 1.5, which every Vulkan 1.2 device takes; level zero, which
+/// keeps all names for the reflection; no debug information, which would embed paths;
+/// warnings are errors.
 #[cfg(feature = "shaderc")]
 fn binary(root: &Path, out: &Path, source: &Path, stem: &str) -> PathBuf {
     let glsl = root.join("glsl");

@@ -1,7 +1,8 @@
 //! Writes the model of the built-in Box scene: `cargo run --example box_model > assets/box.obj`.
 //!
-//! A room of 2×2×2 m without a front wall, and a Utah teapot 1 m wide: 10 + 2 904 triangles. The teapot's control
-//! points are Martin Newell's of 1975 (public domain): z is up, the spout points to +x.
+//! A room of 2×2×2 m without a front wall, and a Utah teapot 1 m wide: 10 + 2 904 triangles. The
+//! teapot's control points are Martin Newell's of 1975 (public domain): z is up, the spout
+//! points to +x.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -10,13 +11,13 @@ use glam::{DVec2, DVec3};
 
 /// Metres a unit of the control points.
 const SCALE: f64 = 0.16;
-/// Cosine and sine of the teapot's turn about the vertical, the spout towards the viewer: exact, so that the file
-/// is the same on every machine.
+/// Cosine and sine of the teapot's turn about the vertical, the spout towards the viewer: exact, so
+/// that the file is the same on every machine.
 const TURN: [f64; 2] = [12.0 / 13.0, 5.0 / 13.0];
 /// Where its axis stands on the floor, x and z.
 const PLACE: DVec2 = DVec2::new(-0.03, 0.1);
-/// The lower edge of the body goes this far below the floor, metres: it neither floats nor lies in the floor's plane.
-/// What the teapot would stand on, its bottom, is left out: nobody can see it.
+/// The lower edge of the body goes this far below the floor, metres: it neither floats nor lies in
+/// the floor's plane. What the teapot would stand on, its bottom, is left out: nobody can see it.
 const SINK: f64 = 0.001;
 /// Height of that edge in control point units.
 const BASE: f64 = 0.15;
@@ -26,8 +27,8 @@ type Row = [[f64; 3]; 4];
 
 /// Segments of every quarter of a round part.
 const QUARTER: usize = 12;
-/// The round parts: control points (r, k, z) of the profile with its segments. The quarter circle of radius r is the
-/// Bézier curve (r, 0), (r, -k), (k, -r), (0, -r).
+/// The round parts: control points (r, k, z) of the profile with its segments. The quarter circle
+/// of radius r is the Bézier curve (r, 0), (r, -k), (k, -r), (0, -r).
 const ROUND: [(Row, usize); 5] = [
     // Rim.
     ([[1.4, 0.784, 2.4], [1.3375, 0.749, 2.53125], [1.4375, 0.805, 2.53125], [1.5, 0.84, 2.4]], 3),
@@ -39,8 +40,8 @@ const ROUND: [(Row, usize); 5] = [
     ([[0.2, 0.112, 2.7], [0.4, 0.224, 2.55], [1.3, 0.728, 2.55], [1.3, 0.728, 2.4]], 3),
 ];
 
-/// The bent parts: the half with y < 0, four half sections of four control points, with the segments around the half
-/// and along.
+/// The bent parts: the half with y < 0, four half sections of four control points, with the
+/// segments around the half and along.
 const BENT: [([Row; 4], [usize; 2]); 4] = [
     // Handle.
     (
@@ -154,7 +155,8 @@ fn tessellate(patch: &Patch, [columns, rows]: [usize; 2]) -> Vec<[Vertex; 3]> {
     triangles
 }
 
-/// From the control points' space to the room's: turned about the vertical, y up, standing in the floor.
+/// From the control points' space to the room's: turned about the vertical, y up, standing
+/// in the floor.
 fn place(vertex: Vertex) -> Vertex {
     let [cos, sin] = TURN;
     let turn = |v: DVec3| DVec3::new(cos * v.x + sin * v.y, v.z, sin * v.x - cos * v.y);

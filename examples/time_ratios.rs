@@ -1,9 +1,11 @@
-//! Ratios between the times of two versions, from rounds in which they took turns: `scripts/bench.sh` leaves `old-1.json`, `new-1.json`,
-//! `old-2.json` and so on, all written by `lightpaths time --json`, and calls this with their folder.
+//! Ratios between the times of two versions, from rounds in which they took turns:
+//! `scripts/bench.sh` leaves `old-1.json`, `new-1.json`, `old-2.json` and so on, all written by
+//! `lightpaths time --json`, and calls this with their folder.
 //!
-//! Prints, for each scene, column and pass, the geometric mean of new over old and the interval that holds it with 99 % confidence, by
-//! Student's distribution of the ratios' logarithms. Ends with 1 if the lower end of a column's interval is above [`TOLERATED`]: passes are
-//! so many that one of them will seem slower now and then.
+//! Prints, for each scene, column and pass, the geometric mean of new over old and the interval
+//! that holds it with 99 % confidence, by Student's distribution of the ratios' logarithms. Ends
+//! with 1 if the lower end of a column's interval is above [`TOLERATED`]: passes are so many that
+//! one of them will seem slower now and then.
 
 use std::collections::BTreeMap;
 use std::path::Path;

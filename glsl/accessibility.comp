@@ -1,5 +1,6 @@
-// Accessibility of path vertices: how many of a vertex's rays, spread as a matt surface reflects, meet nothing within a reach: the share of
-// what it reflects that leaves its surroundings. Deterministic. One invocation = one vertex. In: vertices. Out: rays, for each, or LOOP_TRUNCATED.
+// Accessibility of path vertices: how many of a vertex's rays, spread as a matt surface reflects,
+// meet nothing within a reach: the share of what it reflects that leaves its surroundings.
+// Deterministic. One invocation = one vertex. In: vertices. Out: rays, for each, or LOOP_TRUNCATED.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

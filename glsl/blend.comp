@@ -1,7 +1,8 @@
-// Blends every record with what its neighbours, extrapolated by their gradients, say of its place: the gather's sampling
-// noise, independent from record to record, averages out, while the light, smooth between points that see each other,
-// stays. Neighbours and weights are geometry: a fixed sparse matrix. Deterministic. One invocation = one record.
-// In: records, lists of (neighbour, weight) whose weights sum to 1. Out: blended records.
+// Blends every record with what its neighbours, extrapolated by their gradients, say of its place:
+// the gather's sampling noise, independent from record to record, averages out, while the light,
+// smooth between points that see each other, stays. Neighbours and weights are geometry: a fixed
+// sparse matrix. Deterministic. One invocation = one record. In: records, lists of (neighbour,
+// weight) whose weights sum to 1. Out: blended records.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -36,7 +37,8 @@ void main() {
     for (uint i = neighbour_offsets[index]; i < neighbour_offsets[index + 1u]; ++i) {
         Record record = record_at(Records, neighbours[i].record);
         float weight = neighbours[i].weight;
-        // Half of the way by the gradient at the neighbour; below, half by that at the record itself: curvature cancels.
+        // Half of the way by the gradient at the neighbour; below, half by that at the record
+        // itself: curvature cancels.
         vec3 moved = point.position - record.position;
         vec3 change = 0.5 * moved * record.translation + point.normal * record.rotation;
         irradiance += weight * max(record.irradiance + change, vec3(0.0));
@@ -45,7 +47,8 @@ void main() {
         rotation += weight * record.rotation;
     }
     irradiance = max(irradiance + 0.5 * offset * translation, vec3(0.0));
-    // A rotation counts from the record's own normal; what the neighbours' mean says along it is no rotation.
+    // A rotation counts from the record's own normal; what the neighbours' mean says along it is no
+    // rotation.
     rotation -= outerProduct(point.normal, point.normal * rotation);
     blended[index] = Record(point.position, irradiance, translation, rotation);
 }

@@ -1,6 +1,7 @@
-// Clearance of candidate cache points: distance to the nearest surface that their gather hemisphere sees, the R_i of
-// the error metric. [Tabellion] Deterministic. One workgroup = one candidate; rays within 10° of the tangent plane
-// do not count. In: candidates. Out: metres, or the scene's size where no ray hits, or INTERIOR or UNKNOWN; and the wall that was hit.
+// Clearance of candidate cache points: distance to the nearest surface that their gather hemisphere
+// sees, the R_i of the error metric. [Tabellion] Deterministic. One workgroup = one candidate; rays
+// within 10° of the tangent plane do not count. In: candidates. Out: metres, or the scene's size
+// where no ray hits, or INTERIOR or UNKNOWN; and the wall that was hit.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,6 +1,7 @@
-// Directional proxies of clusters: what a coarse cluster shows in directions from which part of it is hidden is the weighted mean of the
-// clusters below it that can be seen. [Yue §2, Figure 1] Deterministic. One invocation = one proxy.
-// In: irradiance of clusters, W/m². Out: irradiance of proxies, behind them in the same buffer.
+// Directional proxies of clusters: what a coarse cluster shows in directions from which part of it
+// is hidden is the weighted mean of the clusters below it that can be seen. [Yue §2, Figure 1]
+// Deterministic. One invocation = one proxy. In: irradiance of clusters, W/m². Out: irradiance of
+// proxies, behind them in the same buffer.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,8 +1,8 @@
-// Radiance towards the camera: albedo times direct and indirect irradiance, summed over the slots of samples where a pixel shows an
-// edge. Deterministic. One invocation = one pixel, or, in a second dispatch, one edge pixel: there are few, and side by side none
-// waits for another's slots. In: irradiances (W/m²; direct ones of the pixels, then of the slots, times their weights),
-// reflectances, slots of edge pixels.
-// Out: radiance, W/m²/sr; black where a ray left the scene.
+// Radiance towards the camera: albedo times direct and indirect irradiance, summed over the slots
+// of samples where a pixel shows an edge. Deterministic. One invocation = one pixel, or, in a
+// second dispatch, one edge pixel: there are few, and side by side none waits for another's slots.
+// In: irradiances (W/m²; direct ones of the pixels, then of the slots, times their weights),
+// reflectances, slots of edge pixels. Out: radiance, W/m²/sr; black where a ray left the scene.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -46,8 +46,8 @@ layout(scalar, push_constant) uniform Push { ComposePush push; };
 
 uint material_of(uint side) { return surface_at(side >> 1).material; }
 
-// `colour` is the image's there, `source` the pixel whose indirect irradiance it takes, `gloss_source` the one with the same gloss. All but
-// `direct` is times `weight`.
+// `colour` is the image's there, `source` the pixel whose indirect irradiance it takes,
+// `gloss_source` the one with the same gloss. All but `direct` is times `weight`.
 vec3 reflected(uint side, vec3 colour, vec3 direct, uint source, uint gloss_source, float weight) {
     if (side == NO_SIDE) return vec3(0.0);
     vec3 irradiance = push.direct_share * direct + push.indirect_share * weight * indirect_irradiance[source];
@@ -60,7 +60,8 @@ vec3 reflected(uint side, vec3 colour, vec3 direct, uint source, uint gloss_sour
     return radiance;
 }
 
-// The gloss of a pixel is averaged over all that it shows of its centre's material: so do samples of that. Others take the gloss of their sources.
+// The gloss of a pixel is averaged over all that it shows of its centre's material: so do samples
+// of that. Others take the gloss of their sources.
 uint gloss_source_of(uint side, uint source, uint index) {
     uint centre = pixel_surface_at(Pixels, index).side;
     if (side == NO_SIDE || centre == NO_SIDE) return source;

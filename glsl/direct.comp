@@ -1,5 +1,6 @@
-// Direct illumination: irradiance at surface points per unit of a light's emission. [Yue §4, Tdi] Deterministic.
-// One invocation = one point, one workgroup = one batch. In: points that camera rays met, a light, its shafts. Out: its layer, see light_factor for units.
+// Direct illumination: irradiance at surface points per unit of a light's emission. [Yue §4, Tdi]
+// Deterministic. One invocation = one point, one workgroup = one batch. In: points that camera rays
+// met, a light, its shafts. Out: its layer, see light_factor for units.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

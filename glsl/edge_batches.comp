@@ -1,4 +1,5 @@
-// Batches of edge samples. Deterministic. One invocation = one batch. In: what the samples see. Out: where their shadow rays leave.
+// Batches of edge samples. Deterministic. One invocation = one batch. In: what the samples see.
+// Out: where their shadow rays leave.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,5 +1,6 @@
-// Colours of images at edge pixels: the mean over the samples of each slot. No ray is traced. Deterministic. One invocation = one slot.
-// In: what the samples see, images. Out: packed colours. Only in scenes with images.
+// Colours of images at edge pixels: the mean over the samples of each slot. No ray is traced.
+// Deterministic. One invocation = one slot. In: what the samples see, images. Out: packed colours.
+// Only in scenes with images.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,7 +1,9 @@
-// Antialiasing, step 2: lists the edge pixels, in the order of tiles, so that samples of a batch lie close together, and counts them and the workgroups that take them: 64 samples
-// each and 64 pixels each; those that sum light of all pixels and of the edges' slots; and those of 64 batches of samples. Deterministic. One invocation = one place of
-// that order. In: edge pixels before each, and the end. Out: their indices; the number that each pixel has among them; how many there are (word 3) and,
-// behind it, sizes of dispatches.
+// Antialiasing, step 2: lists the edge pixels, in the order of tiles, so that samples of a batch
+// lie close together, and counts them and the workgroups that take them: 64 samples each and 64
+// pixels each; those that sum light of all pixels and of the edges' slots; and those of 64 batches
+// of samples. Deterministic. One invocation = one place of that order. In: edge pixels before each,
+// and the end. Out: their indices; the number that each pixel has among them; how many there are
+// (word 3) and, behind it, sizes of dispatches.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

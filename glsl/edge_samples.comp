@@ -1,7 +1,8 @@
-// Antialiasing, step 3: what samples spread over the edge pixels see, and for each the pixel around it whose
-// surface it most resembles: indirect light is smooth on a surface, so that pixel's will do. Along the scene's outline a sample
-// asks several points, shows the first surface that one of them meets, and counts for the share that do. Deterministic.
-// One invocation = one sample. In: camera, scene, pixels. Out: the samples; their slots are to come.
+// Antialiasing, step 3: what samples spread over the edge pixels see, and for each the pixel around
+// it whose surface it most resembles: indirect light is smooth on a surface, so that pixel's will
+// do. Along the scene's outline a sample asks several points, shows the first surface that one of
+// them meets, and counts for the share that do. Deterministic. One invocation = one sample. In:
+// camera, scene, pixels. Out: the samples; their slots are to come.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,6 +1,7 @@
-// Antialiasing of a light, step 1: adds up its light at the samples of an edge pixel, slot by slot, and finds how many samples such a
-// spread asks for. Deterministic. One invocation = one edge pixel. In: samples, their light. Out: the light's layer at the pixel's
-// slots; how many samples the pixel should have, 0 where those will do.
+// Antialiasing of a light, step 1: adds up its light at the samples of an edge pixel, slot by slot,
+// and finds how many samples such a spread asks for. Deterministic. One invocation = one edge
+// pixel. In: samples, their light. Out: the light's layer at the pixel's slots; how many samples
+// the pixel should have, 0 where those will do.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,5 +1,6 @@
-// Entry points: stratified over the patches of the active sides, along their running number. [Yue §1] Deterministic.
-// One invocation = one entry point. In: first point of every patch. Out: the first vertex of every light path.
+// Entry points: stratified over the patches of the active sides, along their running number. [Yue
+// §1] Deterministic. One invocation = one entry point. In: first point of every patch. Out: the
+// first vertex of every light path.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -63,8 +64,8 @@ void main() {
     float along = sqrt(u.x);
     vec3 weights = vec3(1.0 - along, along * (1.0 - u.y), along * u.y);
     vec3 position = weights.x * entry_patch.p0 + weights.y * entry_patch.p1 + weights.z * entry_patch.p2;
-    // Off the triangle's edges by a hair, or a ray may start in the plane of the next wall and leave a closed room: see
-    // `hit_position`.
+    // Off the triangle's edges by a hair, or a ray may start in the plane of the next wall and
+    // leave a closed room: see `hit_position`.
     position = mix(position, (triangle.p0 + triangle.p1 + triangle.p2) * (1.0 / 3.0), 1.0 / 32768.0);
 
     vec3 normal = back ? -surface.normal : surface.normal;

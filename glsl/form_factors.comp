@@ -1,5 +1,6 @@
-// Form factors: irradiance at each entry point per unit of a light's emission, visibility included. [Yue §3]
-// Deterministic. One invocation = one entry point, one workgroup = one batch. In: entry points, a light, its shafts. Out: its row, see light_factor for units.
+// Form factors: irradiance at each entry point per unit of a light's emission, visibility included.
+// [Yue §3] Deterministic. One invocation = one entry point, one workgroup = one batch. In: entry
+// points, a light, its shafts. Out: its row, see light_factor for units.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,6 +1,6 @@
-// Final gathering, step 2: irradiance at cache points and its gradients, from the stored rays. [Yue §3; Krivanek]
-// Deterministic. A cache point of a list takes as many invocations as suit the device.
-// In: merged rays of rays, radiance of targets (W/m²/sr). Out: records.
+// Final gathering, step 2: irradiance at cache points and its gradients, from the stored rays. [Yue
+// §3; Krivanek] Deterministic. A cache point of a list takes as many invocations as suit the
+// device. In: merged rays of rays, radiance of targets (W/m²/sr). Out: records.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -25,9 +25,11 @@ struct GatherPush {
 
 layout(binding = 0) uniform usamplerBuffer CachePoints;
 layout(scalar, binding = 1) readonly buffer MergedRayOffsets { uint merged_ray_offsets[]; };  // of each point of the part, and the end
-// Two a texel. Rays of a point that meet one gather target: gather target | (number of rays - 1) << target_bits; their shares in the gradients under
-// movement (two numbers of eight bits, and the exponent of both in five), then under rotation (four, four and three). Invocations of a point
-// read neighbours here, and, because its merged rays are in the order of their targets, close places of the radiances.
+// Two a texel. Rays of a point that meet one gather target: gather target | (number of rays - 1) <<
+// target_bits; their shares in the gradients under movement (two numbers of eight bits, and the
+// exponent of both in five), then under rotation (four, four and three). Invocations of a point
+// read neighbours here, and, because its merged rays are in the order of their targets, close
+// places of the radiances.
 layout(binding = 2) uniform usamplerBuffer MergedRays;
 layout(scalar, binding = 3) readonly buffer MergedRayColours { uint merged_ray_colours[]; };  // packed; only in scenes with images
 layout(binding = 4) uniform usamplerBuffer Radiances;

@@ -1,6 +1,6 @@
-// Final gathering, step 1: radiance that comes back along the rays that meet a gather target, a cluster with a material, once for all
-// rays that do. [Yue §3] Deterministic. One invocation = one gather target. In: cluster irradiance (W/m²), flux of slots (W), reflectances.
-// Out: W/m²/sr.
+// Final gathering, step 1: radiance that comes back along the rays that meet a gather target, a
+// cluster with a material, once for all rays that do. [Yue §3] Deterministic. One invocation = one
+// gather target. In: cluster irradiance (W/m²), flux of slots (W), reflectances. Out: W/m²/sr.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,6 +1,6 @@
-// Gather rays: traces the stratified hemisphere of every cache point and keeps, for each ray, the cluster that it will
-// read and its share in the translational gradient; everything but the light. [Yue §3, Figure 2; Krivanek]
-// Deterministic. One workgroup = one cache point.
+// Gather rays: traces the stratified hemisphere of every cache point and keeps, for each ray, the
+// cluster that it will read and its share in the translational gradient; everything but the light.
+// [Yue §3, Figure 2; Krivanek] Deterministic. One workgroup = one cache point.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -53,12 +53,14 @@ layout(scalar, push_constant) uniform Push { GatherRaysPush push; };
 #include "include/textures.glsl"
 
 const float FAR = 1e30;
-// Width of the cells that are read, in widths of a stratum: light varies within a cell, and not evenly as rays see it.
+// Width of the cells that are read, in widths of a stratum: light varies within a cell, and not
+// evenly as rays see it.
 const float SHARE = 0.25;
 shared float distances[RINGS * SECTORS];
 
-// 1 / distance to the nearer end of an edge between two strata, in units of 1/min_distance so that a half can hold it
-// at any scale; zero where neither ray hit anything. Bounded because a record's radius is, too. [Krivanek]
+// 1 / distance to the nearer end of an edge between two strata, in units of 1/min_distance so that
+// a half can hold it at any scale; zero where neither ray hit anything. Bounded because a record's
+// radius is, too. [Krivanek]
 float inverse_nearer(float a, float b) {
     float nearer = min(a, b);
     return nearer < FAR ? push.min_distance / max(nearer, push.min_distance) : 0.0;
@@ -69,8 +71,9 @@ float ring_sin2(uint ring) { return float(ring) / float(RINGS); }
 // cos²θ sinθ on the lower edge of a ring.
 float ring_edge(uint ring) { return (1.0 - ring_sin2(ring)) * sqrt(ring_sin2(ring)); }
 
-// What the ray's radiance adds to ∂E/∂(tangent, bitangent): the change of its stratum's solid angle as the edges to
-// its four neighbours move. Gradient of stratified hemisphere sampling, its terms regrouped by ray.
+// What the ray's radiance adds to ∂E/∂(tangent, bitangent): the change of its stratum's solid angle
+// as the edges to its four neighbours move. Gradient of stratified hemisphere sampling, its terms
+// regrouped by ray.
 vec2 gradient_weight(Stratum s) {
     uint here = s.ring * SECTORS + s.sector;
     uint before = s.ring * SECTORS + (s.sector + SECTORS - 1u) % SECTORS;
@@ -112,7 +115,8 @@ void main() {
         uint target = NO_TARGET;
         float distance = FAR;
         Hit hit;
-        // Where the shading normal leans away from the geometric one, part of its hemisphere lies inside the surface.
+        // Where the shading normal leans away from the geometric one, part of its hemisphere lies
+        // inside the surface.
         if (dot(direction, normal) > 0.0 && trace(Ray(origin, direction, FAR), false, hit)) {
             distance = hit.t;
             // The solid angle of one stratum.

@@ -1,8 +1,9 @@
-// Outgoing directions of glossy clusters: π times what the Phong lobes of their path vertices send there of a light, or of each of four,
-// per unit of its emission: of what comes straight from the light, or from surfaces. [Yue §2]
-// Deterministic: the lists have a fixed order, and a light's bits are the same alone and among four. One invocation = one direction of one cluster.
-// In: beams of the light at entry points, or contributions and what paths carry on of it.
-// Out: W, as much as a Lambertian surface of albedo 1 would have to receive.
+// Outgoing directions of glossy clusters: π times what the Phong lobes of their path vertices send
+// there of a light, or of each of four, per unit of its emission: of what comes straight from the
+// light, or from surfaces. [Yue §2] Deterministic: the lists have a fixed order, and a light's bits
+// are the same alone and among four. One invocation = one direction of one cluster. In: beams of
+// the light at entry points, or contributions and what paths carry on of it. Out: W, as much as a
+// Lambertian surface of albedo 1 would have to receive.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

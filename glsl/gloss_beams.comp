@@ -1,6 +1,7 @@
-// Light from one light at the entry points that may be glossy, point sample by point sample: their first reflection depends on where it
-// comes from, so that it cannot be a constant of the path. [Yue §1] Deterministic. One invocation = one point sample at one entry
-// point. In: entry points, a light. Out: beams, free of the light's colour.
+// Light from one light at the entry points that may be glossy, point sample by point sample: their
+// first reflection depends on where it comes from, so that it cannot be a constant of the path.
+// [Yue §1] Deterministic. One invocation = one point sample at one entry point. In: entry points, a
+// light. Out: beams, free of the light's colour.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,8 +1,9 @@
-// Glossy pixels, step 4: what the rays of a sample find on glossy surfaces: π times what these send back by their Phong
-// lobes, summed by the rays' weights; of a light, or of each of four, per unit of its emission: of what comes straight from it, or from
-// surfaces. Rays that read a slot of the gather rays are left out; the others meet lobes that the slots blur, or are too few to prepare
-// directions for them. Deterministic. One invocation = one sample. In: rays, beams of a light, or contributions and
-// what paths carry on of it. Out: W/m².
+// Glossy pixels, step 4: what the rays of a sample find on glossy surfaces: π times what these send
+// back by their Phong lobes, summed by the rays' weights; of a light, or of each of four, per unit
+// of its emission: of what comes straight from it, or from surfaces. Rays that read a slot of the
+// gather rays are left out; the others meet lobes that the slots blur, or are too few to prepare
+// directions for them. Deterministic. One invocation = one sample. In: rays, beams of a light, or
+// contributions and what paths carry on of it. Out: W/m².
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

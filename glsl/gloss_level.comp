@@ -1,5 +1,6 @@
-// Outgoing directions of large clusters: what a cluster sends there is the sum of what its children send. Deterministic.
-// One invocation = one direction of one cluster. In: flux one level down (W). Out: flux (W).
+// Outgoing directions of large clusters: what a cluster sends there is the sum of what its children
+// send. Deterministic. One invocation = one direction of one cluster. In: flux one level down (W).
+// Out: flux (W).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,6 +1,7 @@
-// Glossy pixels, step 5: radiance that their Phong lobes send to the camera of what surfaces around them send there: all that a
-// light edit under a still camera has to do. Deterministic. One invocation = one glossy pixel.
-// In: rays, irradiance of clusters and what the glossy ones send back (W/m²). Out: radiance, W/m²/sr.
+// Glossy pixels, step 5: radiance that their Phong lobes send to the camera of what surfaces around
+// them send there: all that a light edit under a still camera has to do. Deterministic. One
+// invocation = one glossy pixel. In: rays, irradiance of clusters and what the glossy ones send
+// back (W/m²). Out: radiance, W/m²/sr.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

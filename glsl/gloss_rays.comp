@@ -1,6 +1,7 @@
-// Glossy pixels, step 3: samples what each sees over its area, because a curved mirror turns within a pixel; and from each sample traces
-// rays into the Phong lobe towards the camera and keeps the clusters that they will read; everything but the light.
-// Deterministic. One invocation = every so-many-th sample. In: glossy pixels. Out: samples and rays, pixel by pixel.
+// Glossy pixels, step 3: samples what each sees over its area, because a curved mirror turns within
+// a pixel; and from each sample traces rays into the Phong lobe towards the camera and keeps the
+// clusters that they will read; everything but the light. Deterministic. One invocation = every
+// so-many-th sample. In: glossy pixels. Out: samples and rays, pixel by pixel.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -65,12 +66,14 @@ layout(scalar, push_constant) uniform Push { GlossRaysPush push; };
 
 uint material_of(uint side) { return surface_at(side >> 1).material; }
 
-// Where a ray begins to look for a slot that gather rays read: at a cluster of that share of its footprint, because theirs may be smaller.
+// Where a ray begins to look for a slot that gather rays read: at a cluster of that share of its
+// footprint, because theirs may be smaller.
 const float FINER = 0.25;
 // And how many levels it climbs from there.
 const uint CLIMB = 5u;
 
-// The slot of a cluster, or of one above it, that holds what it sends towards a direction; NO_SLOT: there is none.
+// The slot of a cluster, or of one above it, that holds what it sends towards a direction; NO_SLOT:
+// there is none.
 uint slot_towards(uint cluster, vec3 toward) {
     uint bin = direction_bin(toward, push.side);
     for (uint level = 0u; level <= CLIMB && cluster != NO_CLUSTER; ++level) {
@@ -99,7 +102,8 @@ GlossRay traced(uint index, PixelSurface point, vec2 u, uint rays) {
     Hit hit;
     if (push.traces != 0u && cosine > 0.0 && dot(direction, geometric) > 0.0
         && trace(Ray(offset_origin(point.position, geometric), direction, 1e30), false, hit)) {
-        // The lobe's solid angle, 2π/(n+1), divided among its rays; half as wide, because they do not divide it evenly.
+        // The lobe's solid angle, 2π/(n+1), divided among its rays; half as wide, because they do
+        // not divide it evenly.
         float footprint = 0.5 * hit.t * sqrt(2.0 * PI / ((exponent + 1.0) * float(rays)));
         uint cluster = cluster_for(hit, direction, footprint);
         uint material = surface_at(hit.triangle).material;

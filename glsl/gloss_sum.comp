@@ -1,6 +1,7 @@
-// Sums lights where surfaces are glossy: what each light makes them send per unit of its emission, weighted by the emissions, in the
-// lights' order, one to eight to a dispatch. Deterministic, and the same bits whichever place a light has.
-// One invocation = one direction of one cluster, or one sample of a pixel. In: rows. Out: sums.
+// Sums lights where surfaces are glossy: what each light makes them send per unit of its emission,
+// weighted by the emissions, in the lights' order, one to eight to a dispatch. Deterministic, and
+// the same bits whichever place a light has. One invocation = one direction of one cluster, or one
+// sample of a pixel. In: rows. Out: sums.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,7 +1,8 @@
-// Highlights: what the samples of glossy pixels send to the camera of one light, straight from it, per unit of its emission and of the
-// specular albedo: by a shadow ray to each of its point samples that the lobe reaches, or, where an area light looks larger than the
-// lobe, by directions from the lobe that meet it. Deterministic. One invocation = one sample. In: samples, a light.
-// Out: its layer, radiance.
+// Highlights: what the samples of glossy pixels send to the camera of one light, straight from it,
+// per unit of its emission and of the specular albedo: by a shadow ray to each of its point samples
+// that the lobe reaches, or, where an area light looks larger than the lobe, by directions from the
+// lobe that meet it. Deterministic. One invocation = one sample. In: samples, a light. Out: its
+// layer, radiance.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -50,14 +51,16 @@ layout(scalar, push_constant) uniform Push { HighlightsPush push; };
 // A lobe ends where it has fallen to this share of its peak: no ray is spent on what is beyond.
 const float DARK = 1e-5;
 
-// Solid angle that an area light takes up, seen from a point, as if all of it were at its middle; zero from behind.
+// Solid angle that an area light takes up, seen from a point, as if all of it were at its middle;
+// zero from behind.
 float seen_size(LightSource light, vec3 position) {
     vec3 to_light = light.position + 0.5 * (light.edge_u + light.edge_v) - position;
     float distance2 = dot(to_light, to_light);
     return light.area * max(0.0, -dot(light.axis, to_light)) * inversesqrt(distance2) / distance2;
 }
 
-// Distance along a unit direction to an area light's emitting side, or zero. `axis` is a unit normal of the parallelogram.
+// Distance along a unit direction to an area light's emitting side, or zero. `axis` is a unit
+// normal of the parallelogram.
 float distance_to(LightSource light, vec3 position, vec3 direction) {
     float facing = -dot(light.axis, direction);
     float t = dot(position - light.position, light.axis) / facing;

@@ -1,9 +1,11 @@
-// Layers of the base level of the volumetric hierarchy: each cluster adds up what the light paths contribution in it of one light, or of
-// four, per unit of the light's emission: light that comes straight from the light apart from light that comes from surfaces. [Yue §2]
-// Vertices count as they show to readers from afar, but not in unweighted clusters.
-// Where surfaces may be glossy, what a path carries on from its entry point is not the form factor there, but a colour.
-// Deterministic: the lists have a fixed order, and a light's bits are the same alone and among four. One invocation = one listed
-// base cluster. In: contributions, form factors, what paths carry on. Out: layers.
+// Layers of the base level of the volumetric hierarchy: each cluster adds up what the light paths
+// contribution in it of one light, or of four, per unit of the light's emission: light that comes
+// straight from the light apart from light that comes from surfaces. [Yue §2] Vertices count as
+// they show to readers from afar, but not in unweighted clusters. Where surfaces may be glossy,
+// what a path carries on from its entry point is not the form factor there, but a colour.
+// Deterministic: the lists have a fixed order, and a light's bits are the same alone and among
+// four. One invocation = one listed base cluster. In: contributions, form factors, what paths carry
+// on. Out: layers.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,5 +1,6 @@
-// One coarser level of the volumetric hierarchy: a cluster's flux is the sum of its children's. Radiances are never averaged.
-// [Yue §2] Deterministic. One invocation = one listed cluster of the level. In: flux one level down (W). Out: flux (W).
+// One coarser level of the volumetric hierarchy: a cluster's flux is the sum of its children's.
+// Radiances are never averaged. [Yue §2] Deterministic. One invocation = one listed cluster of the
+// level. In: flux one level down (W). Out: flux (W).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

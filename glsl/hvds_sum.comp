@@ -1,6 +1,7 @@
-// Base level of the volumetric hierarchy: sums what clusters receive of each light per unit of its emission, weighted by the
-// emissions, in the lights' order, one to eight to a dispatch: a change of colour visits no path. Deterministic, and the same bits
-// whichever place a light has. One invocation = one base cluster. In: layers. Out: flux (W).
+// Base level of the volumetric hierarchy: sums what clusters receive of each light per unit of its
+// emission, weighted by the emissions, in the lights' order, one to eight to a dispatch: a change
+// of colour visits no path. Deterministic, and the same bits whichever place a light has. One
+// invocation = one base cluster. In: layers. Out: flux (W).
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,6 +1,8 @@
-// Indirect irradiance at cache points by path tracing: an exact reference of what the gather finds. [Kajiya 1986] Deterministic.
-// One invocation = some strata of points' gather hemispheres, one after another, so that few wait for the longest path of their
-// neighbours; their paths go on for so many rounds, a vertex a round. In: cache points, scene, lights. In and out: the paths and the radiance that they have brought (W/m²/sr), a row a cache point.
+// Indirect irradiance at cache points by path tracing: an exact reference of what the gather finds.
+// [Kajiya 1986] Deterministic. One invocation = some strata of points' gather hemispheres, one
+// after another, so that few wait for the longest path of their neighbours; their paths go on for
+// so many rounds, a vertex a round. In: cache points, scene, lights. In and out: the paths and the
+// radiance that they have brought (W/m²/sr), a row a cache point.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -94,7 +96,8 @@ void main() {
             path.origin = offset_origin(point.position, normal);
             path.direction = frame_around(point.normal) * stratum_direction(stratum_of(ray), name, seed);
             path.throughput = vec3(1.0);
-            // Where the shading normal leans away from the geometric one, part of its hemisphere lies inside the surface.
+            // Where the shading normal leans away from the geometric one, part of its hemisphere
+            // lies inside the surface.
             alive = dot(path.direction, normal) > 0.0;
         }
         Hit hit;

@@ -1,4 +1,5 @@
-// Copies a list, and nothing else: what a kernel that moves data can come to. Deterministic. One invocation = four words, or one.
+// Copies a list, and nothing else: what a kernel that moves data can come to. Deterministic. One
+// invocation = four words, or one.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,7 +1,8 @@
-// Light paths: extends every live path by up to STEPS vertices, by importance sampling of the reflection, by the cosine alone where a
-// material may be edited or the light is not known yet, and Russian roulette. [Yue §1]
-// Deterministic. One invocation = one live path. In and out: path states; out: vertices and how many there are.
-// Directions and roulette come from one scrambled Sobol sequence over the path index, a fresh scramble a bounce.
+// Light paths: extends every live path by up to STEPS vertices, by importance sampling of the
+// reflection, by the cosine alone where a material may be edited or the light is not known yet, and
+// Russian roulette. [Yue §1] Deterministic. One invocation = one live path. In and out: path
+// states; out: vertices and how many there are. Directions and roulette come from one scrambled
+// Sobol sequence over the path index, a fresh scramble a bounce.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -96,7 +97,8 @@ void main() {
         }
         // Also where a sampled lobe reaches below the surface.
         if (!(max(reflected.x, max(reflected.y, reflected.z)) > 0.0)) { alive = false; break; }
-        // The walk goes on with a probability that falls with its throughput; dividing by it keeps the estimate right.
+        // The walk goes on with a probability that falls with its throughput; dividing by it keeps
+        // the estimate right.
         state.throughput *= reflected;
         float peak = max(state.throughput.x, max(state.throughput.y, state.throughput.z));
         float survival = min(1.0, peak / threshold);

@@ -1,6 +1,6 @@
-// Sums lights: rows of what each light sends per unit of its emission, weighted by the emissions, in the lights' order, one
-// to eight to a dispatch. Deterministic, and the same bits whichever place a light has. One invocation = one value of a row.
-// In: rows. Out: sums, a colour each.
+// Sums lights: rows of what each light sends per unit of its emission, weighted by the emissions,
+// in the lights' order, one to eight to a dispatch. Deterministic, and the same bits whichever
+// place a light has. One invocation = one value of a row. In: rows. Out: sums, a colour each.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,8 +1,9 @@
-// Near field: clusters that are smaller than what path vertices resolve, and parts of them that a near cache point sees, take
-// their indirect light from the record that was gathered beside them, ahead of all others, moved to their middle by its gradient;
-// what the picture shows is gathered behind. A record's rays see the narrow surroundings that a cluster averages away. Before there
-// are records, parts are like their clusters. Deterministic. One invocation = one such cluster or part.
-// In: cluster flux (W), records. Out: irradiance, W/m².
+// Near field: clusters that are smaller than what path vertices resolve, and parts of them that a
+// near cache point sees, take their indirect light from the record that was gathered beside them,
+// ahead of all others, moved to their middle by its gradient; what the picture shows is gathered
+// behind. A record's rays see the narrow surroundings that a cluster averages away. Before there
+// are records, parts are like their clusters. Deterministic. One invocation = one such cluster or
+// part. In: cluster flux (W), records. Out: irradiance, W/m².
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

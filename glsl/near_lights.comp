@@ -1,5 +1,6 @@
-// A light's form factors beside a surface that it is nearer to than entry points are apart: what rays from the light found takes the place of
-// what entry points did. Deterministic. One invocation = one entry point. In: what becomes of each. Out: the light's row.
+// A light's form factors beside a surface that it is nearer to than entry points are apart: what
+// rays from the light found takes the place of what entry points did. Deterministic. One invocation
+// = one entry point. In: what becomes of each. Out: the light's row.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

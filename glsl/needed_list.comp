@@ -1,6 +1,7 @@
-// Needed records, step 3: lists them in order, takes them for current, and counts the workgroups of the dispatches that gather them:
-// one dispatch for each part of the table of gather rays. Deterministic. One invocation = one record.
-// In: needed records before each record, and all. Out: their indices, marks of current records, sizes of dispatches.
+// Needed records, step 3: lists them in order, takes them for current, and counts the workgroups of
+// the dispatches that gather them: one dispatch for each part of the table of gather rays.
+// Deterministic. One invocation = one record. In: needed records before each record, and all. Out:
+// their indices, marks of current records, sizes of dispatches.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

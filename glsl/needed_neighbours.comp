@@ -1,6 +1,7 @@
-// Needed records, step 2: marks what blending reads for the records that a view sees; or every record. Of these, those that are not
-// current. Deterministic: all who write a mark write the same. One invocation = one record.
-// In: marks of seen records, lists of neighbours. Out: marks of records that must be gathered.
+// Needed records, step 2: marks what blending reads for the records that a view sees; or every
+// record. Of these, those that are not current. Deterministic: all who write a mark write the same.
+// One invocation = one record. In: marks of seen records, lists of neighbours. Out: marks of
+// records that must be gathered.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,5 +1,6 @@
-// Light-path energy scan, last of three: vertices ahead of the first path start in a block take what enters it from the left.
-// Deterministic. One invocation = one block. In: entering products. Out: throughput of every vertex.
+// Light-path energy scan, last of three: vertices ahead of the first path start in a block take
+// what enters it from the left. Deterministic. One invocation = one block. In: entering products.
+// Out: throughput of every vertex.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

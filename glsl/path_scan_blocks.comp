@@ -1,6 +1,7 @@
-// Light-path energy scan, first of three: segmented inclusive product over blocks of the vertex array. [Yue §3]
-// Deterministic. One workgroup = one block, one invocation = a run of its steps, as many as suit the device. In: steps, reflectances.
-// Out: throughput of every vertex as far as its block knows it, in cluster order, as far as it is bound; each block's own product.
+// Light-path energy scan, first of three: segmented inclusive product over blocks of the vertex
+// array. [Yue §3] Deterministic. One workgroup = one block, one invocation = a run of its steps, as
+// many as suit the device. In: steps, reflectances. Out: throughput of every vertex as far as its
+// block knows it, in cluster order, as far as it is bound; each block's own product.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

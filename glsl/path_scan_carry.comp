@@ -1,5 +1,6 @@
-// Light-path energy scan, second of three: exclusive segmented product over the blocks. Deterministic. One workgroup in all.
-// In: each block's product. Out: the product that enters each block from the left.
+// Light-path energy scan, second of three: exclusive segmented product over the blocks.
+// Deterministic. One workgroup in all. In: each block's product. Out: the product that enters each
+// block from the left.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,7 +1,8 @@
-// Path tracing with next-event estimation to every light and Russian roulette: the reference. [Kajiya 1986] Deterministic.
-// One invocation = one pixel, whose paths go on for so many rounds, a vertex a round. In: camera, scene, lights. In and out: sums
-// of radiance (W/m²/sr) over samples, and where the paths stand. A lane whose path ends begins its next sample in the next
-// round, so that neighbours with longer paths do not leave it idle.
+// Path tracing with next-event estimation to every light and Russian roulette: the reference.
+// [Kajiya 1986] Deterministic. One invocation = one pixel, whose paths go on for so many rounds, a
+// vertex a round. In: camera, scene, lights. In and out: sums of radiance (W/m²/sr) over samples,
+// and where the paths stand. A lane whose path ends begins its next sample in the next round, so
+// that neighbours with longer paths do not leave it idle.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -84,7 +85,8 @@ void add(inout RadianceSum sum, vec3 value) {
     sum = RadianceSum(high, rest);
 }
 
-// Enters a sample into the running spread; `sum` holds the `before` samples before it. [Welford 1962]
+// Enters a sample into the running spread; `sum` holds the `before` samples before it. [Welford
+// 1962]
 void add_to_spread(inout vec3 squares, vec3 value, vec3 sum, float before) {
     vec3 apart = value - sum / max(before, 1.0);
     squares += apart * apart * (before / (before + 1.0));

@@ -1,5 +1,6 @@
-// Photon map, first step: the bucket of each photon's cell, for the sort. Deterministic. One invocation = one slot.
-// In: photons. Out: (bucket, slot) pairs; empty slots fall into the bucket behind the last.
+// Photon map, first step: the bucket of each photon's cell, for the sort. Deterministic. One
+// invocation = one slot. In: photons. Out: (bucket, slot) pairs; empty slots fall into the bucket
+// behind the last.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

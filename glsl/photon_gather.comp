@@ -1,6 +1,7 @@
-// Final gathering: radiance of the pixels by one gather ray a sample, which ends where the photon map knows the irradiance.
-// [Jensen 1996] Deterministic. One invocation = one pixel. In: camera, irradiance points. Out: sums over samples, W/m²/sr.
-// A ray too short for the map's resolution, or that met no point of the map, is scattered on; so is what a Phong lobe reflects.
+// Final gathering: radiance of the pixels by one gather ray a sample, which ends where the photon
+// map knows the irradiance. [Jensen 1996] Deterministic. One invocation = one pixel. In: camera,
+// irradiance points. Out: sums over samples, W/m²/sr. A ray too short for the map's resolution, or
+// that met no point of the map, is scattered on; so is what a Phong lobe reflects.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -68,8 +69,9 @@ struct Vertex {
 
 float largest(vec3 v) { return max(v.x, max(v.y, v.z)); }
 
-// The nearest irradiance point on a surface point's surface, or NO_ENTRY: among the eight nearest cells, then one further on
-// each side. Leaving the plane counts four times, and so does turning the normal.
+// The nearest irradiance point on a surface point's surface, or NO_ENTRY: among the eight nearest
+// cells, then one further on each side. Leaving the plane counts four times, and so does turning
+// the normal.
 uint nearest_point(vec3 position, vec3 normal) {
     ivec3 corner = photon_cell(push.grid, position - 0.5 / push.grid.inverse_cell);
     uint nearest = NO_ENTRY;

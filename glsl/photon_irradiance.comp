@@ -1,6 +1,7 @@
-// Density estimate at the irradiance points: Σ flux·kernel over the photons around, by the kernel's mass there. [Christensen 1999]
-// Deterministic. One invocation = one point. In: points with their reach, photon map, masses (m²). Out: irradiance, W/m².
-// The mass is this very sum over points that stand for equal areas: edges of surfaces and walls on them take nothing away.
+// Density estimate at the irradiance points: Σ flux·kernel over the photons around, by the kernel's
+// mass there. [Christensen 1999] Deterministic. One invocation = one point. In: points with their
+// reach, photon map, masses (m²). Out: irradiance, W/m². The mass is this very sum over points that
+// stand for equal areas: edges of surfaces and walls on them take nothing away.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -40,7 +41,8 @@ void main() {
         uint bucket = photon_bucket(cell);
         uint first = entry_offsets[bucket];
         uint end = entry_offsets[bucket + 1u];
-        // Where a beam is narrow, one photon in `stride` stands for all: a sum over all of them would take forever.
+        // Where a beam is narrow, one photon in `stride` stands for all: a sum over all of them
+        // would take forever.
         uint stride = (end - first + MAX_PHOTONS - 1u) / MAX_PHOTONS;
         float weight = float(stride);
         for (uint j = first + (stride > 1u ? hash(index, bucket) % stride : 0u); j < end; j += stride) {

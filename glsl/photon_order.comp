@@ -1,5 +1,6 @@
-// Photon map, last step: photons in the order of their buckets, and where each bucket begins. Deterministic.
-// One invocation = one sorted pair and one bucket. In: photons, sorted pairs. Out: map entries, first entries.
+// Photon map, last step: photons in the order of their buckets, and where each bucket begins.
+// Deterministic. One invocation = one sorted pair and one bucket. In: photons, sorted pairs. Out:
+// map entries, first entries.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -24,7 +25,8 @@ layout(scalar, push_constant) uniform Push { PhotonOrderPush push; };
 
 #include "include/surfaces.glsl"
 
-// How many sorted pairs lie in buckets before `bucket`. By halves: some drivers end a loop over all buckets early.
+// How many sorted pairs lie in buckets before `bucket`. By halves: some drivers end a loop over all
+// buckets early.
 uint pairs_before(uint bucket) {
     uint low = 0u;
     uint high = push.slot_count;

@@ -1,5 +1,6 @@
-// How far each irradiance point reaches along its surface before a wall stands in the way, in sixteen directions.
-// Deterministic. One invocation = one point. In: points. Out: a byte a sector, in 1/255 of the radius; 255: no wall that near.
+// How far each irradiance point reaches along its surface before a wall stands in the way, in
+// sixteen directions. Deterministic. One invocation = one point. In: points. Out: a byte a sector,
+// in 1/255 of the radius; 255: no wall that near.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

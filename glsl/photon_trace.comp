@@ -1,6 +1,7 @@
-// Photon tracing: takes every live photon path STEPS surfaces further, by BRDF sampling and Russian roulette. [Jensen 1996]
-// Deterministic. One invocation = one path. In and out: paths. Out: a photon a surface met, W; slots behind the last stay empty.
-// All decisions come from scrambled Sobol sequences over the light's rays, a fresh scramble a bounce.
+// Photon tracing: takes every live photon path STEPS surfaces further, by BRDF sampling and Russian
+// roulette. [Jensen 1996] Deterministic. One invocation = one path. In and out: paths. Out: a
+// photon a surface met, W; slots behind the last stay empty. All decisions come from scrambled
+// Sobol sequences over the light's rays, a fresh scramble a bounce.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -84,7 +85,8 @@ void main() {
         bool back = dot(surface.normal, path.direction) > 0.0;
         vec3 normal = back ? -surface.normal : surface.normal;
         vec3 position = hit_position(hit);
-        // Irradiance is asked for where there is an albedo to multiply it by; under a black texel, by its neighbours.
+        // Irradiance is asked for where there is an albedo to multiply it by; under a black texel,
+        // by its neighbours.
         uint side = largest(material.diffuse) > 0.0 ? 2u * hit.triangle + uint(back) : NO_SIDE;
         photons[slot + count] = Photon(position, side, path.flux);
         if (HAS_TEXTURES != 0u) material.diffuse *= image_at(surface.material, hit.triangle, hit.barycentric);

@@ -1,4 +1,5 @@
-// Batches of pixels, a tile of 8×8 each. Deterministic. One invocation = one batch. In: what pixels see. Out: where their shadow rays leave.
+// Batches of pixels, a tile of 8×8 each. Deterministic. One invocation = one batch. In: what pixels
+// see. Out: where their shadow rays leave.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

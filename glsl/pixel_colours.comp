@@ -1,5 +1,6 @@
-// Colours of images at pixels: their mean over the pixel, as far as it shows one surface. No ray is traced. Deterministic.
-// One invocation = one pixel. In: what the pixels see, images. Out: packed colours. Only in scenes with images.
+// Colours of images at pixels: their mean over the pixel, as far as it shows one surface. No ray is
+// traced. Deterministic. One invocation = one pixel. In: what the pixels see, images. Out: packed
+// colours. Only in scenes with images.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

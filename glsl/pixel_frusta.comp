@@ -1,6 +1,7 @@
-// What camera rays through a pixel may meet, found once for all of them: the few triangles and nodes that they start from, instead of the
-// root. Deterministic. One invocation = one of the pixels that a light is averaged at. In: those whose samples take a camera ray, the tree.
-// Out: their roots, as shafts have them; no room for a pixel's, and it has none.
+// What camera rays through a pixel may meet, found once for all of them: the few triangles and
+// nodes that they start from, instead of the root. Deterministic. One invocation = one of the
+// pixels that a light is averaged at. In: those whose samples take a camera ray, the tree. Out:
+// their roots, as shafts have them; no room for a pixel's, and it has none.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -70,7 +71,8 @@ bool is_outside(vec3 low, vec3 high) {
     return found;
 }
 
-// Whether all of the frustum lies beyond the plane through its apex and an edge, as seen from the third corner.
+// Whether all of the frustum lies beyond the plane through its apex and an edge, as seen from the
+// third corner.
 bool is_beyond(vec3 a, vec3 b, vec3 third) {
     vec3 across = cross(a, b);
     float inside = dot(across, third) < 0.0 ? -1.0 : 1.0;
@@ -93,7 +95,8 @@ bool is_inside(Corners triangle) {
 
 #include "include/open_tree.glsl"
 
-// Places that have roots to find, side by side: on a processor eight invocations go through all that one of them has to do.
+// Places that have roots to find, side by side: on a processor eight invocations go through all
+// that one of them has to do.
 shared uint due[64];
 shared uint due_count;
 

@@ -1,6 +1,7 @@
-// Exclusive prefix sum of each block in place, the way down: values[i] = block offset + sum of the block's values before i.
-// In: values, count of them; the offset of each block.  Out: values, and the total behind the last, at values[count].
-// One workgroup = one block of ITEMS values per invocation. Deterministic.
+// Exclusive prefix sum of each block in place, the way down: values[i] = block offset + sum of the
+// block's values before i. In: values, count of them; the offset of each block.  Out: values, and
+// the total behind the last, at values[count]. One workgroup = one block of ITEMS values per
+// invocation. Deterministic.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -23,7 +24,8 @@ void main() {
     const uint thread = gl_LocalInvocationID.x;
     const uint block = flat_workgroup();
     const uint block_length = gl_WorkGroupSize.x * ITEMS;
-    // A workgroup without values leaves as a whole, but for the first: it writes the total of nothing.
+    // A workgroup without values leaves as a whole, but for the first: it writes the total of
+    // nothing.
     if (block > 0 && block * block_length >= push.count) {
         return;
     }

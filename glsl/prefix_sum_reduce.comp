@@ -1,5 +1,6 @@
-// Block sums, the way up of the prefix sum: sums[b] = sum of block b of the values, wrapping.
-// In: values, count of them.  Out: one sum a block of ITEMS values per invocation. One workgroup = one block. Deterministic.
+// Block sums, the way up of the prefix sum: sums[b] = sum of block b of the values, wrapping. In:
+// values, count of them.  Out: one sum a block of ITEMS values per invocation. One workgroup = one
+// block. Deterministic.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require

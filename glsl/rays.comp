@@ -1,5 +1,6 @@
-// Closest hits of an explicit list of rays, or any hits of segments. Deterministic. One invocation = one ray.
-// In: origins and directions, metres. Out: distance in units of the direction's length (negative: nothing hit) and side, or LOOP_TRUNCATED.
+// Closest hits of an explicit list of rays, or any hits of segments. Deterministic. One invocation
+// = one ray. In: origins and directions, metres. Out: distance in units of the direction's length
+// (negative: nothing hit) and side, or LOOP_TRUNCATED.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

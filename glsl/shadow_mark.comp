@@ -1,7 +1,9 @@
-// Antialiasing of a light, step 2: lists the pixels across which its light changes much, an edge of a shadow, where geometry shows
-// none: those pixels are averaged over samples already. And those of them that need more samples. Counts them and the workgroups that take
-// them, four each and 64 each. In any order: each is averaged by itself. One invocation = four consecutive pixels, a texel of each list.
-// In: the light's layer, edge pixels and their needs. Out: pixels, their number, sizes of dispatches, from zero.
+// Antialiasing of a light, step 2: lists the pixels across which its light changes much, an edge of
+// a shadow, where geometry shows none: those pixels are averaged over samples already. And those of
+// them that need more samples. Counts them and the workgroups that take them, four each and 64
+// each. In any order: each is averaged by itself. One invocation = four consecutive pixels, a texel
+// of each list. In: the light's layer, edge pixels and their needs. Out: pixels, their number,
+// sizes of dispatches, from zero.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -24,7 +26,8 @@ layout(scalar, binding = 3) writeonly buffer ShadowPixels { uint shadow_pixels[]
 layout(scalar, binding = 4) buffer ShadowGroups { uint shadow_groups[]; };
 layout(scalar, push_constant) uniform Push { EdgeMarkPush push; };
 
-// The light at pixel `first` and the three behind it, of so many pixels; what it is beyond these, nobody asks.
+// The light at pixel `first` and the three behind it, of so many pixels; what it is beyond these,
+// nobody asks.
 vec4 light_from(int first, int pixel_count) {
     ivec2 texels = clamp((ivec2(first) >> 2) + ivec2(0, 1), 0, (pixel_count - 1) >> 2);
     vec4 a = uintBitsToFloat(texelFetch(LightLayer, texels.x));

@@ -1,9 +1,11 @@
-// Shafts between a light and batches of points: what may stand between. [Haines] Deterministic. One invocation = one batch.
-// In: batches, the light, the tree. Out: for each batch the nodes and triangles from which its shadow rays start; those with nodes, listed
-// in any order; workgroups that take one each.
+// Shafts between a light and batches of points: what may stand between. [Haines] Deterministic. One
+// invocation = one batch. In: batches, the light, the tree. Out: for each batch the nodes and
+// triangles from which its shadow rays start; those with nodes, listed in any order; workgroups
+// that take one each.
 //
-// A shaft is the convex hull of two boxes, that of the rays' origins and that of the light: what lies within the box around both and
-// within the planes through two edges, one of each box, that are parallel to the same axis.
+// A shaft is the convex hull of two boxes, that of the rays' origins and that of the light: what
+// lies within the box around both and within the planes through two edges, one of each box, that
+// are parallel to the same axis.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -65,7 +67,8 @@ Shaft shaft_between(Box points, Box light, float clear) {
     for (uint k = 0u; k < 3u; ++k) {
         uint l = (k + 1u) % 3u;
         for (uint quadrant = 0u; quadrant < 4u; ++quadrant) {
-            // The corners of both boxes that lie furthest towards the quadrant, seen along the third axis.
+            // The corners of both boxes that lie furthest towards the quadrant, seen along the
+            // third axis.
             bvec2 is_high = bvec2((quadrant & 1u) != 0u, (quadrant & 2u) != 0u);
             vec2 sign = mix(vec2(-1.0), vec2(1.0), is_high);
             vec2 near = mix(vec2(points.low[k], points.low[l]), vec2(points.high[k], points.high[l]), is_high) + clear * sign;
@@ -93,7 +96,8 @@ bool is_outside(vec3 low, vec3 high) {
     return found;
 }
 
-// Least and greatest value of across·(x - origin) in a box, with what rounding may take from or add to it: `blur` a metre, and `slack`.
+// Least and greatest value of across·(x - origin) in a box, with what rounding may take from or add
+// to it: `blur` a metre, and `slack`.
 vec2 extent(Box box, vec3 across, vec3 origin, float blur, float slack) {
     vec3 middle = 0.5 * (box.low + box.high) - origin;
     vec3 reach = 0.5 * (box.high - box.low);
@@ -116,7 +120,8 @@ bool is_inside(Corners corners) {
         float least = min(dot(plane.xy, vec2(p0[k], p0[l])), min(dot(plane.xy, vec2(p1[k], p1[l])), dot(plane.xy, vec2(p2[k], p2[l]))));
         if (least > plane.z) return false;
     }
-    // Nothing passes through its plane where all points and all of the light are on one side. Origins are clear of their own surface.
+    // Nothing passes through its plane where all points and all of the light are on one side.
+    // Origins are clear of their own surface.
     vec3 across = cross(p1 - p0, p2 - p0);
     float blur = 5e-7 * length(p1 - p0) * length(p2 - p0);
     float slack = 0.25 * shaft.clear * length(across);

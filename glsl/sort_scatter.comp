@@ -1,5 +1,6 @@
-// Stable radix sort of (tile, record) pairs, scatter step: each pair goes behind those with smaller digits and those with
-// its own digit that stood before it. Deterministic. One workgroup = one block of 256 pairs.
+// Stable radix sort of (tile, record) pairs, scatter step: each pair goes behind those with smaller
+// digits and those with its own digit that stood before it. Deterministic. One workgroup = one
+// block of 256 pairs.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,6 +1,7 @@
-// Splatting, step 5: indirect irradiance at every pixel, each record extrapolated to it by its gradients. [Yue §4; Krivanek]
-// A sparse matrix–vector product: all that a light edit under a still camera has to do. Deterministic.
-// One invocation = one pixel. In: weights, records. Out: irradiance, W/m².
+// Splatting, step 5: indirect irradiance at every pixel, each record extrapolated to it by its
+// gradients. [Yue §4; Krivanek] A sparse matrix–vector product: all that a light edit under a still
+// camera has to do. Deterministic. One invocation = one pixel. In: weights, records. Out:
+// irradiance, W/m².
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -36,7 +37,8 @@ void main() {
         Record record = record_at(Records, splat.x);
         float share = uintBitsToFloat(splat.y);
         float weight = abs(share);
-        // Half of the way by the gradient at the record; below, half by that at the pixel: curvature cancels.
+        // Half of the way by the gradient at the record; below, half by that at the pixel:
+        // curvature cancels.
         vec3 moved = pixel.position - record.position;
         vec3 change = 0.5 * moved * record.translation + pixel.normal * record.rotation;
         // Beyond its validity a record's gradients say little.

@@ -1,5 +1,5 @@
-// Splatting, before step 4: boxes around blocks of consecutive records. Deterministic. One invocation = one block.
-// In: cache points. Out: boxes, metres.
+// Splatting, before step 4: boxes around blocks of consecutive records. Deterministic. One
+// invocation = one block. In: cache points. Out: boxes, metres.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

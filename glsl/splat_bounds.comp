@@ -1,5 +1,6 @@
-// Splatting, step 1: which pixels a record's sphere of validity can touch, and so which 16×16 tiles. [Yue §4] Deterministic.
-// One invocation = one record. In: cache points, camera. Out: pixel rectangle and the number of its tiles.
+// Splatting, step 1: which pixels a record's sphere of validity can touch, and so which 16×16
+// tiles. [Yue §4] Deterministic. One invocation = one record. In: cache points, camera. Out: pixel
+// rectangle and the number of its tiles.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -24,7 +25,8 @@ layout(scalar, binding = 5) writeonly buffer UncoveredPixels { uint uncovered_pi
 layout(scalar, binding = 6) writeonly buffer CrowdedTiles { uint crowded_tiles[]; };
 layout(scalar, push_constant) uniform Push { SplatBoundsPush push; };
 
-// Range of x/z over a circle of radius r around (x, z): the slopes of its two tangents through the origin.
+// Range of x/z over a circle of radius r around (x, z): the slopes of its two tangents through the
+// origin.
 vec2 tangent_slopes(float x, float z, float r) {
     if (z <= r * 1.001) return vec2(-1e30, 1e30);
     float root = r * sqrt(x * x + z * z - r * r);
@@ -45,8 +47,8 @@ void main() {
     float half_height = length(view.up);
     float depth = dot(d, view.forward);
 
-    // A record whose plane, tilted by the tolerated ten degrees, still faces away serves no visible pixel: visible shading
-    // normals lean at most a few degrees beyond the silhouette.
+    // A record whose plane, tilted by the tolerated ten degrees, still faces away serves no visible
+    // pixel: visible shading normals lean at most a few degrees beyond the silhouette.
     bool faces_away = dot(d, point.normal) > 0.35 * length(d) + point.radius;
     vec2 x = tangent_slopes(dot(d, view.right) / half_width, depth, point.radius) / half_width;
     vec2 y = tangent_slopes(-dot(d, view.up) / half_height, depth, point.radius) / half_height;

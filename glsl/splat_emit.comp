@@ -1,5 +1,6 @@
-// Splatting, step 2: one (tile, record) pair for every tile that a record may touch, in record order. Deterministic.
-// One invocation = one record. In: pixel rectangles, tiles' boxes, running pair counts. Out: pairs.
+// Splatting, step 2: one (tile, record) pair for every tile that a record may touch, in record
+// order. Deterministic. One invocation = one record. In: pixel rectangles, tiles' boxes, running
+// pair counts. Out: pairs.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,6 +1,7 @@
-// Splatting, step 4: a pixel that no record covers takes the one that fits it best, of all there are. Deterministic: of
-// equal ones the first. Blocks of records that are further away than the best so far, however they are turned, are left out.
-// One workgroup = one pixel. In: uncovered pixels, records, boxes around blocks of them. Out: the pixel's only weight.
+// Splatting, step 4: a pixel that no record covers takes the one that fits it best, of all there
+// are. Deterministic: of equal ones the first. Blocks of records that are further away than the
+// best so far, however they are turned, are left out. One workgroup = one pixel. In: uncovered
+// pixels, records, boxes around blocks of them. Out: the pixel's only weight.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -28,7 +29,8 @@ const uint NONE = 0xffffffffu;
 shared uint least;  // bits of a float that is not negative: these compare as it does
 shared uint first;  // of those that have it
 
-// What the invocation brings, together with all others: afterwards `least` and `first` are known to all.
+// What the invocation brings, together with all others: afterwards `least` and `first` are known to
+// all.
 void find_least(float value, uint index) {
     barrier();
     if (gl_LocalInvocationIndex == 0u) least = first = NONE;

@@ -1,8 +1,10 @@
-// Splatting, step 3: the records that serve each pixel, and their weights. [Yue §4, Tabellion] Every pixel's run of weights is
-// deterministic, for a tile's records are visited in ascending order; where the run stands is not: tiles take room as they come.
-// A pixel keeps its weights in registers until it knows their number. Tiles where these are too few are listed, and visited once more.
-// One workgroup = one tile of 16×16 pixels. In: pixels, sorted (tile, record) pairs. Out: runs of (record, weight) whose weights sum
-// to 1; pixels that no record covers, each with room for one weight to come.
+// Splatting, step 3: the records that serve each pixel, and their weights. [Yue §4, Tabellion]
+// Every pixel's run of weights is deterministic, for a tile's records are visited in ascending
+// order; where the run stands is not: tiles take room as they come. A pixel keeps its weights in
+// registers until it knows their number. Tiles where these are too few are listed, and visited once
+// more. One workgroup = one tile of 16×16 pixels. In: pixels, sorted (tile, record) pairs. Out:
+// runs of (record, weight) whose weights sum to 1; pixels that no record covers, each with room for
+// one weight to come.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -34,7 +36,8 @@ layout(scalar, binding = 5) readonly buffer SortedPairs { TilePair sorted_pairs[
 layout(scalar, binding = 6) buffer WeightRuns { WeightRun weight_runs[]; };  // of each pixel
 layout(scalar, binding = 7) buffer Weights { SplatWeight weights[]; };
 layout(scalar, binding = 8) buffer Tally { SplatTally tally; };
-// Workgroups along each axis that take one each, their number, and these, in any order: each stands for itself.
+// Workgroups along each axis that take one each, their number, and these, in any order: each stands
+// for itself.
 layout(scalar, binding = 9) buffer UncoveredPixels { uint uncovered_pixels[]; };
 layout(scalar, binding = 10) buffer CrowdedTiles { uint crowded_tiles[]; };
 layout(scalar, push_constant) uniform Push { SplatTilesPush push; };
@@ -144,7 +147,8 @@ void main() {
                 batch_bounds[thread] = bounds_in_tile(rectangles[record], corner);
             }
             barrier();
-            // Most records of a tile touch few of its pixels: two words tell a pixel which of 32 records to ask.
+            // Most records of a tile touch few of its pixels: two words tell a pixel which of 32
+            // records to ask.
             uint transposed = 0u;
             for (uint i = 0u; i < 32u; ++i) {
                 transposed |= ((batch_bounds[(thread & ~31u) + i] >> (thread & 31u)) & 1u) << i;

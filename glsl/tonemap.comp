@@ -1,6 +1,8 @@
-// Tone map: radiance to sRGB codes. The exact sRGB curve up to SHOULDER, so that mid-grey and what diffuse surfaces show stay
-// where sRGB puts them; above it a shoulder of continuous slope that reaches white only at infinity. Rounding is dithered, so that dark gradients show no bands. Deterministic.
-// One invocation = one pixel. In: radiance (W/m²/sr), exposure. Out: R | G << 8 | B << 16 | 255 << 24.
+// Tone map: radiance to sRGB codes. The exact sRGB curve up to SHOULDER, so that mid-grey and what
+// diffuse surfaces show stay where sRGB puts them; above it a shoulder of continuous slope that
+// reaches white only at infinity. Rounding is dithered, so that dark gradients show no bands.
+// Deterministic. One invocation = one pixel. In: radiance (W/m²/sr), exposure. Out: R | G << 8 | B
+// << 16 | 255 << 24.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
@@ -33,9 +35,10 @@ float display_code(float linear) {
 // Uniform in [0, 1), of 16 bits: a sum with a code is exact.
 float dither_noise(uint pixel, uint channel) { return float(hash(3u * pixel + channel) >> 16) / 65536.0; }
 
-// Rounds a code up or down, so that the mean over pixels is the code. The noise is triangular, the difference of a pixel's
-// uniform number and its right neighbour's: it changes fast from pixel to pixel. Towards black and white, where a
-// triangle's foot would be cut off and shift the mean, it narrows to the uniform number alone; these two are exact.
+// Rounds a code up or down, so that the mean over pixels is the code. The noise is triangular, the
+// difference of a pixel's uniform number and its right neighbour's: it changes fast from pixel to
+// pixel. Towards black and white, where a triangle's foot would be cut off and shift the mean, it
+// narrows to the uniform number alone; these two are exact.
 uint dithered(float code, uint pixel, uint channel) {
     float width = clamp(2.0 * min(code, 255.0 - code), 0.0, 1.0);
     float noise = dither_noise(pixel, channel) + width * (0.5 - dither_noise(pixel + 1u, channel));

@@ -1,4 +1,5 @@
-//! Everything that can go wrong for a user, one variant a cause, with the exit code the command line promises.
+//! Everything that can go wrong for a user, one variant a cause, with the exit code the
+//! command line promises.
 
 use std::path::{Path, PathBuf};
 
@@ -110,8 +111,8 @@ impl Error {
         }
     }
 
-    /// The process exit code: 1 comparison failed, 2 bad input, 3 no device or display, 4 device failure or a picture
-    /// that is not finite.
+    /// The process exit code: 1 comparison failed, 2 bad input, 3 no device or display, 4 device
+    /// failure or a picture that is not finite.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Comparison(_) => 1,

@@ -44,7 +44,8 @@ pub(crate) fn too_long(bytes: impl fmt::Display, max_bytes: u64) -> String {
 /// Bytes that are read without a look at how much memory is free.
 const SMALL_BYTES: u64 = 1 << 30;
 
-/// An empty list with room for so many bytes. A file may have holes: its length costs whoever made it nothing.
+/// An empty list with room for so many bytes. A file may have holes: its length costs whoever
+/// made it nothing.
 ///
 /// # Errors
 /// There is not that much memory, in words that follow the file's name.
@@ -70,7 +71,8 @@ fn free_bytes() -> Option<u64> {
 /// The bytes of a regular file that has `max_bytes` at most.
 ///
 /// # Errors
-/// Anything else is refused: a pipe or a device might never end, and opening a pipe would wait for whoever writes to it.
+/// Anything else is refused: a pipe or a device might never end, and opening a pipe would wait for
+/// whoever writes to it.
 pub(crate) fn read(path: &Path, max_bytes: u64) -> Result<Vec<u8>, Unread> {
     let about = fs::metadata(path)?;
     if about.is_dir() {

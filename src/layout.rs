@@ -1,7 +1,9 @@
-//! Structures that Rust and GLSL share, and the record of their layout that `tests/interface.rs` holds against the SPIR-V.
+//! Structures that Rust and GLSL share, and the record of their layout that `tests/interface.rs`
+//! holds against the SPIR-V.
 //!
-//! Every buffer and push block of ours uses `scalar` layout, so that `#[repr(C)]` and GLSL agree by definition as long as
-//! the members agree. That they do is checked, never assumed: name, order, offset, size and scalar type.
+//! Every buffer and push block of ours uses `scalar` layout, so that `#[repr(C)]` and GLSL agree by
+//! definition as long as the members agree. That they do is checked, never assumed: name, order,
+//! offset, size and scalar type.
 
 /// One member of a shared structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +37,8 @@ pub trait GpuStruct: bytemuck::Pod {
 
 /// Declares a structure shared with GLSL: `repr(C)`, `Pod`, and a [`GpuStruct::LAYOUT`].
 ///
-/// Implicit padding is a compile error (from the `Pod` derive). List the structure in its pass's `LAYOUTS`.
+/// Implicit padding is a compile error (from the `Pod` derive). List the structure in
+/// its pass's `LAYOUTS`.
 macro_rules! gpu_struct {
     ($(#[$meta:meta])* $vis:vis struct $name:ident {
         $($(#[$member_meta:meta])* $member_vis:vis $member:ident: $type:ty),* $(,)?

@@ -1,4 +1,5 @@
-//! Structures that cross passes; mirror images of `glsl/include/types.glsl`. World space in metres, linear Rec.709.
+//! Structures that cross passes; mirror images of `glsl/include/types.glsl`. World space in
+//! metres, linear Rec.709.
 
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use bytemuck::Zeroable;
@@ -33,7 +34,8 @@ gpu_struct! {
         pub normal: Vec3,
         /// Index into the material table.
         pub material: u32,
-        /// Bits 0–5 cluster code of the front, 6–11 of the back, 12 front takes part in transport, 13 back does.
+        /// Bits 0–5 cluster code of the front, 6–11 of the back, 12 front takes part in transport,
+        /// 13 back does.
         pub sides: u32,
         /// Unit shading normal at the first corner.
         pub n0: Vec3,
@@ -47,13 +49,14 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3] Five times four words: a processor takes about as long to
-    /// load one as to load four.
+    /// Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3] Five times four words: a
+    /// processor takes about as long to load one as to load four.
     pub struct Node {
-        /// Low corner of the node's box, bits of floats; then bytes: exponents of the cell size along x, y, z, and the mask of inner
-        /// children.
+        /// Low corner of the node's box, bits of floats; then bytes: exponents of the cell size
+        /// along x, y, z, and the mask of inner children.
         pub frame: UVec4,
-        /// Index of the first inner child; index of the first triangle of the leaf children; a byte a child that says what it is.
+        /// Index of the first inner child; index of the first triangle of the leaf children; a byte
+        /// a child that says what it is.
         pub children: UVec4,
         /// Low x planes, a byte a child, then high x planes.
         pub x_planes: UVec4,
@@ -99,12 +102,14 @@ gpu_struct! {
         pub side: u32,
         /// Unit direction of travel when it arrived; zero at an entry point.
         pub incoming: Vec3,
-        /// cosθ/(π·pdf) over the survival probability of the step that led here; at an entry point, its area over the mean of all.
+        /// cosθ/(π·pdf) over the survival probability of the step that led here; at an entry point,
+        /// its area over the mean of all.
         pub weight: f32,
         /// Base cluster that it contributions into.
         pub cluster: u32,
-        /// 1 − cosα of the step that led here, α between the direction it took and the mirror direction at the vertex before; zero
-        /// where that vertex is not glossy or is an entry point.
+        /// 1 − cosα of the step that led here, α between the direction it took and the
+        /// mirror direction at the vertex before; zero where that vertex is not glossy or is
+        /// an entry point.
         pub lobe: f32,
     }
 }
@@ -114,7 +119,8 @@ gpu_struct! {
     pub struct Contribution {
         /// Share of the path's flux that arrives at this vertex, per channel.
         pub throughput: Vec3,
-        /// Bits 0–23: index of the path; 24–31: what counts of the vertex for readers from afar, in parts of [`OPEN`].
+        /// Bits 0–23: index of the path; 24–31: what counts of the vertex for readers from afar, in
+        /// parts of [`OPEN`].
         pub what: u32,
     }
 }
@@ -166,7 +172,8 @@ gpu_struct! {
         pub normal: Vec3,
         /// 2·triangle + (1 if the back side).
         pub side: u32,
-        /// The nearest wall that stands on its surface: the plane `(x - position)·wall = 1`, 1/m; zero where there is none.
+        /// The nearest wall that stands on its surface: the plane `(x - position)·wall = 1`, 1/m;
+        /// zero where there is none.
         pub wall: Vec3,
         /// Unit geometric normal on its side.
         pub facet: Vec3,
@@ -180,21 +187,23 @@ gpu_struct! {
     pub struct GatherRay {
         /// `cluster | material << cluster_bits`; [`NO_TARGET`] where the ray left the scene.
         pub target: u32,
-        /// Two halves: its share in the translational gradient along tangent and bitangent, 1/least distance.
+        /// Two halves: its share in the translational gradient along tangent and
+        /// bitangent, 1/least distance.
         pub gradient: u32,
     }
 }
 
-/// Rays of a cache point that meet one gather target, a cluster with a material, in two words that the device reads as one vector. In
-/// scenes with images they have one colour, too.
+/// Rays of a cache point that meet one gather target, a cluster with a material, in two words that
+/// the device reads as one vector. In scenes with images they have one colour, too.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct MergedRay {
     /// `gather target | (number of rays - 1) << target_bits`.
     pub target_index: u32,
-    /// Sums of the rays' shares in both gradients along tangent and bitangent, two numbers with an exponent for both: bits 0–20 (eight,
-    /// eight and five) in the translational one, in 2⁻²⁶ of what [`GatherRay::gradient`] counts in; 21–31 (four, four and three) in the
-    /// rotational one: tanθ across each azimuth, in `MergedRayPacking::rotation_unit`.
+    /// Sums of the rays' shares in both gradients along tangent and bitangent, two numbers with an
+    /// exponent for both: bits 0–20 (eight, eight and five) in the translational one, in 2⁻²⁶ of
+    /// what [`GatherRay::gradient`] counts in; 21–31 (four, four and three) in the rotational one:
+    /// tanθ across each azimuth, in `MergedRayPacking::rotation_unit`.
     pub change: u32,
 }
 
@@ -202,7 +211,8 @@ pub struct MergedRay {
 pub const MOVEMENT_EXPONENT: i32 = -26;
 
 gpu_struct! {
-    /// Irradiance at a cache point and its first-order change, a column for each channel of RGB: W/m² and W/m³.
+    /// Irradiance at a cache point and its first-order change, a column for each channel of RGB:
+    /// W/m² and W/m³.
     pub struct Record {
         /// Of the cache point: where the extrapolation starts.
         pub position: Vec3,
@@ -210,7 +220,8 @@ gpu_struct! {
         pub irradiance: Vec3,
         /// Column c: gradient of channel c under movement, world axes.
         pub translation: Mat3,
-        /// Column c: its dot product with a shading normal is the change of channel c under rotation.
+        /// Column c: its dot product with a shading normal is the change of channel
+        /// c under rotation.
         pub rotation: Mat3,
     }
 }
@@ -230,7 +241,8 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A pinhole camera: the ray of image point (x, y) in [-1, 1]² has direction `forward + x·right - y·up`.
+    /// A pinhole camera: the ray of image point (x, y) in [-1, 1]² has direction `forward + x·right
+    /// - y·up`.
     pub struct View {
         /// Centre of projection.
         pub position: Vec3,
@@ -265,7 +277,8 @@ gpu_struct! {
 
 /// Flag of a material whose paths are cosine sampled, whatever it reflects.
 pub const EDITABLE: u32 = 1;
-/// Flag of a material that has a Phong lobe or may get one: light paths and clusters keep what that needs.
+/// Flag of a material that has a Phong lobe or may get one: light paths and clusters keep
+/// what that needs.
 pub const MAY_BE_GLOSSY: u32 = 2;
 
 gpu_struct! {
@@ -289,11 +302,13 @@ gpu_struct! {
         pub position: Vec3,
         /// One of the `LIGHT_*`.
         pub kind: u32,
-        /// Spot: unit axis; area: unit normal of the emitting side; directional: unit direction of travel.
+        /// Spot: unit axis; area: unit normal of the emitting side; directional: unit
+        /// direction of travel.
         pub axis: Vec3,
         /// Area: its extent, m².
         pub area: f32,
-        /// Point and spot: intensity, W/sr; area: radiance, W/m²/sr; directional: irradiance of a facing surface, W/m².
+        /// Point and spot: intensity, W/sr; area: radiance, W/m²/sr; directional: irradiance of a
+        /// facing surface, W/m².
         pub emission: Vec3,
         /// Spot: half-angle up to which the intensity is full, radians.
         pub inner_angle: f32,

@@ -50,7 +50,8 @@ fn odd_and_empty_buffers_work() {
 fn work_beyond_the_workgroups_along_x_is_spread_over_the_other_axes() {
     let context = context();
     let most = context.limits().workgroup_count[0];
-    // Devices differ: 65 535 here, and 2^31 - 1 elsewhere, where a plain dispatch is what is tested.
+    // Devices differ: 65 535 here, and 2^31 - 1 elsewhere, where a plain dispatch is what is
+    // tested.
     let blocks = most.min(65_535) + 2;
     let count = (blocks - 1) * 256 + 1;
     let words = random_words(2, count as usize);
@@ -74,7 +75,8 @@ fn work_beyond_the_workgroups_along_x_is_spread_over_the_other_axes() {
     assert_silent(&context);
 }
 
-/// Dispatches the sum of two words `count` times, with buffers that are gone before the commands run.
+/// Dispatches the sum of two words `count` times, with buffers that are gone before
+/// the commands run.
 fn sum_twice(context: &Arc<Context>, passes: u32, threads: u32) -> Vec<lightpaths::gpu::PassTiming> {
     let record = |rec: &mut lightpaths::gpu::Recorder| {
         let pipeline =

@@ -1,4 +1,5 @@
-//! Tests of the nets that catch a missing barrier: each must report a fault planted on purpose, alone.
+//! Tests of the nets that catch a missing barrier: each must report a fault planted
+//! on purpose, alone.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -123,8 +124,8 @@ fn assert_one_sync_hazard(context: &Context) {
     assert!(messages[0].contains("SYNC-HAZARD") && messages[0].contains("[sums]"), "{messages:#?}");
 }
 
-/// The layer (1.3.239) says nothing of a write after a write by two dispatches, nor of a read through a binding that is
-/// also written: for these there is the recorder alone.
+/// The layer (1.3.239) says nothing of a write after a write by two dispatches, nor of a read
+/// through a binding that is also written: for these there is the recorder alone.
 #[test]
 fn the_validation_layer_reports_missing_and_wrong_barriers() {
     let chain = Chain::new(unchecked_context());

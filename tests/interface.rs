@@ -1,6 +1,8 @@
-//! What no compiler checks: that Rust, GLSL and the committed SPIR-V agree, and that layers import in one direction.
+//! What no compiler checks: that Rust, GLSL and the committed SPIR-V agree, and that layers import
+//! in one direction.
 //!
-//! With the feature `shaderc` and `LIGHTPATHS_BLESS=1` in the environment, `spirv/` is written instead of compared.
+//! With the feature `shaderc` and `LIGHTPATHS_BLESS=1` in the environment, `spirv/` is written
+//! instead of compared.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -129,7 +131,8 @@ fn bless() {
     fs::write(spirv.join("MANIFEST"), manifest).unwrap();
 }
 
-/// The first line of the manifest. Bytes are defined only for one version of the compiler, the locked one.
+/// The first line of the manifest. Bytes are defined only for one version of the compiler,
+/// the locked one.
 #[cfg(feature = "shaderc")]
 fn compiler() -> String {
     let lock = fs::read_to_string(root().join("Cargo.lock")).unwrap();
@@ -212,7 +215,8 @@ fn host_members(layout: &Layout) -> Members {
     members.map(|m| (m.name.into(), m.offset, m.size, scalar(m.rust_type))).collect()
 }
 
-/// The GLSL scalar type at the bottom of a Rust type as written: `[glam::UVec2; 4]` is made of `uint`.
+/// The GLSL scalar type at the bottom of a Rust type as written: `[glam::UVec2; 4]` is
+/// made of `uint`.
 fn scalar(rust_type: &str) -> String {
     let element = rust_type.trim_start_matches('[').split(';').next().unwrap().trim();
     match element.rsplit("::").next().unwrap() {
@@ -299,7 +303,8 @@ fn shaders_keep_to_the_rules() {
     }
 }
 
-/// Rays may meet more than a device goes through: see `glsl/include/loop_limit.glsl`. What finds roots of shafts opens few nodes, and batches trace nothing.
+/// Rays may meet more than a device goes through: see `glsl/include/loop_limit.glsl`. What finds
+/// roots of shafts opens few nodes, and batches trace nothing.
 #[test]
 fn kernels_that_follow_rays_ask_whether_their_loops_completed() {
     let mut followers = 0;
@@ -334,8 +339,8 @@ fn host_files_name_what_shaders_declare() {
     }
 }
 
-/// Modules of the library in layers: each imports from the layers above its own in this list, and from itself. The
-/// references see no device.
+/// Modules of the library in layers: each imports from the layers above its own in this list, and
+/// from itself. The references see no device.
 const LAYERS: [&[&str]; 6] = [
     &["error", "files", "layout", "types"],
     &["gpu", "scene"],
@@ -396,7 +401,8 @@ fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Code that no compiler vouches for stands in the module of the device, and in tests where there is no other way.
+/// Code that no compiler vouches for stands in the module of the device, and in tests where there
+/// is no other way.
 #[test]
 fn unsafe_code_is_where_it_may_be() {
     const MAY: [&str; 3] = ["src/gpu/", "tests/faults/", "tests/readers/memory.rs"];

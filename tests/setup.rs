@@ -1,4 +1,5 @@
-//! `scripts/setup.sh` on machines that lack something, played with a folder in place of `/` and programs that do nothing.
+//! `scripts/setup.sh` on machines that lack something, played with a folder in place of `/` and
+//! programs that do nothing.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -14,8 +15,8 @@ struct Machine {
     _turn: MutexGuard<'static, ()>,
 }
 
-/// A program cannot be started while any process holds it open for writing, and a process that another thread starts
-/// holds open, for a moment, what this one is writing.
+/// A program cannot be started while any process holds it open for writing, and a process that
+/// another thread starts holds open, for a moment, what this one is writing.
 static TURN: Mutex<()> = Mutex::new(());
 
 impl Machine {

@@ -28,7 +28,8 @@ const HEADER: usize = 48;
 const DEPENDENCY: usize = 40;
 const SECTION: usize = 56;
 
-/// A file of light paths with its length and all checksums made right, as far as its sections lie within it.
+/// A file of light paths with its length and all checksums made right, as far as its sections
+/// lie within it.
 pub fn stored(bytes: &[u8]) -> Option<Vec<u8>> {
     let mut file = bytes.to_vec();
     let word =

@@ -1,5 +1,6 @@
-//! What is to hold whatever a file says: readers come to an end, do not panic, and let no index out that leads nowhere. Fuzzing calls
-//! these functions, and so do the property tests of `make test` (`tests/readers`), which hold their memory against the input, too.
+//! What is to hold whatever a file says: readers come to an end, do not panic, and let no index out
+//! that leads nowhere. Fuzzing calls these functions, and so do the property tests of `make test`
+//! (`tests/readers`), which hold their memory against the input, too.
 //!
 //! Each returns whether the bytes were taken for good.
 
@@ -141,8 +142,8 @@ pub fn mtl(bytes: &[u8]) -> bool {
     scene(&[("m.mtl", bytes)]).is_some()
 }
 
-/// An image of a material: a PNG, whose checksums are made right, a JPEG, a BMP, a GIF, or else a
-/// TGA.
+/// An image of a material: a PNG, whose checksums are made right, a JPEG, a BMP, a GIF, or
+/// else a TGA.
 pub fn texture(bytes: &[u8]) -> bool {
     let mtl = "newmtl a\nmap_Kd i.tga\n";
     let bytes = checksums::png(bytes);

@@ -1,5 +1,6 @@
-// Pixels that show an edge are averaged over samples spread over their area; the others are what their centres see. Samples of a
-// pixel that take indirect light from the same pixel and show the same material share a slot: direct light is summed up in it.
+// Pixels that show an edge are averaged over samples spread over their area; the others are what
+// their centres see. Samples of a pixel that take indirect light from the same pixel and show the
+// same material share a slot: direct light is summed up in it.
 
 // What a sample of an edge pixel sees. Where, follows from its number and the side.
 struct EdgeSample {
@@ -31,14 +32,16 @@ uint frusta_in(EdgeCapacity capacity) { return (capacity.samples + 63u) / 64u; }
 // Slots of each edge pixel.
 uint slots_per_edge(uint edge_count, EdgeCapacity capacity) { return min(MAX_SLOTS, capacity.slots / max(edge_count, 1u)); }
 
-// Samples of each edge pixel: as many as there is room for, if that is enough to be better than the centre alone: MIN_SAMPLES in
-// src/passes/frame/antialias.rs. One slot would take all for one surface.
+// Samples of each edge pixel: as many as there is room for, if that is enough to be better than the
+// centre alone: MIN_SAMPLES in src/passes/frame/antialias.rs. One slot would take all for one
+// surface.
 uint samples_per_edge(uint edge_count, EdgeCapacity capacity) {
     uint count = min(capacity.max_samples, capacity.samples / max(edge_count, 1u));
     return count < 4u || slots_per_edge(edge_count, capacity) < 2u ? 0u : count;
 }
 
-// In a list of a number for each pixel, that of edge pixels in the order of their list, and behind the last how many there are: no edge pixel.
+// In a list of a number for each pixel, that of edge pixels in the order of their list, and behind
+// the last how many there are: no edge pixel.
 const uint NO_EDGE = 0xffffffffu;
 
 uint point_of(EdgeSample found) { return found.what & 7u; }

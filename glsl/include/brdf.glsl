@@ -1,9 +1,11 @@
-// Reflection: Lambert plus the energy-normalised modified Phong lobe ρ_s (n+2)/(2π) cosⁿα, α the angle to the mirror direction.
-// [Lafortune 1994] Directions are unit and point away from the surface. Include after types.glsl, math.glsl and sampling.glsl.
+// Reflection: Lambert plus the energy-normalised modified Phong lobe ρ_s (n+2)/(2π) cosⁿα, α the
+// angle to the mirror direction. [Lafortune 1994] Directions are unit and point away from the
+// surface. Include after types.glsl, math.glsl and sampling.glsl.
 
 float luminance(vec3 rgb) { return dot(rgb, vec3(0.2126, 0.7152, 0.0722)); }
 
-// cosⁿα, zero from 90° on, of x = 1 - cosα: the cosine itself has no digits left where a narrow lobe varies.
+// cosⁿα, zero from 90° on, of x = 1 - cosα: the cosine itself has no digits left where a narrow
+// lobe varies.
 float phong_lobe(float x, float exponent) {
     float logarithm = x < 0.02 ? -x * (1.0 + x * (0.5 + x * (1.0 / 3.0 + 0.25 * x))) : log(max(1.0 - x, 1e-30));
     return x < 1.0 ? exp(exponent * logarithm) : 0.0;
@@ -21,12 +23,14 @@ float phong_lobe(vec3 mirror, vec3 direction, float exponent) {
 
 bool has_lobe(Reflectance material) { return any(greaterThan(material.specular, vec3(0.0))); }
 
-// π times the BRDF, for a direction whose 1 - cosα off the mirror direction is x: the albedo, where there is no lobe.
+// π times the BRDF, for a direction whose 1 - cosα off the mirror direction is x: the albedo, where
+// there is no lobe.
 vec3 reflected_share(Reflectance material, float x) {
     return material.diffuse + material.specular * (0.5 * (material.exponent + 2.0) * phong_lobe(x, material.exponent));
 }
 
-// BRDF, 1/sr, of light from `incident` that leaves along `outgoing`; zero for light from below the surface.
+// BRDF, 1/sr, of light from `incident` that leaves along `outgoing`; zero for light from below the
+// surface.
 vec3 brdf(Reflectance material, vec3 normal, vec3 outgoing, vec3 incident) {
     if (dot(normal, incident) <= 0.0) return vec3(0.0);
     return reflected_share(material, off_mirror(reflect(-outgoing, normal), incident)) * (1.0 / PI);

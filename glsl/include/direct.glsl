@@ -1,18 +1,22 @@
-// Light straight from a light to a surface, free of its colour. Include after types.glsl, math.glsl, bvh.glsl and lights.glsl.
+// Light straight from a light to a surface, free of its colour. Include after types.glsl,
+// math.glsl, bvh.glsl and lights.glsl.
 
-// Area lights are integrated in closed form by what is nearer than twice so many of the widest spacings of their samples, and in part from once.
+// Area lights are integrated in closed form by what is nearer than twice so many of the widest
+// spacings of their samples, and in part from once.
 const float NEAR = 4.0;
 // But for those of a smaller solid angle, sr: f32 has no such sum of arcs.
 const float LARGE = 1e-4;
 
-// What the arc between two directions of any length adds to Lambert's sum, for a receiver with that normal.
+// What the arc between two directions of any length adds to Lambert's sum, for a receiver with that
+// normal.
 float arc(vec3 normal, vec3 from, vec3 to) {
     vec3 across = cross(from, to);
     float sine = length(across);
     return sine > 0.0 ? atan(sine, dot(from, to)) / sine * dot(normal, across) : 0.0;
 }
 
-// As arc, of what of an edge stands above the horizon. Where the outline goes below it is in `leaves`, where it comes back in `returns`.
+// As arc, of what of an edge stands above the horizon. Where the outline goes below it is in
+// `leaves`, where it comes back in `returns`.
 float arc_above(vec3 normal, vec3 from, vec3 to, inout vec3 leaves, inout vec3 returns) {
     float before = dot(normal, from);
     float after = dot(normal, to);
@@ -23,8 +27,8 @@ float arc_above(vec3 normal, vec3 from, vec3 to, inout vec3 leaves, inout vec3 r
     return arc(normal, from, to);
 }
 
-// What a parallelogram of unit radiance brings to a receiver with that normal, sr, if nothing stands between. `corner` is where it begins, as
-// seen from there. [Lambert 1760]
+// What a parallelogram of unit radiance brings to a receiver with that normal, sr, if nothing
+// stands between. `corner` is where it begins, as seen from there. [Lambert 1760]
 float parallelogram_irradiance(vec3 normal, vec3 corner, vec3 edge_u, vec3 edge_v) {
     vec3 leaves = vec3(0.0);
     vec3 returns = vec3(0.0);
@@ -34,7 +38,8 @@ float parallelogram_irradiance(vec3 normal, vec3 corner, vec3 edge_u, vec3 edge_
     return 0.5 * abs(sum + arc(normal, leaves, returns));
 }
 
-// What point sample `i` of an area light adds to open_samples; nothing behind the last. `row` is the next one's after that.
+// What point sample `i` of an area light adds to open_samples; nothing behind the last. `row` is
+// the next one's after that.
 float open_sample(LightSource light, vec3 corner, vec3 shading, uint i, inout uint row) {
     vec2 u = lattice_place(light, i, row);
     row = next_row(light, row);
@@ -44,7 +49,8 @@ float open_sample(LightSource light, vec3 corner, vec3 shading, uint i, inout ui
     return i < light.samples ? brought : 0.0;
 }
 
-// What the point samples of an area light of unit radiance add up to if nothing stands between: see sample_weight.
+// What the point samples of an area light of unit radiance add up to if nothing stands between: see
+// sample_weight.
 float open_samples(LightSource light, vec3 corner, vec3 shading) {
     float sum = 0.0;
     uint row = lattice_row(light, 0u);
@@ -58,8 +64,9 @@ float open_samples(LightSource light, vec3 corner, vec3 shading) {
     return light.area * sum / float(light.samples);
 }
 
-// What weighs the point samples of an area light for a receiver of that area (m²): beside the light its irradiance in closed form over what they add
-// up to if nothing stands between, for there they would be spots; further off the bounded form of 1/d². 1 for other lights.
+// What weighs the point samples of an area light for a receiver of that area (m²): beside the light
+// its irradiance in closed form over what they add up to if nothing stands between, for there they
+// would be spots; further off the bounded form of 1/d². 1 for other lights.
 float sample_weight(LightSource light, vec3 position, vec3 shading, float area) {
     if (light.kind != LIGHT_AREA) return 1.0;
     vec3 corner = light.position - position;
@@ -73,7 +80,8 @@ float sample_weight(LightSource light, vec3 position, vec3 shading, float area) 
     for (bool is_due = share > 0.0; is_due; is_due = false) {
         float sum = open_samples(light, corner, shading);
         float whole = parallelogram_irradiance(shading, corner, light.edge_u, light.edge_v);
-        // Disc to disc: the receiver takes no more than the light sends, however small that is beside it.
+        // Disc to disc: the receiver takes no more than the light sends, however small that is
+        // beside it.
         if (sum > 0.0) weight = mix(weight, whole / (sum * (1.0 + whole * area / (PI * light.area))), share);
     }
     return weight;
@@ -85,8 +93,9 @@ float weighed(LightSource light, uint end, float found, vec3 position, vec3 shad
     return found;
 }
 
-// What a light's point sample at `u` brings to a surface if nothing stands between, per unit of emission, before its weight: see light_factor.
-// `found` is the direction; its distance is 0 where there is none.
+// What a light's point sample at `u` brings to a surface if nothing stands between, per unit of
+// emission, before its weight: see light_factor. `found` is the direction; its distance is 0 where
+// there is none.
 float open_factor(LightSource light, vec2 u, vec3 position, vec3 normal, vec3 shading, float area, out LightSample found) {
     light.emission = vec3(1.0);
     bool is_glossy = sample_light(light, position, u, found);
@@ -104,9 +113,10 @@ float open_factor(LightSource light, vec2 u, vec3 position, vec3 normal, vec3 sh
 // Whether a ray is due to a sample that brings so much.
 bool is_due(LightSample found, float factor, bool traces_all) { return found.distance != 0.0 && (factor > 0.0 || traces_all); }
 
-// Irradiance per unit of the light's emission, from its point samples `first` to `end`, a shadow ray each: 1/m² of point and
-// spot lights, sr of area lights, 1 of directional ones. `shading` is the surface's shading normal, `area` (m²) its extent.
-// Rays that cannot bring light, from surfaces that face away or stand outside a cone, are left out unless `traces_all`. To be weighed.
+// Irradiance per unit of the light's emission, from its point samples `first` to `end`, a shadow
+// ray each: 1/m² of point and spot lights, sr of area lights, 1 of directional ones. `shading` is
+// the surface's shading normal, `area` (m²) its extent. Rays that cannot bring light, from surfaces
+// that face away or stand outside a cone, are left out unless `traces_all`. To be weighed.
 float light_factor(LightSource light, uint first, uint end, bool traces_all, vec3 position, vec3 normal, vec3 shading, float area) {
     float sum = 0.0;
     uint row = lattice_row(light, first);

@@ -1,15 +1,17 @@
-// Position in a one-dimensional dispatch. The host swizzles its workgroups as suits the device (src/gpu/tuning.rs); the last ones may have nothing
-// to do: compare with a count from the push block. A shader of one-dimensional work asks here and never reads gl_GlobalInvocationID.
+// Position in a one-dimensional dispatch. The host swizzles its workgroups as suits the device
+// (src/gpu/tuning.rs); the last ones may have nothing to do: compare with a count from the push
+// block. A shader of one-dimensional work asks here and never reads gl_GlobalInvocationID.
 
 // Strips of workgroups along x go to the layers along z in turn, and then to the next row.
 uint flat_workgroup() { return gl_WorkGroupID.x + gl_NumWorkGroups.x * (gl_WorkGroupID.z + gl_NumWorkGroups.z * gl_WorkGroupID.y); }
 
-// A macro, so that it expands where the local size is known: in a function compiled ahead of the shader's
-// `layout(local_size_x = …)`, gl_WorkGroupSize is silently 1.
+// A macro, so that it expands where the local size is known: in a function compiled ahead of the
+// shader's `layout(local_size_x = …)`, gl_WorkGroupSize is silently 1.
 #define flat_invocation() (flat_workgroup() * gl_WorkGroupSize.x + gl_LocalInvocationIndex)
 
-// Column and row of a place below 2³¹, in rows of `width` places. Processors divide integers lane by lane, floats all at once. A quotient of
-// floats, divisions off by 2.5 units as Vulkan allows, is off by a row and 2⁻²¹ of all at most, which the columns that are left over tell.
+// Column and row of a place below 2³¹, in rows of `width` places. Processors divide integers lane
+// by lane, floats all at once. A quotient of floats, divisions off by 2.5 units as Vulkan allows,
+// is off by a row and 2⁻²¹ of all at most, which the columns that are left over tell.
 uvec2 in_rows(uint place, uint width) {
     float inverse = 1.0 / float(width);
     uint row = uint(float(place) * inverse);
@@ -22,11 +24,13 @@ uvec2 in_rows(uint place, uint width) {
     return uvec2(column - last * int(width), row + uint(last));
 }
 
-// Where workgroups take square tiles of an image so many points wide, row by row: the invocation's place in its tile.
+// Where workgroups take square tiles of an image so many points wide, row by row: the invocation's
+// place in its tile.
 uvec2 place_in_tile(uint side) { return uvec2(gl_LocalInvocationIndex % side, gl_LocalInvocationIndex / side); }
 
-// Where edge pixels are listed tile by tile of 8×8, row by row, and within along a Morton curve, so that neighbours in the list are neighbours
-// in the image: the place of a pixel of an image so many pixels wide, and the pixel of a place, which may lie outside of it.
+// Where edge pixels are listed tile by tile of 8×8, row by row, and within along a Morton curve, so
+// that neighbours in the list are neighbours in the image: the place of a pixel of an image so many
+// pixels wide, and the pixel of a place, which may lie outside of it.
 uint place_in_tiles(uvec2 pixel, uint width) {
     uvec2 tile = pixel / 8u, within = pixel % 8u;
     uvec2 spread = (within & 1u) | (within & 2u) << 1 | (within & 4u) << 2;

@@ -1,4 +1,5 @@
-// Rays that leave light sources. Include after types.glsl, math.glsl, sampling.glsl and lights.glsl.
+// Rays that leave light sources. Include after types.glsl, math.glsl, sampling.glsl and
+// lights.glsl.
 
 // A ray that leaves a light.
 struct EmittedRay {
@@ -7,13 +8,15 @@ struct EmittedRay {
     vec3 flux;       // over the ray's pdf, W: the mean over all rays is the light's power
 };
 
-// Samples a ray: `u` picks its direction, or the place on the disc of a light at infinity; `v` the place on an area light.
+// Samples a ray: `u` picks its direction, or the place on the disc of a light at infinity; `v` the
+// place on an area light.
 EmittedRay emit(LightSource light, vec3 scene_centre, float scene_radius, vec2 u, vec2 v) {
     float azimuth = 2.0 * PI * u.y;
     vec2 around = vec2(cos(azimuth), sin(azimuth));
     if (light.kind == LIGHT_DIRECTIONAL) {
         vec3 on_disc = frame_around(light.axis) * vec3(sqrt(u.x) * around, -1.0);
-        // Power of a light at infinity: what passes through the disc of the scene's bounding sphere.
+        // Power of a light at infinity: what passes through the disc of the scene's bounding
+        // sphere.
         vec3 flux = PI * scene_radius * scene_radius * light.emission;
         return EmittedRay(scene_centre + scene_radius * on_disc, light.axis, flux);
     }
@@ -21,7 +24,8 @@ EmittedRay emit(LightSource light, vec3 scene_centre, float scene_radius, vec2 u
         vec3 origin = light.position + v.x * light.edge_u + v.y * light.edge_v;
         return EmittedRay(origin, frame_around(light.axis) * sample_cosine(u), PI * light.area * light.emission);
     }
-    // Uniform over the cone, or over the sphere: a height of the cap, which does not cancel in narrow cones.
+    // Uniform over the cone, or over the sphere: a height of the cap, which does not cancel in
+    // narrow cones.
     bool is_spot = light.kind == LIGHT_SPOT;
     float half_sine = sin(0.5 * light.outer_angle);
     float cap = is_spot ? 2.0 * half_sine * half_sine : 2.0;

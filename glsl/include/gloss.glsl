@@ -1,4 +1,5 @@
-// What the passes of glossy surfaces share. Include after types.glsl, math.glsl, sampling.glsl and brdf.glsl.
+// What the passes of glossy surfaces share. Include after types.glsl, math.glsl, sampling.glsl and
+// brdf.glsl.
 
 // An entry point that may be glossy.
 struct GlossEntry {
@@ -38,10 +39,12 @@ float gloss_fraction(Reflectance material) {
     return max(fractions.x, max(fractions.y, fractions.z));
 }
 
-// Fraction up to which a surface has a little gloss only: an error of what its lobe sends is small beside what it sends by its albedo.
+// Fraction up to which a surface has a little gloss only: an error of what its lobe sends is small
+// beside what it sends by its albedo.
 const float LITTLE = 0.4;
 
-// How many vertices tell well enough what a material's lobe sends; 0: all are needed. Mirrors `vertices_for` in src/passes/frame/gloss.rs.
+// How many vertices tell well enough what a material's lobe sends; 0: all are needed. Mirrors
+// `vertices_for` in src/passes/frame/gloss.rs.
 uint vertices_for(Reflectance material) {
     float excess = max(1.0, gloss_fraction(material) / 0.25);
     bool is_little = material.exponent <= 100.0 && excess * 0.25 <= LITTLE;

@@ -1,8 +1,10 @@
-// What the vertices of a cluster send towards a direction by their Phong lobes. The including shader declares the constant
-// ENTRY_POINTS and LIGHTS and binds Materials, FirstBounceFlux0 to FirstBounceFlux3, ContributionRanges, Contributions, GlossVertices, GlossBeams,
-// BaseRanges and GlossShifts.
+// What the vertices of a cluster send towards a direction by their Phong lobes. The including
+// shader declares the constant ENTRY_POINTS and LIGHTS and binds Materials, FirstBounceFlux0 to
+// FirstBounceFlux3, ContributionRanges, Contributions, GlossVertices, GlossBeams, BaseRanges and
+// GlossShifts.
 
-// What an invocation takes in one dispatch of the vertices below a cluster, those of one base cluster after those of another.
+// What an invocation takes in one dispatch of the vertices below a cluster, those of one base
+// cluster after those of another.
 struct GlossPart {
     float area_m2;    // that each entry point stands for, in the mean
     uint beam_count;  // entry points: of each
@@ -23,9 +25,10 @@ void add(inout vec3 sum, vec3 first, vec3 second) {
     sum = added;
 }
 
-// π times the lobes' radiance, times the cluster's area, W per unit of a light's emission: of light straight from it (ENTRY_POINTS == 1)
-// or from surfaces, at every `step`th of a run of contributions, each of which stands for `area_m2`, added up. `shift` turns the index of a contribution
-// into that of its vertex; in an unweighted cluster all of each counts.
+// π times the lobes' radiance, times the cluster's area, W per unit of a light's emission: of light
+// straight from it (ENTRY_POINTS == 1) or from surfaces, at every `step`th of a run of
+// contributions, each of which stands for `area_m2`, added up. `shift` turns the index of a
+// contribution into that of its vertex; in an unweighted cluster all of each counts.
 void add_gloss_flux(inout GlossFlux flux, uvec2 run, uint step, float area_m2, bool is_unweighted, uint shift, vec3 toward, GlossPart part) {
     for (uint i = run.x; i < run.y; i += step) {
         GlossVertex vertex = gloss_vertices[i + shift];
@@ -53,7 +56,8 @@ void add_gloss_flux(inout GlossFlux flux, uvec2 run, uint step, float area_m2, b
 // Base clusters that are gone through for each vertex that is asked, where not all are.
 const uint BASES = 4u;
 
-// The same of the part below a cluster. Where not all vertices are asked, every so manieth is, from a first one that `seed` names.
+// The same of the part below a cluster. Where not all vertices are asked, every so manieth is, from
+// a first one that `seed` names.
 GlossFlux gloss_flux_below(uint cluster, vec3 toward, GlossPart part, uint seed) {
     GlossFlux flux = GlossFlux(vec3[4](vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0)));
     uvec2 bases = base_ranges[cluster];

@@ -3,7 +3,8 @@ struct ClusterFlux {
     vec3 direct;    // at entry points: straight from the lights
     vec3 indirect;  // at all other vertices: from surfaces
 };
-// What a base cluster receives of one light, per unit of its emission and of the area that an entry point stands for.
+// What a base cluster receives of one light, per unit of its emission and of the area that an entry
+// point stands for.
 struct ClusterLayer {
     float direct;   // at entry points, in every channel
     vec3 indirect;  // at all other vertices

@@ -1,4 +1,5 @@
-// Kernels that take one light are made for its kind: the code of the others is gone. Include behind types.glsl.
+// Kernels that take one light are made for its kind: the code of the others is gone. Include behind
+// types.glsl.
 layout(constant_id = 14) const uint LIGHT_KIND = 0u;
 
 // The light, as one of that kind.

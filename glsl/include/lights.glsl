@@ -9,7 +9,8 @@ struct LightSample {
 
 const float LIGHT_FAR = 1e30;
 
-// Share of a spot's intensity at a unit direction of travel: falls linearly in the angle between the two half-angles.
+// Share of a spot's intensity at a unit direction of travel: falls linearly in the angle between
+// the two half-angles.
 float spot_falloff(LightSource light, vec3 direction) {
     // Not the arc cosine, which has lost half its digits near the axis.
     float angle = atan(length(cross(light.axis, direction)), dot(light.axis, direction));
@@ -17,8 +18,9 @@ float spot_falloff(LightSource light, vec3 direction) {
     return angle < light.outer_angle ? (light.outer_angle - angle) / (light.outer_angle - light.inner_angle) : 0.0;
 }
 
-// Samples a light as seen from `position`; `u` picks the point of an area light, uniform over it, and is idle for the other
-// kinds. False where the light does not reach that point. Unbounded towards the light, but never infinite.
+// Samples a light as seen from `position`; `u` picks the point of an area light, uniform over it,
+// and is idle for the other kinds. False where the light does not reach that point. Unbounded
+// towards the light, but never infinite.
 bool sample_light(LightSource light, vec3 position, vec2 u, out LightSample found) {
     if (light.kind == LIGHT_DIRECTIONAL) {
         found = LightSample(-light.axis, LIGHT_FAR, light.emission);
@@ -38,8 +40,9 @@ bool sample_light(LightSource light, vec3 position, vec2 u, out LightSample foun
     return factor > 0.0;
 }
 
-// Point samples of a light stand in a lattice, every row and column of which holds one: the row of number `i`, counted with those that are left
-// out ahead of the first; and, without a division, that of the next number.
+// Point samples of a light stand in a lattice, every row and column of which holds one: the row of
+// number `i`, counted with those that are left out ahead of the first; and, without a division,
+// that of the next number.
 uint lattice_row(LightSource light, uint i) { return (i + light.modulus - light.samples) * light.stride % light.modulus; }
 
 uint next_row(LightSource light, uint row) {

@@ -1,5 +1,6 @@
-// Nodes and triangles that reach into a region, a shaft or a frustum, few of them. Include behind bvh.glsl and shafts.glsl. The including shader
-// binds `uint shaft_roots[]` and says what the region is: `bool is_outside(vec3 low, vec3 high)` of a box, `bool is_inside(Corners corners)` of
+// Nodes and triangles that reach into a region, a shaft or a frustum, few of them. Include behind
+// bvh.glsl and shafts.glsl. The including shader binds `uint shaft_roots[]` and says what the
+// region is: `bool is_outside(vec3 low, vec3 high)` of a box, `bool is_inside(Corners corners)` of
 // a triangle that may reach into it.
 
 // Nodes that are opened at most.
@@ -27,8 +28,9 @@ uint children_inside(Node node) {
     return (found & 0xff000000u) | inside;
 }
 
-// Writes roots from which rays through the region start, to the words from `first` on: triangles behind the first word, nodes from the end
-// backwards. Returns their numbers, as the first word has them.
+// Writes roots from which rays through the region start, to the words from `first` on: triangles
+// behind the first word, nodes from the end backwards. Returns their numbers, as the first word has
+// them.
 uint open_tree(uint first) {
     uint triangle_roots = 0u;  // that are written
     uint node_roots = 0u;

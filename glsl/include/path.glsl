@@ -1,6 +1,7 @@
-// Vertices of paths that start from the eye or a surface: the light that they reflect, and where the path goes on. Include after
-// bvh.glsl, lights.glsl, brdf.glsl and textures.glsl. The including shader binds the texels `Surfaces`, `Reflectance materials[]` and
-// `LightSource lights[]`; its push block `push` has `light_count`.
+// Vertices of paths that start from the eye or a surface: the light that they reflect, and where
+// the path goes on. Include after bvh.glsl, lights.glsl, brdf.glsl and textures.glsl. The including
+// shader binds the texels `Surfaces`, `Reflectance materials[]` and `LightSource lights[]`; its
+// push block `push` has `light_count`.
 
 struct Vertex {
     vec3 position;
@@ -31,7 +32,8 @@ vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint ray
         LightSample found;
         if (!sample_light(light, vertex.position, u, found)) continue;
         float cosine = dot(vertex.shading, found.direction);
-        // A light behind the real surface does not reach through, wherever the shading normal points.
+        // A light behind the real surface does not reach through, wherever the shading normal
+        // points.
         if (cosine <= 0.0 || dot(vertex.geometric, found.direction) <= 0.0) continue;
         vec3 reflected = brdf(vertex.material, vertex.shading, vertex.outgoing, found.direction) * found.irradiance;
         if (reflected == vec3(0.0)) continue;
@@ -41,13 +43,16 @@ vec3 reflected_light(Vertex vertex, uint sample_index, uint seed, inout uint ray
     return radiance;
 }
 
-// Chooses where a path goes on. False if it ends here. Afterwards `throughput` includes brdf·cosθ/pdf and the roulette.
+// Chooses where a path goes on. False if it ends here. Afterwards `throughput` includes
+// brdf·cosθ/pdf and the roulette.
 bool reflect_path(Vertex vertex, vec3 u, float roulette_threshold, inout vec3 throughput, out vec3 direction) {
     BrdfSample next = sample_brdf(vertex.material, vertex.shading, vertex.outgoing, u.xy);
     direction = next.incident;
-    // Where the shading normal leans away from the geometric one, part of its hemisphere lies inside the surface.
+    // Where the shading normal leans away from the geometric one, part of its hemisphere lies
+    // inside the surface.
     throughput *= dot(vertex.geometric, next.incident) > 0.0 ? next.weight : vec3(0.0);
-    // The path goes on with a probability that falls with its throughput; dividing by it keeps the estimate right.
+    // The path goes on with a probability that falls with its throughput; dividing by it keeps the
+    // estimate right.
     float peak = max(throughput.x, max(throughput.y, throughput.z));
     float survival = min(1.0, peak / roulette_threshold);
     throughput /= max(survival, 1e-30);

@@ -1,4 +1,5 @@
-// Segmented product: what the three kernels of the light-path energy scan share. Include behind texels.glsl.
+// Segmented product: what the three kernels of the light-path energy scan share. Include behind
+// texels.glsl.
 
 const uint BLOCK_STEPS = 1024u;  // per workgroup, whose invocations share them
 

@@ -1,5 +1,5 @@
-// Photon maps: photons sorted by the bucket of their cell, and how surface points find those around them. [Jensen 1996]
-// Include after types.glsl, math.glsl and sampling.glsl.
+// Photon maps: photons sorted by the bucket of their cell, and how surface points find those around
+// them. [Jensen 1996] Include after types.glsl, math.glsl and sampling.glsl.
 
 // A photon that arrived at a surface.
 struct Photon {
@@ -37,18 +37,20 @@ ivec3 photon_neighbour(ivec3 middle, uint index) {
     return middle + ivec3(index % 3u, index / 3u % 3u, index / 9u) - 1;
 }
 
-// Two points count as one surface where normals turn by less than 25° and the offset leaves the plane by less than a tenth of the radius.
+// Two points count as one surface where normals turn by less than 25° and the offset leaves the
+// plane by less than a tenth of the radius.
 const float SAME_NORMAL = 0.9;
 const float SAME_PLANE = 0.1;
 
-// The kernel of the density estimate: 1 - (d/r)², zero off the point's surface. Not normalised. [Epanechnikov 1969]
+// The kernel of the density estimate: 1 - (d/r)², zero off the point's surface. Not normalised.
+// [Epanechnikov 1969]
 float photon_kernel(vec3 offset, vec3 normal, vec3 other_normal, float radius) {
     if (dot(normal, other_normal) < SAME_NORMAL || abs(dot(offset, normal)) > SAME_PLANE * radius) return 0.0;
     return max(0.0, 1.0 - dot(offset, offset) / (radius * radius));
 }
 
-// Which of sixteen equal sectors around the normal an offset points into: bit 0 x < 0, bit 1 y < 0, bit 2 |y| > |x|, bit 3 in
-// the half of that octant which is nearer to the diagonal.
+// Which of sixteen equal sectors around the normal an offset points into: bit 0 x < 0, bit 1 y < 0,
+// bit 2 |y| > |x|, bit 3 in the half of that octant which is nearer to the diagonal.
 uint reach_sector(vec2 along) {
     vec2 size = abs(along);
     bool is_steep = size.y > size.x;
@@ -63,8 +65,8 @@ vec2 sector_direction(uint sector) {
     return mix(direction, -direction, bvec2((sector & 1u) != 0u, (sector & 2u) != 0u));
 }
 
-// Whether no wall parts a point from what lies at `offset` on its surface. The reach is a byte a sector, in 1/255 of the radius;
-// 255: no wall that near.
+// Whether no wall parts a point from what lies at `offset` on its surface. The reach is a byte a
+// sector, in 1/255 of the radius; 255: no wall that near.
 bool is_within_reach(uvec4 reach, vec3 normal, vec3 offset, float radius) {
     mat3 frame = frame_around(normal);
     vec2 along = vec2(dot(offset, frame[0]), dot(offset, frame[1]));

@@ -1,7 +1,9 @@
-// Colours of images seen through image points. Include after textures.glsl; the including shader binds the texels `Surfaces`, too.
+// Colours of images seen through image points. Include after textures.glsl; the including shader
+// binds the texels `Surfaces`, too.
 
-// Where the ray of an image point, in pixels from the top left corner, meets a triangle's plane: the triangle's image there. With it
-// the side on which the ray meets the plane, positive or negative.
+// Where the ray of an image point, in pixels from the top left corner, meets a triangle's plane:
+// the triangle's image there. With it the side on which the ray meets the plane, positive or
+// negative.
 vec4 colour_through(View view, vec2 point, uint triangle) {
     vec2 ndc = point / vec2(view.width, view.height) * 2.0 - 1.0;
     vec3 direction = view.forward + ndc.x * view.right - ndc.y * view.up;

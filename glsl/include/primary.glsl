@@ -1,6 +1,7 @@
 // What a camera ray sees. The including shader binds the scene and includes bvh.glsl.
 
-// Direction through an image point, in pixels from the top left corner; of unit length along the view axis.
+// Direction through an image point, in pixels from the top left corner; of unit length along the
+// view axis.
 vec3 direction_through(View view, vec2 point) {
     vec2 ndc = point / vec2(view.width, view.height) * 2.0 - 1.0;
     return view.forward + ndc.x * view.right - ndc.y * view.up;
@@ -30,7 +31,8 @@ PixelSurface seen_through(View view, vec2 point) {
 const float FLAT = 0.99999;
 bool is_curved(PixelSurface found) { return dot(found.normal, facing_normal(found.side)) < FLAT; }
 
-// Where the ray of an image point meets a triangle's plane, inside the triangle or not. No ray is traced.
+// Where the ray of an image point meets a triangle's plane, inside the triangle or not. No ray is
+// traced.
 Hit hit_on_plane(View view, vec3 direction, uint triangle) {
     Corners corners = corners_of(triangle);
     vec3 across = cross(corners.p1 - corners.p0, corners.p2 - corners.p0);
@@ -41,7 +43,8 @@ Hit hit_on_plane(View view, vec3 direction, uint triangle) {
     return Hit(t, triangle, vec3(1.0 - weights.x - weights.y, weights));
 }
 
-// Whether all rays through a pixel pass through the triangle of a side, by the pixel's corners: a triangle is convex.
+// Whether all rays through a pixel pass through the triangle of a side, by the pixel's corners: a
+// triangle is convex.
 bool fills_pixel(View view, vec2 corner, uint side) {
     bool fills = true;
     for (uint i = 0u; i < 4u; ++i) {
@@ -53,13 +56,15 @@ bool fills_pixel(View view, vec2 corner, uint side) {
     return fills;
 }
 
-// Whether samples of a pixel that shows no edge take camera rays: where the surface is curved, and where they may see more than one
-// triangle. The plane of one facet runs behind the next where the two meet concavely, and that one would shadow it.
+// Whether samples of a pixel that shows no edge take camera rays: where the surface is curved, and
+// where they may see more than one triangle. The plane of one facet runs behind the next where the
+// two meet concavely, and that one would shadow it.
 bool is_sampled_by_rays(View view, vec2 corner, PixelSurface found) {
     return found.side != NO_SIDE && (is_curved(found) || !fills_pixel(view, corner, found.side));
 }
 
-// The same where it is known which side the ray meets, without a ray: needs nothing of bvh.glsl but hit_position.
+// The same where it is known which side the ray meets, without a ray: needs nothing of bvh.glsl but
+// hit_position.
 PixelSurface seen_on(View view, vec2 point, uint side) {
     vec3 direction = direction_through(view, point);
     uint triangle = side >> 1;

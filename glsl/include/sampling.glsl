@@ -11,7 +11,8 @@ uint hash(uint x) {
 
 uint hash(uint a, uint b) { return hash(a ^ hash(b + 0x9e3779b9u)); }
 
-// Nested uniform scramble of a bit-reversed value: each bit is flipped depending on the bits below it only.
+// Nested uniform scramble of a bit-reversed value: each bit is flipped depending on the bits below
+// it only.
 uint laine_karras(uint x, uint seed) {
     x += seed;
     x ^= x * 0x6c50b47cu;
@@ -32,8 +33,8 @@ const uint SOBOL_2[32] = uint[](
 
 // Point `index` of the first three Sobol dimensions, unscrambled, as 32-bit fractions.
 uvec3 sobol(uint index) {
-    // Bit p of the second dimension, from the top, sums the bits k of the index for which C(k, p) is odd: those k that have all
-    // of p's bits. Five steps sum over supersets.
+    // Bit p of the second dimension, from the top, sums the bits k of the index for which C(k, p)
+    // is odd: those k that have all of p's bits. Five steps sum over supersets.
     uint pascal = index ^ ((index >> 1) & 0x55555555u);
     pascal ^= (pascal >> 2) & 0x33333333u;
     pascal ^= (pascal >> 4) & 0x0f0f0f0fu;

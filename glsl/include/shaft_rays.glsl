@@ -1,8 +1,10 @@
-// Shadow rays that start from the roots of a shaft. Include behind texels.glsl, shafts.glsl, light_kind.glsl and direct.glsl.
-// The including shader binds the texels `ShaftRoots` and `uint shaft_list[]`.
+// Shadow rays that start from the roots of a shaft. Include behind texels.glsl, shafts.glsl,
+// light_kind.glsl and direct.glsl. The including shader binds the texels `ShaftRoots` and `uint
+// shaft_list[]`.
 //
-// A kernel runs twice, because a processor's lanes go through all code that one of them may need: over all batches, where
-// triangles are tried and batches with nodes are left out; and over the list of those, where rays go down the tree.
+// A kernel runs twice, because a processor's lanes go through all code that one of them may need:
+// over all batches, where triangles are tried and batches with nodes are left out; and over the
+// list of those, where rays go down the tree.
 
 layout(constant_id = 13) const uint OPENS_NODES = 0u;
 

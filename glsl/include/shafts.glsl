@@ -1,5 +1,6 @@
-// What may stand between a light and a batch of points that lie close together, found once for all of them: the few nodes and
-// triangles that their shadow rays start from, instead of the root. [Haines] Include behind bvh.glsl.
+// What may stand between a light and a batch of points that lie close together, found once for all
+// of them: the few nodes and triangles that their shadow rays start from, instead of the root.
+// [Haines] Include behind bvh.glsl.
 
 const uint BATCH = 64u;        // points that share a shaft; src/passes/frame/shafts.rs
 const uint SHAFT_WORDS = 16u;  // of a shaft: the numbers of its triangles (bits 0-15) and nodes (16-31); triangles; at the end, nodes

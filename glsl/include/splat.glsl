@@ -22,7 +22,8 @@ uvec4 tiles_of(PixelRectangle rectangle) {
     return uvec4(first / 16u, (end + 15u) / 16u);
 }
 
-// Whether a sphere reaches into a box. A hair too large: no weight above zero may be lost to rounding.
+// Whether a sphere reaches into a box. A hair too large: no weight above zero may be lost to
+// rounding.
 bool reaches(vec3 position, float radius, TileBox box) {
     vec3 apart = max(max(box.low - position, position - box.high), vec3(0.0));
     return dot(apart, apart) <= 1.002 * radius * radius;

@@ -1,13 +1,16 @@
-// The cluster that a ray reads where it hits. Include after bvh.glsl and grid.glsl. The including shader binds
-// `ClusterLink links[]` and `uint unweighted_clusters[]`, of base clusters; its push block `push` has `grid` and `min_entry_points`.
+// The cluster that a ray reads where it hits. Include after bvh.glsl and grid.glsl. The including
+// shader binds `ClusterLink links[]` and `uint unweighted_clusters[]`, of base clusters; its push
+// block `push` has `grid` and `min_entry_points`.
 
 // What is so near, in base cells, shows its unweighted cluster.
 const float NEARBY = 2.0;
-// No light comes to covered surface, and what covers it sees no further than that, in base cells (`exposed_fractions`).
+// No light comes to covered surface, and what covers it sees no further than that, in base cells
+// (`exposed_fractions`).
 const float COVERED_SIGHT = 0.5;
 
-// The cluster whose size fits a footprint as wide as that before it is projected to the surface, metres; or coarser, until it is
-// of the minimum count. NO_CLUSTER on a side without light, and for neighbours of covered surface on it.
+// The cluster whose size fits a footprint as wide as that before it is projected to the surface,
+// metres; or coarser, until it is of the minimum count. NO_CLUSTER on a side without light, and for
+// neighbours of covered surface on it.
 uint cluster_for(Hit hit, vec3 direction, float footprint) {
     Surface surface = surface_at(hit.triangle);
     float facing = dot(surface.normal, direction);

@@ -1,5 +1,6 @@
-// Structures of whole texels, four words each, in lists that a kernel only reads: one load a texel, where a member of a structure in
-// storage is a load a word, for which a processor goes from lane to lane. Include behind types.glsl.
+// Structures of whole texels, four words each, in lists that a kernel only reads: one load a texel,
+// where a member of a structure in storage is a load a word, for which a processor goes from lane
+// to lane. Include behind types.glsl.
 
 vec4 numbers(uvec4 words) { return uintBitsToFloat(words); }
 

@@ -1,7 +1,8 @@
-// Images that materials take their diffuse albedo from: bilinear, decoded from sRGB before texels are mixed. Include after
-// colour.glsl. The including shader binds the texels `Triangles`, `vec2 texture_coordinates[]`, three a triangle, `Texture textures[]`,
-// one a material, and `uint texels[]`: what the 256 codes decode to, as floats, then the images. Without HAS_TEXTURES nothing of it
-// is read.
+// Images that materials take their diffuse albedo from: bilinear, decoded from sRGB before texels
+// are mixed. Include after colour.glsl. The including shader binds the texels `Triangles`, `vec2
+// texture_coordinates[]`, three a triangle, `Texture textures[]`, one a material, and `uint
+// texels[]`: what the 256 codes decode to, as floats, then the images. Without HAS_TEXTURES nothing
+// of it is read.
 
 vec3 texel_at(Texture image, ivec2 place) {
     ivec2 size = ivec2(image.width, image.height);

@@ -1,6 +1,8 @@
-// Structs that cross passes; mirror images of src/types.rs, held in lockstep by tests/interface.rs. Scalar layout.
+// Structs that cross passes; mirror images of src/types.rs, held in lockstep by tests/interface.rs.
+// Scalar layout.
 
-// One triangle for traversal, in BVH leaf order. World space, metres. Three texels: nothing stands in `w`.
+// One triangle for traversal, in BVH leaf order. World space, metres. Three texels: nothing stands
+// in `w`.
 struct Triangle {
     vec4 p0;
     vec4 p1;
@@ -18,12 +20,13 @@ struct Surface {
     uvec2 unused;   // to whole texels
 };
 
-// Surface.sides: bits 0-5 cluster code of the front, 6-11 of the back, 12 front takes part in transport, 13 back does.
+// Surface.sides: bits 0-5 cluster code of the front, 6-11 of the back, 12 front takes part in
+// transport, 13 back does.
 uint side_code(uint sides, bool back) { return (sides >> (back ? 6u : 0u)) & 63u; }
 bool side_is_active(uint sides, bool back) { return (sides & (back ? 0x2000u : 0x1000u)) != 0u; }
 
-// Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3] Five times four words: a processor takes about as long to load one
-// as to load four.
+// Node of the eight-wide compressed BVH, 80 bytes. [Ylitie §3] Five times four words: a processor
+// takes about as long to load one as to load four.
 struct Node {
     uvec4 frame;     // low corner of the node's box, bits of floats; bytes: exponents of the cell size along x, y, z, mask of inner children
     uvec4 children;  // first inner child; first triangle of the leaf children; a byte a child
@@ -92,7 +95,8 @@ struct GatherRay {
     uint gradient;  // two halves: its share in the translational gradient along tangent and bitangent, 1/least distance
 };
 
-// Irradiance at a cache point and its first-order change, a row for each channel of RGB: world axes, W/m² and W/m³.
+// Irradiance at a cache point and its first-order change, a row for each channel of RGB: world
+// axes, W/m² and W/m³.
 struct Record {
     vec3 position;     // of the cache point: where the extrapolation starts
     vec3 irradiance;
@@ -108,7 +112,8 @@ struct PixelSurface {
     float footprint; // area that the pixel covers at that depth, facing the camera, m²
 };
 
-// A pinhole camera: the ray of image point (x, y) in [-1, 1]² has direction forward + x·right - y·up.
+// A pinhole camera: the ray of image point (x, y) in [-1, 1]² has direction forward + x·right -
+// y·up.
 struct View {
     vec3 position;     // metres
     float pixel_area;  // area of a pixel on the image plane at distance 1

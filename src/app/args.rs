@@ -41,11 +41,12 @@ pub(super) struct SceneArgs {
 /// Where light paths are kept.
 #[derive(Clone, Debug, Args)]
 pub(super) struct CacheArgs {
-    /// Keeps light paths in this folder, and takes them from there as long as they would come out the same; or from a file
-    /// that `precompute` wrote
+    /// Keeps light paths in this folder, and takes them from there as long as they would come out
+    /// the same; or from a file that `precompute` wrote
     #[arg(long, value_name = "DIR")]
     cache: Option<PathBuf>,
-    /// What the light paths in the folder take at most, as in 500M or 8G; those that were not used for longest go [default: 4G]
+    /// What the light paths in the folder take at most, as in 500M or 8G; those that were not used
+    /// for longest go [default: 4G]
     #[arg(long, value_name = "SIZE", requires = "cache", value_parser = parse_bytes)]
     cache_limit: Option<u64>,
 }
@@ -141,7 +142,8 @@ impl DeviceArgs {
         }
     }
 
-    /// Passes on what the validation layers had to say, which is nothing unless the program has a fault.
+    /// Passes on what the validation layers had to say, which is nothing unless the program
+    /// has a fault.
     pub(super) fn report_validation(&self, context: &Context) {
         for message in context.take_validation_messages() {
             note(&format!("lightpaths: validation: {}", message.replace('\n', " ")));

@@ -14,10 +14,11 @@ use crate::metrics::{self, Comparison, PIXELS_PER_DEGREE, ZTest};
 
 /// Compare an image with a reference
 ///
-/// relMSE is the mean of (v-r)²/(r+0.01)² over pixels and channels, SMAPE the mean of |v-r|/((|v|+|r|)/2), FLIP the mean of
-/// LDR-FLIP at 67 pixels a degree. FLIP judges what is displayed: an EXR is exposed and tone mapped as `render` does for a PNG, but
-/// not dithered, a PNG is taken as it is. The other figures are of linear values. EXR files are compared in their display window: pixels lie where the
-/// data window says, and all others are black.
+/// relMSE is the mean of (v-r)²/(r+0.01)² over pixels and channels, SMAPE the mean of
+/// |v-r|/((|v|+|r|)/2), FLIP the mean of LDR-FLIP at 67 pixels a degree. FLIP judges what is
+/// displayed: an EXR is exposed and tone mapped as `render` does for a PNG, but not dithered, a PNG
+/// is taken as it is. The other figures are of linear values. EXR files are compared in their
+/// display window: pixels lie where the data window says, and all others are black.
 #[derive(Debug, Args)]
 pub(super) struct Compare {
     /// The image to judge: .exr or .png
@@ -30,7 +31,8 @@ pub(super) struct Compare {
     /// Writes a picture of where they differ
     #[arg(long, value_name = "FILE.png")]
     heatmap: Option<PathBuf>,
-    /// What the heat map shows: FLIP from 0 to 1, or the relative error on a logarithmic scale [default: flip]
+    /// What the heat map shows: FLIP from 0 to 1, or the relative error on a logarithmic
+    /// scale [default: flip]
     #[arg(long, value_enum, requires = "heatmap")]
     heatmap_of: Option<HeatmapOf>,
     /// Fails with exit code 1 where relMSE is above this

@@ -1,4 +1,5 @@
-//! Errors as colours. Both maps are perceptually uniform and grow brighter with the error, so that they read without hue.
+//! Errors as colours. Both maps are perceptually uniform and grow brighter with the error, so that
+//! they read without hue.
 
 /// Says how [`of_flip`] is to be read.
 pub(super) const FLIP_SCALE: &str = "FLIP, linear from 0 (black) to 1 (pale yellow), colours magma";

@@ -25,7 +25,8 @@ impl Info {
         let mut text = String::new();
         match &devices {
             Ok(devices) => devices.iter().for_each(|device| describe_device(&mut text, device)),
-            // A scene can be looked at without a device; the missing device is then news, not a failure.
+            // A scene can be looked at without a device; the missing device is then news, not a
+            // failure.
             Err(error) if scene.is_some() => line(&mut text, format_args!("{error}")),
             Err(_) => {}
         }
@@ -82,7 +83,8 @@ fn describe_scene(text: &mut String, scene: &Scene) {
     scene.warnings.iter().for_each(|warning| row(text, "warning", warning.clone()));
 }
 
-/// What a scene will need on the device, from what it holds of each thing; within a factor of about 1.5.
+/// What a scene will need on the device, from what it holds of each thing; within a factor
+/// of about 1.5.
 fn memory_need_bytes(scene: &Scene, [width, height]: [u32; 2]) -> u64 {
     /// Corners, normals, material and a share of the BVH.
     const TRIANGLE: u64 = 160;

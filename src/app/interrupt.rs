@@ -1,4 +1,5 @@
-//! Being told to end: temporary files go, what was started goes, and the process ends as the signal would have ended it.
+//! Being told to end: temporary files go, what was started goes, and the process ends as the signal
+//! would have ended it.
 
 use std::io::{self, Read};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -16,8 +17,8 @@ pub(super) fn before_end(keep: impl FnOnce() + Send + 'static) {
     *KEEP.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(keep));
 }
 
-/// From now on, an interrupted process leaves no half of a file behind, whatever it is doing; and a file that grows longer than the shell
-/// allows (`ulimit -f`) is an error like any other.
+/// From now on, an interrupted process leaves no half of a file behind, whatever it is doing; and a
+/// file that grows longer than the shell allows (`ulimit -f`) is an error like any other.
 #[cfg(unix)]
 pub(super) fn watch() {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
@@ -49,7 +50,8 @@ pub(super) fn watch() {
 #[cfg(not(unix))]
 pub(super) fn watch() {}
 
-/// Signals that whoever started the process wants to be ignored (`nohup`), a bit each; none where the system does not tell.
+/// Signals that whoever started the process wants to be ignored (`nohup`), a bit each; none where
+/// the system does not tell.
 #[cfg(unix)]
 fn ignored_signals() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -57,7 +59,8 @@ fn ignored_signals() -> u64 {
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0)
 }
 
-/// Runs another program, which ends with this one. Returns how it ended, and what it wrote to stderr.
+/// Runs another program, which ends with this one. Returns how it ended, and what it
+/// wrote to stderr.
 ///
 /// # Errors
 /// What the system said.

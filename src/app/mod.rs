@@ -54,9 +54,10 @@ enum Command {
     Demo(demo::Demo),
 }
 
-/// Runs the command that `args` (the program's name first) ask for and returns the process exit code: 0 done,
-/// 1 a comparison failed as asked, 2 bad arguments or input, 3 no usable Vulkan device, 4 the device failed. An interrupted
-/// process ends by its signal, which shells show as 130 or 143, and leaves no half of a file behind.
+/// Runs the command that `args` (the program's name first) ask for and returns the process exit
+/// code: 0 done, 1 a comparison failed as asked, 2 bad arguments or input, 3 no usable Vulkan
+/// device, 4 the device failed. An interrupted process ends by its signal, which shells show as 130
+/// or 143, and leaves no half of a file behind.
 ///
 /// Results go to stdout; progress, warnings and the one line that explains a failure go to stderr.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
@@ -94,7 +95,8 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
-/// What clap has to say, on one line: its message and its tips, without the usage that `--help` prints.
+/// What clap has to say, on one line: its message and its tips, without the usage
+/// that `--help` prints.
 fn one_line(message: &str) -> String {
     let said = message.split("\n\n").map(str::trim).filter(|part| !part.starts_with("Usage:"));
     let lines = said.map(|part| part.split_whitespace().collect::<Vec<_>>().join(" "));
@@ -126,8 +128,9 @@ fn note(line: &str) {
     let _ = io::stderr().lock().write_all(line.as_bytes());
 }
 
-/// The line as a terminal may get it. Names of layers, files, materials and lights come from files that anybody may have made: a
-/// control character in one moves the cursor, renames the window or hides what follows.
+/// The line as a terminal may get it. Names of layers, files, materials and lights come from files
+/// that anybody may have made: a control character in one moves the cursor, renames the window or
+/// hides what follows.
 fn escaped(line: &str) -> Cow<'_, str> {
     /// Embeddings, overrides and isolates show text in another order than it has.
     fn is_unsafe(c: char) -> bool {

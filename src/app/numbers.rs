@@ -1,4 +1,5 @@
-//! Numbers as arguments. A refusal says what was expected and gives an example; clap puts the value and the argument before it.
+//! Numbers as arguments. A refusal says what was expected and gives an example; clap puts the value
+//! and the argument before it.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;

@@ -17,10 +17,12 @@ pub(super) struct OutputFile {
 }
 
 impl OutputFile {
-    /// Checks that a file can be created at `path`, so that minutes of work are not lost to a typing error.
+    /// Checks that a file can be created at `path`, so that minutes of work are not lost to
+    /// a typing error.
     ///
     /// # Errors
-    /// [`Error::Output`] when the folder is missing or read-only, or when `path` is no regular file.
+    /// [`Error::Output`] when the folder is missing or read-only, or when `path` is
+    /// no regular file.
     pub(super) fn check(path: &Path) -> Result<Self> {
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let output = Self { path: path.to_owned(), target };
@@ -33,16 +35,18 @@ impl OutputFile {
             let folder = output.folder().display();
             return Err(Error::output(path, format!("there is no folder {folder}; create it first")));
         }
-        // Only trying tells: permissions, read-only mounts and quotas all have a say. Dropped at once, so that a
-        // process that is killed half-way leaves nothing behind.
+        // Only trying tells: permissions, read-only mounts and quotas all have a say. Dropped at
+        // once, so that a process that is killed half-way leaves nothing behind.
         output.temporary().map_err(|error| output.failed(&error))?;
         Ok(output)
     }
 
-    /// Hands `fill` a writer to a temporary file beside the target and renames it into place when all is written.
+    /// Hands `fill` a writer to a temporary file beside the target and renames it into place when
+    /// all is written.
     ///
     /// # Errors
-    /// [`Error::Output`]; the temporary file is then gone and what was at the target before is untouched.
+    /// [`Error::Output`]; the temporary file is then gone and what was at the target
+    /// before is untouched.
     pub(super) fn write(&self, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<()> {
         let write = || -> io::Result<()> {
             let temporary = self.temporary()?;
@@ -50,15 +54,16 @@ impl OutputFile {
             fill(&mut writer)?;
             writer.flush()?;
             drop(writer);
-            // Without this a crash soon after the rename could leave an empty file under the final name.
+            // Without this a crash soon after the rename could leave an empty file under the final
+            // name.
             temporary.file().sync_all()?;
             temporary.persist(&self.target)
         };
         write().map_err(|error| self.failed(&error))
     }
 
-    /// The same by another program, which is told the absolute name of the temporary file. Nothing is written where `fill` says so by
-    /// returning false.
+    /// The same by another program, which is told the absolute name of the temporary file. Nothing
+    /// is written where `fill` says so by returning false.
     ///
     /// # Errors
     /// Those of `fill`, and as [`Self::write`].

@@ -7,7 +7,8 @@ use crate::error::{Error, Result};
 
 /// What a path leads to. Two paths lead to one file if either part agrees.
 struct Identity {
-    /// With links followed. Of a file that is not there yet, its folder with links followed, and its name.
+    /// With links followed. Of a file that is not there yet, its folder with links followed,
+    /// and its name.
     path: PathBuf,
     /// Device and inode: hard links share them.
     node: Option<(u64, u64)>,
@@ -88,7 +89,8 @@ pub(super) fn refuse_repeated<'a>(outputs: impl IntoIterator<Item = &'a Path>) -
     Ok(())
 }
 
-/// Refuses a folder of outputs in which a file that would be replaced is an input, or is there under two of the names.
+/// Refuses a folder of outputs in which a file that would be replaced is an input, or is there
+/// under two of the names.
 ///
 /// # Errors
 /// As [`refuse_inputs`] and [`refuse_repeated`].

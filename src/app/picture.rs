@@ -1,4 +1,5 @@
-//! The one place where commands write pictures that were rendered: none that holds a pixel that is not finite.
+//! The one place where commands write pictures that were rendered: none that holds a pixel that
+//! is not finite.
 
 use super::output::OutputFile;
 use crate::error::{Error, Result};

@@ -1,8 +1,10 @@
-//! Plots with two logarithmic axes, as SVG that stands alone or inside a page, on light and on dark ground.
+//! Plots with two logarithmic axes, as SVG that stands alone or inside a page, on light and
+//! on dark ground.
 
 use std::fmt::Write;
 
-/// Colours told apart by colour-blind readers (those of Okabe and Ito), lighter on dark ground; each goes with a marker of its own.
+/// Colours told apart by colour-blind readers (those of Okabe and Ito), lighter on dark ground;
+/// each goes with a marker of its own.
 const STYLE: &str = ".plot{--ink:#1a1a1a;--faint:#d5d5d5;--c0:#0072b2;--c1:#d55e00;--c2:#007a5a;--c3:#a3497a;--c4:#8a6d00;--c5:#555}\
 @media(prefers-color-scheme:dark){.plot{--ink:#e8e8e8;--faint:#444;--c0:#56b4e9;--c1:#ff9b57;--c2:#2fc79a;--c3:#e79ac5;--c4:#f0e442;--c5:#aaa}}\
 .plot text{font:12px system-ui,sans-serif;fill:var(--ink)}.plot .grid{stroke:var(--faint)}\

@@ -13,8 +13,9 @@ use crate::renderer::Renderer;
 
 /// Trace a scene's light paths and keep them in a file
 ///
-/// `--cache FILE` of other commands takes them from there, as long as scene, settings, device and program are the same; lights may
-/// differ, and so may the picture's size. The pictures are those of fresh light paths, to the bit.
+/// `--cache FILE` of other commands takes them from there, as long as scene, settings, device and
+/// program are the same; lights may differ, and so may the picture's size. The pictures are those
+/// of fresh light paths, to the bit.
 #[derive(Debug, Args)]
 pub(super) struct Precompute {
     /// A .toml scene file, an .obj, or a built-in scene

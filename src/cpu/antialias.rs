@@ -38,7 +38,8 @@ pub fn is_edge(thresholds: Thresholds, surfaces: &[Surface], [a, b]: [&PixelSurf
         || off_plane > thresholds.step * width
 }
 
-/// Which pixels of an image, row by row, show an edge of geometry or of a material towards a pixel beside them.
+/// Which pixels of an image, row by row, show an edge of geometry or of a material towards a
+/// pixel beside them.
 pub fn edges(
     thresholds: Thresholds,
     surfaces: &[Surface],
@@ -49,7 +50,8 @@ pub fn edges(
     (0..pixels.len()).map(|index| beside(index, [width, height]).any(|other| is_edge(index, other))).collect()
 }
 
-/// The pixels of an image in the order in which edge pixels are listed: tile by tile of 8×8, row by row, in each along a Morton curve.
+/// The pixels of an image in the order in which edge pixels are listed: tile by tile of 8×8, row by
+/// row, in each along a Morton curve.
 pub fn tile_order([width, height]: [u32; 2]) -> impl Iterator<Item = u32> {
     let tiles = width.div_ceil(8);
     let pixel = move |place: u32| {
@@ -62,8 +64,8 @@ pub fn tile_order([width, height]: [u32; 2]) -> impl Iterator<Item = u32> {
     places.map(pixel).filter(move |[x, y]| *x < width && *y < height).map(move |[x, y]| y * width + x)
 }
 
-/// Which pixels, none of them an edge already, show one of a light's shadow: its layer differs by more than the share
-/// `contrast` from that of a pixel beside them.
+/// Which pixels, none of them an edge already, show one of a light's shadow: its layer differs by
+/// more than the share `contrast` from that of a pixel beside them.
 pub fn shadow_edges(contrast: f64, size: [u32; 2], edges: &[bool], layer: &[f32]) -> Vec<bool> {
     let differ = |index: usize, other: usize| {
         let [here, there] = [layer[index], layer[other]].map(f64::from);
@@ -93,15 +95,16 @@ pub fn slots_per_edge(edge_count: u32, slots: u32) -> u32 {
     MAX_SLOTS.min(slots / edge_count.max(1))
 }
 
-/// Samples that each of so many edge pixels gets: `most`, or what there is room for; none where that is fewer than four, or where all
-/// would share a slot.
+/// Samples that each of so many edge pixels gets: `most`, or what there is room for; none where
+/// that is fewer than four, or where all would share a slot.
 pub fn samples_per_edge(edge_count: u32, most: u32, [samples, slots]: [u32; 2]) -> u32 {
     let count = most.min(samples / edge_count.max(1));
     if count < 4 || slots_per_edge(edge_count, slots) < 2 { 0 } else { count }
 }
 
-/// Which slot of an edge pixel each of its samples belongs to, if it sees anything: samples of one sort (in order: material, place of
-/// the pixel whose indirect light they take) share one. Where a pixel has more sorts than slots, the first of the material, else the last.
+/// Which slot of an edge pixel each of its samples belongs to, if it sees anything: samples of one
+/// sort (in order: material, place of the pixel whose indirect light they take) share one. Where a
+/// pixel has more sorts than slots, the first of the material, else the last.
 pub fn slots(sorts: &[Option<(u32, u32)>], room: u32) -> Vec<Option<usize>> {
     let mut slots: Vec<(u32, u32)> = Vec::new();
     let mut slot_of = |sort: (u32, u32)| {
@@ -128,7 +131,8 @@ pub struct Needs {
     pub most: u32,
 }
 
-/// How many samples a pixel needs of a light that is so bright at those it has: a multiple of sixteen, 0 where these will do.
+/// How many samples a pixel needs of a light that is so bright at those it has: a multiple of
+/// sixteen, 0 where these will do.
 pub fn need(needs: Needs, light: &[f64]) -> u32 {
     let count = light.len() as u32;
     let mean = light.iter().sum::<f64>() / f64::from(count);
@@ -156,8 +160,9 @@ pub struct EdgeSample {
     pub share: f64,
 }
 
-/// Sample `index` of the `count` of an edge pixel: where a pixel around sees nothing, it asks every `count`th of the pixel's points,
-/// `points` in all, and shows what the first sees that meets a surface.
+/// Sample `index` of the `count` of an edge pixel: where a pixel around sees nothing, it asks
+/// every `count`th of the pixel's points, `points` in all, and shows what the first sees that
+/// meets a surface.
 pub fn edge_sample(
     geometry: Geometry<'_>,
     view: &View,
@@ -177,7 +182,8 @@ pub fn edge_sample(
     }
 }
 
-/// A pixel and the eight around it, from the pixel itself on. Beyond its edges the image repeats itself.
+/// A pixel and the eight around it, from the pixel itself on. Beyond its edges the
+/// image repeats itself.
 fn around(view: &View, pixel: u32) -> impl Iterator<Item = u32> {
     let [x, y] = [pixel % view.width, pixel / view.width].map(i64::from);
     let (width, height) = (i64::from(view.width), i64::from(view.height));
@@ -188,7 +194,8 @@ fn around(view: &View, pixel: u32) -> impl Iterator<Item = u32> {
     })
 }
 
-/// How far a pixel's surface is from being that of a sample; nothing may come from a pixel that sees none.
+/// How far a pixel's surface is from being that of a sample; nothing may come from a pixel
+/// that sees none.
 pub fn dissimilarity(surfaces: &[Surface], found: &Seen, pixel: &PixelSurface) -> f64 {
     if pixel.side == NO_SIDE {
         return f64::INFINITY;
@@ -202,8 +209,9 @@ pub fn dissimilarity(surfaces: &[Surface], found: &Seen, pixel: &PixelSurface) -
         + if is_alike { 0.0 } else { 1.0 }
 }
 
-/// The pixel whose indirect light a sample of a pixel takes, and its dissimilarity: the first of the pixel itself and the eight
-/// around it, from the right one on, that will do, or else the least dissimilar.
+/// The pixel whose indirect light a sample of a pixel takes, and its dissimilarity: the first
+/// of the pixel itself and the eight around it, from the right one on, that will do, or else
+/// the least dissimilar.
 pub fn source(
     surfaces: &[Surface],
     view: &View,
@@ -243,8 +251,9 @@ fn fills_pixel(geometry: Geometry<'_>, view: &View, pixel: u32, side: u32) -> bo
     })
 }
 
-/// What sample number `sample` of a pixel at a shadow's edge lights: where its ray meets the plane that the pixel's centre sees
-/// (the centre where it grazes that plane), or what the ray sees where the surface is curved or more than one triangle shows.
+/// What sample number `sample` of a pixel at a shadow's edge lights: where its ray meets the plane
+/// that the pixel's centre sees (the centre where it grazes that plane), or what the ray sees where
+/// the surface is curved or more than one triangle shows.
 pub fn shadow_sample(
     geometry: Geometry<'_>,
     view: &View,

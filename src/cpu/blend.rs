@@ -3,8 +3,8 @@
 use crate::types::{CachePoint, Record};
 use glam::{DMat3, DVec3};
 
-/// Irradiance, translation and rotation at a point: its neighbours' records, extrapolated to it, in their shares;
-/// along each way by the mean of its gradient at either end.
+/// Irradiance, translation and rotation at a point: its neighbours' records, extrapolated to it, in
+/// their shares; along each way by the mean of its gradient at either end.
 pub fn blend(point: &CachePoint, shares: &[(Record, f32)]) -> (DVec3, DMat3, DMat3) {
     let normal = point.normal.as_dvec3();
     let (mut irradiance, mut offset) = (DVec3::ZERO, DVec3::ZERO);
@@ -62,7 +62,8 @@ mod tests {
         };
         assert!(!is_limited(&point, &[(record(0.0, -0.9), 1.0)]));
         assert!(is_limited(&point, &[(record(0.0, -2.1), 0.5), (record(1.0, 3.0), 0.5)]), "one of them");
-        // Each way alone ends above zero, but the mean of the gradients is steeper than that of the one to the left.
+        // Each way alone ends above zero, but the mean of the gradients is steeper than that of the
+        // one to the left.
         let [left, here] = [record(0.0, 0.0), record(1.0, -9.0)];
         assert!(!is_limited(&point, &[(left, 0.2), (here, 0.8)]));
         assert!(is_limited(&point, &[(left, 0.5), (here, 0.5)]), "their sum");

@@ -1,5 +1,5 @@
-//! Mirrors `glsl/include/brdf.glsl`: Lambert plus the energy-normalised modified Phong lobe. [Lafortune 1994]
-//! Directions are unit and point away from the surface.
+//! Mirrors `glsl/include/brdf.glsl`: Lambert plus the energy-normalised modified Phong lobe.
+//! [Lafortune 1994] Directions are unit and point away from the surface.
 
 use crate::cpu::hemisphere::frame;
 use crate::cpu::sampling::sample_cosine;
@@ -40,7 +40,8 @@ pub fn reflected_share(material: &Reflectance, off_mirror: f64) -> DVec3 {
     material.diffuse.as_dvec3() + lobe_scale(material, lobe)
 }
 
-/// BRDF, 1/sr, of light from `incident` that leaves along `outgoing`; zero for light from below the surface.
+/// BRDF, 1/sr, of light from `incident` that leaves along `outgoing`; zero for light from
+/// below the surface.
 pub fn brdf(material: &Reflectance, normal: DVec3, outgoing: DVec3, incident: DVec3) -> DVec3 {
     if normal.dot(incident) <= 0.0 {
         return DVec3::ZERO;

@@ -9,8 +9,8 @@ pub fn proxy(parts: impl IntoIterator<Item = (Vec3, f32)>) -> DVec3 {
     parts.into_iter().map(|(irradiance, weight)| f64::from(weight) * irradiance.as_dvec3()).sum()
 }
 
-/// Area of a cluster that faces a point and that the point sees, and all that faces it, m². Looks at `per_fragment`² points of each
-/// triangle of the fragments in the base clusters below it.
+/// Area of a cluster that faces a point and that the point sees, and all that faces it, m². Looks
+/// at `per_fragment`² points of each triangle of the fragments in the base clusters below it.
 pub fn seen_area(
     geometry: Geometry<'_>,
     hvds: &Hvds,

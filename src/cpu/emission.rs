@@ -27,7 +27,8 @@ fn spot_solid_angle(light: &LightSource) -> f64 {
     TAU * (2.0 * (0.5 * mean).sin().powi(2) + mean.cos() * lost)
 }
 
-/// Power that a light sends into the scene, W. A light at infinity: through the disc of the scene's bounding sphere.
+/// Power that a light sends into the scene, W. A light at infinity: through the disc of the
+/// scene's bounding sphere.
 pub fn light_power(light: &LightSource, scene_radius: f64) -> DVec3 {
     let factor = match light.kind {
         LIGHT_SPOT => spot_solid_angle(light),
@@ -38,7 +39,8 @@ pub fn light_power(light: &LightSource, scene_radius: f64) -> DVec3 {
     factor * light.emission.as_dvec3()
 }
 
-/// Samples a ray: `u` picks its direction, or the place on the disc of a light at infinity; `v` the place on an area light.
+/// Samples a ray: `u` picks its direction, or the place on the disc of a light at infinity; `v` the
+/// place on an area light.
 pub fn emit(light: &LightSource, scene_centre: DVec3, scene_radius: f64, u: DVec2, v: DVec2) -> EmittedRay {
     let (sin, cos) = (TAU * u.y).sin_cos();
     let (position, axis) = (light.position.as_dvec3(), light.axis.as_dvec3());

@@ -34,11 +34,13 @@ pub struct Sources<'a> {
     pub min_distance: f32,
     /// Unit of their shares in the rotational gradient.
     pub rotation_unit: f32,
-    /// Of each slot, which targets beyond the clusters name: its cluster, and its glossy flux there, W/m².
+    /// Of each slot, which targets beyond the clusters name: its cluster, and its glossy
+    /// flux there, W/m².
     pub slots: &'a [(u32, DVec3)],
 }
 
-/// Gathers the rays of one point with that shading normal. `colours`: packed, of the images that merged rays met; none at all without images.
+/// Gathers the rays of one point with that shading normal. `colours`: packed, of the images that
+/// merged rays met; none at all without images.
 pub fn gather(
     sources: Sources<'_>,
     strata: Strata,
@@ -82,7 +84,8 @@ pub fn gather(
     }
 }
 
-/// Shares of a merged ray in the gradients: under movement, in 1/least distance, and under rotation, in rotation units.
+/// Shares of a merged ray in the gradients: under movement, in 1/least distance, and under
+/// rotation, in rotation units.
 pub fn unpack_change(word: u32) -> [DVec2; 2] {
     let signed = |bits: u32, width: u32| f64::from((bits << (32 - width)) as i32 >> (32 - width));
     let pair = |bits: u32, width: u32, exponent: u32| {

@@ -1,4 +1,5 @@
-//! Reference of the gather rays: what each ray reads, and the gradient of stratified hemisphere sampling.
+//! Reference of the gather rays: what each ray reads, and the gradient of
+//! stratified hemisphere sampling.
 
 use crate::cpu::hemisphere::{Strata, frame};
 use crate::cpu::rays::{Geometry, Hit};
@@ -10,7 +11,8 @@ use std::f64::consts::{PI, SQRT_2};
 
 /// Width of the cells that are read, in widths of a stratum.
 const SHARE: f64 = 0.25;
-/// Covered surface, and what covers it, sees no further than that, in base cells (`glsl/include/target.glsl`).
+/// Covered surface, and what covers it, sees no further than that, in
+/// base cells (`glsl/include/target.glsl`).
 pub const COVERED_SIGHT: f32 = 0.5;
 
 /// What gather rays are traced through, and by which rules.
@@ -44,7 +46,8 @@ pub struct Ray {
 /// What one ray found.
 #[derive(Clone, Copy, Debug)]
 pub struct Found {
-    /// Cluster and material that it reads; none where the ray left the scene or met a side without light.
+    /// Cluster and material that it reads; none where the ray left the scene or met a
+    /// side without light.
     pub target: Option<(u32, u32)>,
     /// Of the image that it met; white where it met none.
     pub colour: DVec3,
@@ -78,7 +81,8 @@ impl Tracing<'_> {
         }
     }
 
-    /// Cluster and material that a ray reads where it hits, with that footprint before it is projected to the surface, metres.
+    /// Cluster and material that a ray reads where it hits, with that footprint before it is
+    /// projected to the surface, metres.
     pub fn target(&self, hit: &Hit, direction: DVec3, footprint: f64) -> Option<(u32, u32)> {
         let surface = &self.geometry.surfaces[hit.triangle as usize];
         let side = self.geometry.side(hit.triangle, direction);
@@ -99,8 +103,8 @@ impl Tracing<'_> {
         (cluster != NO_CLUSTER).then(|| (self.coarsen(cluster, footprint / facing.sqrt()), surface.material))
     }
 
-    /// The cluster of the level whose cells are nearest to the footprint in size, in octaves; or coarser, until it is
-    /// of the minimum count.
+    /// The cluster of the level whose cells are nearest to the footprint in size, in octaves; or
+    /// coarser, until it is of the minimum count.
     fn coarsen(&self, base: u32, footprint: f64) -> u32 {
         let mut cluster = base;
         let mut cell = self.hvds.grid.cell_size();
@@ -113,8 +117,8 @@ impl Tracing<'_> {
         cluster
     }
 
-    /// Distance to the nearest hit of a point's hemisphere, at most `far`, without rays within 10° of the tangent
-    /// plane, and the wall that was hit; mirrors `clearance`.
+    /// Distance to the nearest hit of a point's hemisphere, at most `far`, without rays within 10°
+    /// of the tangent plane, and the wall that was hit; mirrors `clearance`.
     pub fn clearance(&self, point: &CachePoint, far: f32) -> (f64, DVec3) {
         let [x, y, z] = point.position.to_array().map(f32::to_bits);
         let name = hash_pair(x, hash_pair(y, hash_pair(z, point.side)));
@@ -135,8 +139,8 @@ impl Tracing<'_> {
     }
 }
 
-/// ∂E/∂(tangent, bitangent) of rays that found `distances` (m) and bring `radiance`, term by term as Krivanek has it,
-/// distances bounded from below.
+/// ∂E/∂(tangent, bitangent) of rays that found `distances` (m) and bring `radiance`, term by term
+/// as Krivanek has it, distances bounded from below.
 pub fn translational_gradient(
     strata: Strata,
     distances: &[f64],

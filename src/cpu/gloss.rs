@@ -13,7 +13,8 @@ pub struct Beam {
     pub flux: DVec3,
 }
 
-/// Flux that a path carries on from its entry point in the direction `departure`, W; `colour` is the image's there.
+/// Flux that a path carries on from its entry point in the direction `departure`, W; `colour` is
+/// the image's there.
 pub fn reflected_flux(material: &Reflectance, colour: DVec3, beams: &[Beam], departure: Vec3) -> DVec3 {
     let diffuse = material.diffuse * colour.as_vec3();
     let material = Reflectance { diffuse, ..*material };
@@ -22,7 +23,8 @@ pub fn reflected_flux(material: &Reflectance, colour: DVec3, beams: &[Beam], dep
     beams.iter().map(|beam| beam.flux * share(beam)).sum()
 }
 
-/// π times what the Phong lobes at vertices send towards a unit direction, W; for each vertex its material and its beam.
+/// π times what the Phong lobes at vertices send towards a unit direction, W; for each vertex its
+/// material and its beam.
 pub fn lobe_sum<'a>(vertices: impl IntoIterator<Item = (&'a Reflectance, Beam)>, toward: DVec3) -> DVec3 {
     vertices.into_iter().map(|(material, beam)| beam.flux * lobe_share(material, beam.mirror, toward)).sum()
 }

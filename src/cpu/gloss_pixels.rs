@@ -10,7 +10,8 @@ use crate::types::{LIGHT_AREA, LightSource, PixelSurface, Reflectance, View};
 use glam::{DMat3, DVec2, DVec3, UVec2, Vec3};
 use std::f64::consts::{PI, TAU};
 
-/// What sample `number` of pixel `index` shows, if that is of the centre's material; else the centre itself.
+/// What sample `number` of pixel `index` shows, if that is of the centre's material; else
+/// the centre itself.
 pub fn sample(
     tracing: &Tracing<'_>,
     view: &View,
@@ -35,7 +36,8 @@ pub fn sample(
 /// A ray into the lobe of a pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
-    /// Cluster and material that it reads; none where it left the scene, met a side without light or would start below the surface.
+    /// Cluster and material that it reads; none where it left the scene, met a side without light
+    /// or would start below the surface.
     pub target: Option<(u32, u32)>,
     /// (n+2)/(n+1)·cosθ; zero where it left the scene or would start below the surface.
     pub weight: f64,
@@ -45,7 +47,8 @@ pub struct Ray {
     pub direction: DVec3,
 }
 
-/// Ray `number` of `rays` of pixel `index`, from a point that `eye` sees on a surface of that exponent.
+/// Ray `number` of `rays` of pixel `index`, from a point that `eye` sees on a surface
+/// of that exponent.
 pub fn trace(
     tracing: &Tracing<'_>,
     point: &PixelSurface,
@@ -71,8 +74,9 @@ pub fn trace(
     Ray { target, weight: cosine * (exponent + 2.0) / (exponent + 1.0), colour, direction }
 }
 
-/// Radiance that sample `number` of pixel `index` sends to `eye` of a light, straight from it, by its Phong lobe: per unit of the
-/// light's emission. By the light's point samples, or, where an area light looks larger than the lobe, by directions from the lobe.
+/// Radiance that sample `number` of pixel `index` sends to `eye` of a light, straight from it, by
+/// its Phong lobe: per unit of the light's emission. By the light's point samples, or, where an
+/// area light looks larger than the lobe, by directions from the lobe.
 pub fn highlight(
     tracing: &Tracing<'_>,
     point: &PixelSurface,

@@ -27,8 +27,9 @@ fn sums(
     [part(run.first..run.first_other, light[0]), part(run.first_other..run.end, light[1])]
 }
 
-/// Flux of every cluster, W, direct and indirect: of a base cluster the sum of its contributions, of a coarser one the sum of all
-/// base clusters below it. `path_flux` of each path at its entry point, and behind it.
+/// Flux of every cluster, W, direct and indirect: of a base cluster the sum of its contributions,
+/// of a coarser one the sum of all base clusters below it. `path_flux` of each path at its entry
+/// point, and behind it.
 pub fn cluster_flux(
     hvds: &Hvds,
     path_flux: [&[Vec3]; 2],
@@ -48,8 +49,9 @@ pub fn cluster_flux(
     flux
 }
 
-/// What each base cluster receives of one light, per unit of its emission and of the area that an entry point stands for: at entry
-/// points, and at other vertices. `factors` of the light at each path's entry point, and what the path carries on from there.
+/// What each base cluster receives of one light, per unit of its emission and of the area that an
+/// entry point stands for: at entry points, and at other vertices. `factors` of the light at each
+/// path's entry point, and what the path carries on from there.
 pub fn cluster_layer(
     factors: &[f32],
     first_bounce: &[Vec3],
@@ -61,8 +63,9 @@ pub fn cluster_layer(
     runs.iter().map(|run| sums(run, contributions, [&direct, &behind])).collect()
 }
 
-/// The smallest cluster around each, itself included, that may be expected to hold `least` vertices which are no entry points, by its share of the area
-/// of the smallest around it that holds `around` times as many, and holds a `share`th of them; the root if none.
+/// The smallest cluster around each, itself included, that may be expected to hold `least` vertices
+/// which are no entry points, by its share of the area of the smallest around it that holds
+/// `around` times as many, and holds a `share`th of them; the root if none.
 pub fn indirect_sources(
     hvds: &Hvds,
     runs: &[ContributionRange],
@@ -96,14 +99,16 @@ pub fn indirect_sources(
     (0..hvds.cluster_count()).map(source).collect()
 }
 
-/// What fluxes of a cluster are multiplied with, 1/m²: its inverse area, of a root that of `min_area_m2` at most. Nothing lies on what has none.
+/// What fluxes of a cluster are multiplied with, 1/m²: its inverse area, of a root that of
+/// `min_area_m2` at most. Nothing lies on what has none.
 pub fn inverse_area(hvds: &Hvds, cluster: usize, min_area_m2: f32) -> f64 {
     let is_root = hvds.parents[cluster] == NO_CLUSTER;
     let area_m2 = f64::from(hvds.shown_m2[cluster].max(if is_root { min_area_m2 } else { 0.0 }));
     if area_m2 > 0.0 { 1.0 / area_m2 } else { 0.0 }
 }
 
-/// Irradiance of every cluster, W/m²: its own direct flux and its source's indirect flux, each over its area.
+/// Irradiance of every cluster, W/m²: its own direct flux and its source's indirect flux, each
+/// over its area.
 pub fn irradiance(hvds: &Hvds, flux: &[[DVec3; 2]], sources: &[u32], min_area_m2: f32) -> Vec<DVec3> {
     let inverse = |cluster: usize| inverse_area(hvds, cluster, min_area_m2);
     let of_cluster = |(cluster, &source): (usize, &u32)| {

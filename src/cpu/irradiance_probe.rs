@@ -14,7 +14,8 @@ pub struct Probe<'a> {
     pub paths: Paths<'a>,
     /// The hemisphere.
     pub strata: Strata,
-    /// Seed of the gather rays whose directions the paths take; none for new directions in each stratum.
+    /// Seed of the gather rays whose directions the paths take; none for new directions
+    /// in each stratum.
     pub gather_seed: Option<u32>,
 }
 

@@ -44,7 +44,8 @@ pub struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// The walker's next vertex; None where the path ends, by roulette or because it leaves the scene.
+    /// The walker's next vertex; None where the path ends, by roulette or because it
+    /// leaves the scene.
     pub fn step(&self, walker: &mut Walker) -> Option<PathVertex> {
         let u = sample_3d(walker.path, hash_pair(self.seed, walker.depth));
         let surface = &self.geometry.surfaces[walker.side as usize / 2];

@@ -15,7 +15,8 @@ pub struct LightSample {
     pub irradiance: DVec3,
 }
 
-/// Share of a spot's intensity at a unit direction of travel: falls linearly in the angle between the two half-angles.
+/// Share of a spot's intensity at a unit direction of travel: falls linearly in the angle between
+/// the two half-angles.
 pub fn spot_falloff(light: &LightSource, direction: DVec3) -> f64 {
     let axis = light.axis.as_dvec3();
     let angle = axis.cross(direction).length().atan2(axis.dot(direction));
@@ -29,8 +30,8 @@ pub fn spot_falloff(light: &LightSource, direction: DVec3) -> f64 {
     }
 }
 
-/// Samples a light as seen from `position`; `u` picks the point of an area light, uniform over it, and is idle for the other
-/// kinds. None where the light does not reach that point.
+/// Samples a light as seen from `position`; `u` picks the point of an area light, uniform over it,
+/// and is idle for the other kinds. None where the light does not reach that point.
 pub fn sample_light(light: &LightSource, position: DVec3, u: DVec2) -> Option<LightSample> {
     let emission = light.emission.as_dvec3();
     if light.kind == LIGHT_DIRECTIONAL {
@@ -53,7 +54,8 @@ pub fn sample_light(light: &LightSource, position: DVec3, u: DVec2) -> Option<Li
     (factor > 0.0).then_some(LightSample { direction, distance, irradiance })
 }
 
-/// Point sample number `number` of a light, for [`sample_light`]: a lattice, every row and column of which holds one.
+/// Point sample number `number` of a light, for [`sample_light`]: a lattice, every row and column
+/// of which holds one.
 pub fn lattice_point(light: &LightSource, number: u32) -> DVec2 {
     let skipped = light.modulus - light.samples;
     let row = (number + skipped) * light.stride % light.modulus - skipped;

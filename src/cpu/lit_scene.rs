@@ -1,4 +1,5 @@
-//! Reference of what all shaders that follow paths share: surfaces that rays meet, and the light that they reflect.
+//! Reference of what all shaders that follow paths share: surfaces that rays meet, and the light
+//! that they reflect.
 
 use crate::cpu::brdf::brdf;
 use crate::cpu::lights::{is_lit, sample_light};
@@ -50,7 +51,8 @@ impl LitScene<'_> {
         }
     }
 
-    /// Light of all lights that a vertex reflects, W/m²/sr; `u` says by light number which point of it is asked. Counts shadow rays.
+    /// Light of all lights that a vertex reflects, W/m²/sr; `u` says by light number which point of
+    /// it is asked. Counts shadow rays.
     pub(super) fn reflected_light(&self, vertex: &Vertex, u: impl Fn(u32) -> DVec2, rays: &mut u32) -> DVec3 {
         let mut radiance = DVec3::ZERO;
         for (number, light) in (0_u32..).zip(self.lights) {

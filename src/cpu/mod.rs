@@ -1,7 +1,8 @@
-//! Slow, obvious references of the passes: same inputs, same outputs, no cleverness. Tests hold the device against them.
+//! Slow, obvious references of the passes: same inputs, same outputs, no cleverness. Tests hold the
+//! device against them.
 //!
-//! A reference takes what the device was given, f32, and works in f64 from there on. Decisions that the device takes by
-//! integers are integers here, too.
+//! A reference takes what the device was given, f32, and works in f64 from there on. Decisions that
+//! the device takes by integers are integers here, too.
 
 pub mod accessibility;
 pub mod antialias;

@@ -62,7 +62,8 @@ impl Paths<'_> {
         found
     }
 
-    /// Light of all lights that a vertex reflects, W/m²/sr, by sample `index` of the random numbers that `seed` names.
+    /// Light of all lights that a vertex reflects, W/m²/sr, by sample `index` of the random numbers
+    /// that `seed` names.
     pub(super) fn reflected_light(&self, vertex: &Vertex, index: u32, seed: u32, rays: &mut u32) -> DVec3 {
         let u = |number: u32| sample_3d(index, hash_pair(seed, !number)).truncate().as_dvec2();
         self.scene.reflected_light(vertex, u, rays)

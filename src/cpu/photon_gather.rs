@@ -84,7 +84,8 @@ impl Gather<'_> {
         sum
     }
 
-    /// The nearest irradiance point on a surface point's surface: of the eight nearest cells, or else of 64.
+    /// The nearest irradiance point on a surface point's surface: of the eight nearest cells, or
+    /// else of 64.
     fn nearest(&self, place: SurfacePoint) -> Option<&IrradiancePoint> {
         let half = 0.5 / self.cells.inverse_cell;
         let corner = self.cells.cell_of(place.position - Vec3::splat(half));

@@ -43,7 +43,8 @@ impl Cells {
     }
 }
 
-/// The kernel of the density estimate at `point` for a photon at `other`; not normalised. [Epanechnikov 1969]
+/// The kernel of the density estimate at `point` for a photon at `other`; not
+/// normalised. [Epanechnikov 1969]
 pub fn kernel(point: SurfacePoint, other: SurfacePoint, radius: f64) -> f64 {
     let (offset, normal) = (offset(point, other), point.normal.as_dvec3());
     if normal.dot(other.normal.as_dvec3()) < SAME_NORMAL || normal.dot(offset).abs() > SAME_PLANE * radius {

@@ -1,6 +1,7 @@
 //! Reference of the prefix sum.
 
-/// The sum of the values before each, wrapping, and the sum of all behind the last: one more than there are values.
+/// The sum of the values before each, wrapping, and the sum of all behind the last: one more than
+/// there are values.
 pub fn prefix_sum(values: &[u32]) -> Vec<u32> {
     let mut sums = vec![0];
     let mut sum = 0_u32;

@@ -22,14 +22,16 @@ pub fn primary(geometry: Geometry<'_>, view: &View, x: u32, y: u32) -> Option<Se
     seen_through(geometry, view, DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))
 }
 
-/// Direction through an image point, in pixels from the top left corner; of unit length along the view axis.
+/// Direction through an image point, in pixels from the top left corner; of unit length along
+/// the view axis.
 pub fn direction_through(view: &View, point: DVec2) -> DVec3 {
     let across = point.x / f64::from(view.width) * 2.0 - 1.0;
     let down = point.y / f64::from(view.height) * 2.0 - 1.0;
     view.forward.as_dvec3() + across * view.right.as_dvec3() - down * view.up.as_dvec3()
 }
 
-/// Traces the ray of an image point, in pixels from the top left corner; none where it leaves the scene.
+/// Traces the ray of an image point, in pixels from the top left corner; none where it
+/// leaves the scene.
 pub fn seen_through(geometry: Geometry<'_>, view: &View, point: DVec2) -> Option<Seen> {
     let direction = direction_through(view, point);
     let hit = geometry.closest(view.position, direction)?;

@@ -31,10 +31,11 @@ pub struct Hit {
     pub position: DVec3,
 }
 
-/// Where the line from `origin` along `direction` meets a triangle in front of the origin; its edges belong to it.
+/// Where the line from `origin` along `direction` meets a triangle in front of the origin; its
+/// edges belong to it.
 ///
-/// The volumes that edge and direction span have one sign inside. Of an edge that two triangles share the two volumes
-/// are each other's exact negative, so that no ray passes between them.
+/// The volumes that edge and direction span have one sign inside. Of an edge that two triangles
+/// share the two volumes are each other's exact negative, so that no ray passes between them.
 pub fn intersect(corners: [Vec3; 3], origin: DVec3, direction: DVec3) -> Option<(f64, DVec3)> {
     let [a, b, c] = corners.map(|corner| corner.as_dvec3() - origin);
     let volumes = DVec3::new(direction.dot(c.cross(b)), direction.dot(a.cross(c)), direction.dot(b.cross(a)));

@@ -6,7 +6,8 @@ use glam::Vec3;
 /// Cosine of the angle up to which facets share records.
 pub const FACETS_ALIKE: f32 = 0.9;
 
-/// What lies less than 1° over or under a record's plane is of its surface, however narrow the place is that the record stands in.
+/// What lies less than 1° over or under a record's plane is of its surface, however narrow the
+/// place is that the record stands in.
 const FLAT_SINE2: f32 = 0.0003;
 
 /// How far from its own a point may lie, in height and normals, that a record speaks for.
@@ -19,23 +20,24 @@ pub struct Tolerance {
 }
 
 impl Tolerance {
-    /// What a record is valid for: 1 / sqrt(1 - cos 10°) between normals, 12° over the plane between both and 4° under it.
-    /// [Tabellion §4; Ward]
+    /// What a record is valid for: 1 / sqrt(1 - cos 10°) between normals, 12° over the plane
+    /// between both and 4° under it. [Tabellion §4; Ward]
     pub const VALID: Self =
         Self { above2: 0.04, below2: 0.004, facets: FACETS_ALIKE, inverse_normal_error: 8.1131 };
-    /// Where no other record does: 45° over the plane, 30° under it, 60° between facets, 30° between normals.
+    /// Where no other record does: 45° over the plane, 30° under it, 60° between facets,
+    /// 30° between normals.
     pub const RELAXED: Self = Self { above2: 0.5, below2: 0.25, facets: 0.5, inverse_normal_error: 2.7321 };
 }
 
-/// Height of a point, by `d` from a record, over the plane between both: by shading normals none on a sphere, by facets none on a facet
-/// whose shading normals lean.
+/// Height of a point, by `d` from a record, over the plane between both: by shading normals none on
+/// a sphere, by facets none on a facet whose shading normals lean.
 fn height_between(d: Vec3, n: Vec3, facet: Vec3, record: &CachePoint) -> f32 {
     let heights = [(record.normal, n), (record.facet, facet)].map(|(a, b)| 0.5 * d.dot(a + b));
     if heights[0].abs() < heights[1].abs() { heights[0] } else { heights[1] }
 }
 
-/// Weight of a record at a point `x` with shading normal `n`, on a facet with that geometric normal: positive inside its validity,
-/// 1 at its centre.
+/// Weight of a record at a point `x` with shading normal `n`, on a facet with that geometric
+/// normal: positive inside its validity, 1 at its centre.
 pub fn record_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
     let d = x - record.position;
     let distance2 = d.dot(d);
@@ -53,9 +55,10 @@ pub fn record_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within:
     1.0 - position_error.max(normal_error)
 }
 
-/// The same for a pixel, as `record_weight` of the shader has it: a record says nothing about what is further off its plane than half of the
-/// way to the nearest wall, as cloth is that hangs before its surface, and the spine of a book beside the crevice that the record is in.
-/// Placement does not ask that: it would fill every crevice with records.
+/// The same for a pixel, as `record_weight` of the shader has it: a record says nothing about what
+/// is further off its plane than half of the way to the nearest wall, as cloth is that hangs before
+/// its surface, and the spine of a book beside the crevice that the record is in. Placement does
+/// not ask that: it would fill every crevice with records.
 pub fn splat_weight(x: Vec3, n: Vec3, facet: Vec3, record: &CachePoint, within: Tolerance) -> f32 {
     let d = x - record.position;
     let height = height_between(d, n, facet, record);
@@ -113,7 +116,8 @@ mod tests {
         let weight = |record: &CachePoint, height: f32| {
             splat_weight(Vec3::new(0.4, height, 0.0), Vec3::Y, Vec3::Y, record, Tolerance::VALID)
         };
-        // Under cloth 10 cm away, and between two books: over more than half of the way, and over less.
+        // Under cloth 10 cm away, and between two books: over more than half of the way, and over
+        // less.
         for wall in [Vec3::Y / 0.1, Vec3::NEG_X / 0.1] {
             let narrow = CachePoint { wall, ..record(Vec3::Y) };
             assert_eq!(weight(&narrow, 0.06), 0.0);

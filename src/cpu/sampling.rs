@@ -27,8 +27,9 @@ pub fn owen_scramble(x: u32, seed: u32) -> u32 {
     bits.reverse_bits()
 }
 
-/// Direction numbers of a Sobol dimension by the recurrence of its primitive polynomial over GF(2): the coefficients
-/// between the leading and the last one, and as many odd initial numbers as its degree.
+/// Direction numbers of a Sobol dimension by the recurrence of its primitive polynomial over
+/// GF(2): the coefficients between the leading and the last one, and as many odd initial numbers
+/// as its degree.
 const fn directions(coefficients: &[u64], initial: &[u64]) -> [u32; 32] {
     let (mut m, mut numbers, degree) = ([0; 32], [0; 32], initial.len());
     let mut k = 0;

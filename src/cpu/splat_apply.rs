@@ -3,9 +3,10 @@
 use crate::types::{PixelSurface, Record};
 use glam::{DMat3, DVec3};
 
-/// Indirect irradiance at a pixel, W/m²: its records, extrapolated, in their shares. Along each way the gradient is the mean of
-/// that at the record and that at the pixel, which is the records' own mean: what irradiance bends cancels. A negative share is that of a record
-/// that does not cover the pixel: it changes by its half at most, or to its double.
+/// Indirect irradiance at a pixel, W/m²: its records, extrapolated, in their shares. Along each way
+/// the gradient is the mean of that at the record and that at the pixel, which is the records' own
+/// mean: what irradiance bends cancels. A negative share is that of a record that does not cover
+/// the pixel: it changes by its half at most, or to its double.
 pub fn splat_apply(pixel: &PixelSurface, shares: &[(Record, f32)]) -> DVec3 {
     let (mut irradiance, mut offset, mut translation) = (DVec3::ZERO, DVec3::ZERO, DMat3::ZERO);
     for (record, share) in shares {

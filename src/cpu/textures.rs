@@ -30,7 +30,8 @@ impl Textures<'_> {
     }
 }
 
-/// Bilinear interpolation between the middles of texels; u from the left, v from below, the image 1 wide and high.
+/// Bilinear interpolation between the middles of texels; u from the left, v from below, the image 1
+/// wide and high.
 pub fn sample(texture: &Texture, uv: DVec2) -> DVec3 {
     let size = DVec2::from(texture.image.size.map(f64::from));
     let place = DVec2::new(uv.x, 1.0 - uv.y);

@@ -5,9 +5,10 @@ use super::sampling::hash;
 /// Below this display value the tone map is the identity; above it, highlights roll off.
 const SHOULDER: f32 = 0.8;
 
-/// The 8-bit sRGB code of a linear value: the exact sRGB curve up to 0.8, so that mid-grey and everything a
-/// diffuse surface shows stay where sRGB puts them; above it a shoulder of continuous slope that reaches white
-/// only at infinity, so that highlights keep their shape. Negative values and NaN give 0.
+/// The 8-bit sRGB code of a linear value: the exact sRGB curve up to 0.8, so that mid-grey and
+/// everything a diffuse surface shows stay where sRGB puts them; above it a shoulder of continuous
+/// slope that reaches white only at infinity, so that highlights keep their shape. Negative values
+/// and NaN give 0.
 ///
 /// Rounded to the nearest code: for measures. Pictures are [`dithered`].
 pub fn display_value(linear: f32) -> u8 {
@@ -35,12 +36,14 @@ fn dither_noise(pixel: u32, channel: u32) -> f32 {
     (hash(pixel.wrapping_mul(3).wrapping_add(channel)) >> 16) as f32 / 65_536.0
 }
 
-/// The sRGB codes R, G, B, 255 of a pixel, given by its place in the picture: as [`display_value`], but rounded up or down so
-/// that the mean over an area is what the values are. Gradients of less than a code a pixel show no bands.
+/// The sRGB codes R, G, B, 255 of a pixel, given by its place in the picture: as [`display_value`],
+/// but rounded up or down so that the mean over an area is what the values are. Gradients of less
+/// than a code a pixel show no bands.
 ///
-/// The noise is triangular, the difference of a pixel's uniform number and its right neighbour's, so that it changes fast
-/// from pixel to pixel. Towards black and white, where a triangle's foot would be cut off and shift the mean, it
-/// narrows to the uniform number alone. Black and white are exact. The same picture always has the same codes.
+/// The noise is triangular, the difference of a pixel's uniform number and its right neighbour's,
+/// so that it changes fast from pixel to pixel. Towards black and white, where a triangle's foot
+/// would be cut off and shift the mean, it narrows to the uniform number alone. Black and white are
+/// exact. The same picture always has the same codes.
 pub fn dithered(pixel: u32, linear: [f32; 3]) -> [u8; 4] {
     let [r, g, b] = [0, 1, 2].map(|channel| {
         let code = display_code(linear[channel as usize]);
@@ -63,7 +66,8 @@ mod tests {
 
     #[test]
     fn greys_stay_where_srgb_puts_them() {
-        // Codes of the IEC 61966-2-1 curve: 0.18 gives 117.6, 0.5 gives 187.5, 0.0031308 gives 10.3.
+        // Codes of the IEC 61966-2-1 curve: 0.18 gives 117.6, 0.5 gives 187.5, 0.0031308 gives
+        // 10.3.
         for (linear, code) in [(0.0, 0), (0.003_130_8, 10), (0.18, 118), (0.5, 188), (0.8, 231)] {
             assert_eq!(display_value(linear), code, "{linear}");
         }
@@ -113,7 +117,8 @@ mod tests {
         assert_eq!(area, self::area(0.01, 64), "the same bytes");
     }
 
-    /// A dark gradient across 1024 pixels: 40 codes, each some 25 pixels wide, with hard borders unless dithered.
+    /// A dark gradient across 1024 pixels: 40 codes, each some 25 pixels wide, with hard
+    /// borders unless dithered.
     #[test]
     fn a_dark_ramp_has_no_bands() {
         const WIDTH: usize = 1024;
@@ -126,7 +131,8 @@ mod tests {
         let mut before = 0.0;
         for x in 0..WIDTH {
             let (codes, code) = (column(x), display_code(linear(x)));
-            // Where all rows had one code there would be a band, and a border where they all change at once.
+            // Where all rows had one code there would be a band, and a border where they all change
+            // at once.
             if code >= 1.0 {
                 let same = codes.iter().filter(|&&found| found == display_value(linear(x))).count();
                 assert!(same < HEIGHT * 9 / 10, "{same} of {HEIGHT} rows have one code at {x}");

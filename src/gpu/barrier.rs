@@ -1,12 +1,14 @@
-//! The vocabulary of barriers. Call sites name what happens before and after, never a stage or an access mask.
+//! The vocabulary of barriers. Call sites name what happens before and after, never a stage or
+//! an access mask.
 //!
-//! All are global memory barriers: on a single compute queue a barrier for one buffer gains nothing. The source is a
-//! stage with all its writes, the destination a stage with all its reads and writes. What one submission wrote is
-//! visible to the next without any of these.
+//! All are global memory barriers: on a single compute queue a barrier for one buffer gains
+//! nothing. The source is a stage with all its writes, the destination a stage with all its reads
+//! and writes. What one submission wrote is visible to the next without any of these.
 
 use ash::vk;
 
-/// An execution and memory dependency between what was recorded before it and what is recorded after it.
+/// An execution and memory dependency between what was recorded before it and what is
+/// recorded after it.
 #[derive(Clone, Copy, Debug)]
 pub struct Barrier {
     pub(super) name: &'static str,
@@ -118,7 +120,8 @@ impl Places {
 }
 
 impl Barrier {
-    /// What it waits for. A compute source includes the fetch of indirect group counts, an earlier stage of a dispatch.
+    /// What it waits for. A compute source includes the fetch of indirect group counts, an earlier
+    /// stage of a dispatch.
     pub(super) fn places_before(self) -> Places {
         let places = Places::of(self.source.0);
         if places.meets(Places::COMPUTE) { places.with(Places::INDIRECT) } else { places }

@@ -54,10 +54,12 @@ pub(super) struct Allocated {
 }
 
 impl Buffer {
-    /// Makes a buffer of that many bytes; of none, one that can be bound all the same. The name is for people.
+    /// Makes a buffer of that many bytes; of none, one that can be bound all the same. The name
+    /// is for people.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`] with the need and the limit, where the device cannot bind or hold that much.
+    /// [`Error::OutOfMemory`] with the need and the limit, where the device cannot bind or
+    /// hold that much.
     pub fn storage(context: &Arc<Context>, name: &str, bytes: u64) -> Result<Self> {
         let limit = context.limits().storage_range_bytes;
         if bytes > limit {
@@ -77,8 +79,9 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Makes a buffer of one item, whose first words are the address of `data`: that may be longer than what the device binds. Shaders only
-    /// read it, those that know of it ([`spirv::USE_BUFFER_DEVICE_ADDRESS`](super::spirv::USE_BUFFER_DEVICE_ADDRESS)).
+    /// Makes a buffer of one item, whose first words are the address of `data`: that may be longer
+    /// than what the device binds. Shaders only read it, those that know of it
+    /// ([`spirv::USE_BUFFER_DEVICE_ADDRESS`](super::spirv::USE_BUFFER_DEVICE_ADDRESS)).
     ///
     /// # Errors
     /// As [`Buffer::from_slice`], whatever the device binds.
@@ -102,7 +105,8 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Makes a host-visible flag, zero, that kernels seldom write and the host reads without a transfer.
+    /// Makes a host-visible flag, zero, that kernels seldom write and the host reads
+    /// without a transfer.
     ///
     /// # Errors
     /// As [`Buffer::storage`].
@@ -142,7 +146,8 @@ impl Buffer {
         self.allocated.bytes
     }
 
-    /// Overwrites the start of the buffer with `data`. Panics if the data is longer than the buffer.
+    /// Overwrites the start of the buffer with `data`. Panics if the data is longer
+    /// than the buffer.
     ///
     /// # Errors
     /// A Vulkan call failed, or there is no memory to stage the transfer in.
@@ -224,9 +229,9 @@ impl Buffer {
 
 /// Bytes at the end of a buffer that nothing is stored in.
 ///
-/// llvmpipe (Mesa 22.3.6) treats texel buffers like images. It compiles a shader again if the size of one becomes a power
-/// of two, or if the second byte of that size becomes zero: that byte is where images have their last level of detail.
-/// The added bytes keep every size free of both.
+/// llvmpipe (Mesa 22.3.6) treats texel buffers like images. It compiles a shader again if the size
+/// of one becomes a power of two, or if the second byte of that size becomes zero: that byte is
+/// where images have their last level of detail. The added bytes keep every size free of both.
 const fn unused_bytes(bytes: u64) -> u64 {
     match bytes {
         _ if bytes & 0xff00 == 0 => MAX_UNUSED_BYTES,
@@ -276,7 +281,8 @@ impl Allocated {
                 let why = failure(&error);
                 out_of_memory(name, bytes, format!("{in_use} are in use, the device has {most} ({why})"))
             })?;
-        // SAFETY: the memory is the allocator's, fits the requirements, and outlives the buffer (see `drop`).
+        // SAFETY: the memory is the allocator's, fits the requirements, and outlives the buffer
+        // (see `drop`).
         unsafe { context.device.bind_buffer_memory(handle, allocation.memory(), allocation.offset()) }
             .vk("vkBindBufferMemory")?;
         allocated.allocation = Some(allocation);
@@ -328,8 +334,9 @@ impl Allocated {
     fn store(&self, data: &[u8]) {
         let mapped = self.mapped();
         assert!(data.len() <= mapped.len(), "pieces fit the staging buffer");
-        // SAFETY: the memory is mapped for writing, at least as long as the data (asserted), and nobody else uses it: the staging buffer is
-        // local to one transfer whose submissions are done, and of a new host flag nobody else has heard.
+        // SAFETY: the memory is mapped for writing, at least as long as the data (asserted), and
+        // nobody else uses it: the staging buffer is local to one transfer whose submissions are
+        // done, and of a new host flag nobody else has heard.
         unsafe { std::ptr::copy_nonoverlapping(data.as_ptr(), mapped.as_ptr().cast_mut(), data.len()) };
     }
 }

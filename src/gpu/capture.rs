@@ -8,7 +8,8 @@ use renderdoc_sys as renderdoc;
 
 use crate::error::{Error, Result};
 
-/// RenderDoc's functions. It is never loaded from here: it must have been there before Vulkan was, to see all calls.
+/// RenderDoc's functions. It is never loaded from here: it must have been there before Vulkan was,
+/// to see all calls.
 pub struct Capture {
     api: *const renderdoc::RENDERDOC_API_1_1_2,
     /// Keeps the functions where they are.
@@ -42,11 +43,13 @@ macro_rules! function {
 }
 
 impl Capture {
-    /// RenderDoc, if it is in this process. Its layer comes with the Vulkan instance: look when a [`Context`](super::Context) is open.
+    /// RenderDoc, if it is in this process. Its layer comes with the Vulkan instance: look when a
+    /// [`Context`](super::Context) is open.
     pub fn attached() -> Option<Self> {
         let library = loaded()?;
         let mut api = ptr::null_mut::<c_void>();
-        // SAFETY: the symbol is of that type, and writes where the functions of that version are: as long as the library.
+        // SAFETY: the symbol is of that type, and writes where the functions of that version are:
+        // as long as the library.
         let told = unsafe {
             let get = library.get::<renderdoc::pRENDERDOC_GetAPI>(b"RENDERDOC_GetAPI\0").ok()?;
             (*get)?(renderdoc::eRENDERDOC_API_Version_1_1_2, &raw mut api)
@@ -66,13 +69,15 @@ impl Capture {
         Ok(())
     }
 
-    /// Captures what `frame` has the device do, whatever device that is: nobody presents anything. Returns the file.
+    /// Captures what `frame` has the device do, whatever device that is: nobody presents anything.
+    /// Returns the file.
     ///
     /// # Errors
     /// Those of `frame`; [`Error::Usage`] where RenderDoc captured nothing.
     pub fn frame<T>(&self, frame: impl FnOnce() -> Result<T>) -> Result<(T, PathBuf)> {
         let any = ptr::null_mut();
-        // SAFETY: null stands for the only device and for no window. What was begun is ended, also after a failure.
+        // SAFETY: null stands for the only device and for no window. What was begun is ended, also
+        // after a failure.
         let (value, captured) = unsafe {
             function!((*self.api).StartFrameCapture)(any, any);
             let value = frame();

@@ -27,13 +27,15 @@ const BLOCK_BYTES: [u64; 2] = [16 << 20, 128 << 20];
 /// How to open a device.
 #[derive(Clone, Debug)]
 pub struct ContextOptions {
-    /// An index as `lightpaths info` lists them, or part of a name in any case. None: the best device.
+    /// An index as `lightpaths info` lists them, or part of a name in any case. None:
+    /// the best device.
     pub device: Option<String>,
     /// Turn on the validation layer with its synchronisation checks; it must be installed.
     pub validation: bool,
     /// Panic where two passes use a buffer with no barrier between them that orders it.
     pub hazard_check: bool,
-    /// Ask pipelines for the driver's statistics, where it has any: [`Context::pipeline_statistics`].
+    /// Ask pipelines for the driver's statistics, where it
+    /// has any: [`Context::pipeline_statistics`].
     pub statistics: bool,
 }
 
@@ -44,7 +46,8 @@ impl Default for ContextOptions {
     }
 }
 
-/// Bytes of all live [`Buffer`](super::Buffer)s of a context, as asked for: what the allocator rounds up is not counted.
+/// Bytes of all live [`Buffer`](super::Buffer)s of a context, as asked for: what the allocator
+/// rounds up is not counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MemoryUse {
     /// Storage on the device, now.
@@ -85,7 +88,8 @@ pub struct Context {
 }
 
 impl Context {
-    /// Opens a device: the one asked for, or the best: discrete before integrated before virtual before CPU.
+    /// Opens a device: the one asked for, or the best: discrete before integrated before
+    /// virtual before CPU.
     ///
     /// # Errors
     /// [`Error::NoDevice`] says what was found, why it was refused, and what to install.
@@ -93,8 +97,8 @@ impl Context {
         Self::open(Arc::new(Instance::new(options.validation, &[])?), options, None)
     }
 
-    /// As [`Self::new`], a device that can show pictures in that window, and the surface to show them on. The window must live as long
-    /// as the surface.
+    /// As [`Self::new`], a device that can show pictures in that window, and the surface to show
+    /// them on. The window must live as long as the surface.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -199,8 +203,8 @@ impl Context {
         &self.tuning
     }
 
-    /// Whether timestamps wait for a barrier before they are taken: lavapipe puts them in line with what it draws, once it has drawn
-    /// to a window.
+    /// Whether timestamps wait for a barrier before they are taken: lavapipe puts them in line with
+    /// what it draws, once it has drawn to a window.
     pub(super) fn delays_timestamps(&self) -> bool {
         self.has_window && self.is_cpu()
     }
@@ -217,20 +221,21 @@ impl Context {
         memory.peak_staging_bytes = 0;
     }
 
-    /// Warnings and errors of the validation layer since the last call. Empty when validation is off.
+    /// Warnings and errors of the validation layer since the last call. Empty when
+    /// validation is off.
     pub fn take_validation_messages(&self) -> Vec<String> {
         self.instance.take_messages()
     }
 
-    /// Barriers that ordered no two conflicting uses, in the recordings since the last call, in words. Empty when the
-    /// hazard check is off.
+    /// Barriers that ordered no two conflicting uses, in the recordings since the last call, in
+    /// words. Empty when the hazard check is off.
     pub fn take_redundant_barriers(&self) -> Vec<String> {
         std::mem::take(&mut self.redundant_barriers.lock().expect("no holder panics"))
     }
 
-    /// Records commands, submits them, waits, and returns what `record` returned with the time of each pass in order.
-    /// A recording that meets pipelines which are not compiled yet is not submitted: they are compiled in
-    /// parallel, and `record` is called again.
+    /// Records commands, submits them, waits, and returns what `record` returned with the time of
+    /// each pass in order. A recording that meets pipelines which are not compiled yet is not
+    /// submitted: they are compiled in parallel, and `record` is called again.
     ///
     /// # Errors
     /// A Vulkan call failed; after the loss of the device the error names the last pass recorded.
@@ -259,8 +264,9 @@ impl Context {
         self.pipelines.compile_time()
     }
 
-    /// What the driver tells of the pipelines made since the last call, in the order in which they were made; none where it tells nothing of
-    /// pipelines, or was not to be asked ([`ContextOptions::statistics`]).
+    /// What the driver tells of the pipelines made since the last call, in the order
+    /// in which they were made; none where it tells nothing of pipelines, or was not
+    /// to be asked ([`ContextOptions::statistics`]).
     pub fn pipeline_statistics(&self) -> Option<Vec<PipelineStatistics>> {
         self.optional.reports_executables().then(|| self.optional.take_statistics())
     }
@@ -313,7 +319,8 @@ impl Context {
     }
 }
 
-/// Names of Vulkan objects for validation messages and debuggers. `None`: there is nothing that would show them.
+/// Names of Vulkan objects for validation messages and debuggers. `None`: there is nothing that
+/// would show them.
 pub(super) struct Names(pub(super) Option<ash::ext::debug_utils::Device>);
 
 impl Names {

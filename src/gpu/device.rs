@@ -72,7 +72,8 @@ pub(super) const CPU: &str = "CPU";
 
 /// Every device of the machine, usable or not.
 ///
-/// `shows`: whether queues of a family of a device can show pictures in the window, if there is one.
+/// `shows`: whether queues of a family of a device can show pictures in the window, if
+/// there is one.
 pub(super) fn candidates(instance: &Instance, shows: Option<Shows<'_>>) -> Result<Vec<Candidate>> {
     // SAFETY: what is asked is alive, and the answer has the structures that it needs.
     let handles = match unsafe { instance.raw.enumerate_physical_devices() } {
@@ -166,8 +167,8 @@ pub(super) const WINDOW_EXTENSIONS: [&std::ffi::CStr; 2] =
 pub(super) const EXTENSIONS: [&std::ffi::CStr; 2] =
     [ash::khr::synchronization2::NAME, ash::khr::push_descriptor::NAME];
 
-/// Limits of which Vulkan promises less than the shaders need, in words; none if all are met. `tests/failures` holds what
-/// they need against their binaries.
+/// Limits of which Vulkan promises less than the shaders need, in words; none if all are met.
+/// `tests/failures` holds what they need against their binaries.
 fn too_low(limits: &Limits) -> Option<String> {
     let rows = [
         ("maxPerStageDescriptorStorageBuffers (or maxPushDescriptors)", limits.storage_buffers, 20),
@@ -224,7 +225,8 @@ fn unmet(
     Ok(lacks.or_else(|| too_low(limits)))
 }
 
-/// The wanted device (an index, or part of a name in any case), or the best usable one. Returns its place in the list.
+/// The wanted device (an index, or part of a name in any case), or the best usable one. Returns its
+/// place in the list.
 pub(super) fn choose(summaries: &[&DeviceSummary], wanted: Option<&str>) -> Result<usize> {
     let list = || {
         let line = |s: &&DeviceSummary| {

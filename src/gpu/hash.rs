@@ -1,4 +1,5 @@
-//! FNV-1a, shared by the build script and the interface test: it notices a change, it does not resist an attacker.
+//! FNV-1a, shared by the build script and the interface test: it notices a change, it does not
+//! resist an attacker.
 
 /// The 64-bit FNV-1a hash of `bytes`, as 16 hexadecimal digits.
 pub fn fnv1a(bytes: &[u8]) -> String {

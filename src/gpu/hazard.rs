@@ -1,7 +1,8 @@
-//! The record-time hazard check: which buffer was touched where since the barrier that would have ordered it.
+//! The record-time hazard check: which buffer was touched where since the barrier that would
+//! have ordered it.
 //!
-//! Accesses come from `readonly` and `writeonly` in the SPIR-V, so nothing is declared by hand. The check is
-//! conservative: two passes that add atomically to one buffer count as a hazard.
+//! Accesses come from `readonly` and `writeonly` in the SPIR-V, so nothing is declared by hand. The
+//! check is conservative: two passes that add atomically to one buffer count as a hazard.
 
 use std::collections::HashMap;
 
@@ -24,7 +25,8 @@ struct Open {
     pass: &'static str,
     place: Places,
     writes: bool,
-    /// The places that a barrier has ordered behind this use, each with the index of the first barrier that did.
+    /// The places that a barrier has ordered behind this use, each with the index of the first
+    /// barrier that did.
     ordered: Vec<(Places, usize)>,
 }
 
@@ -41,7 +43,8 @@ pub(super) struct Hazards {
 }
 
 impl Hazards {
-    /// Takes one command's uses. Panics if one conflicts with an earlier use that no barrier ordered before it.
+    /// Takes one command's uses. Panics if one conflicts with an earlier use that no barrier
+    /// ordered before it.
     pub(super) fn command(&mut self, pass: &'static str, uses: &[Use]) {
         for new in uses {
             for old in self.open.get(&new.buffer).into_iter().flatten() {
@@ -60,7 +63,8 @@ impl Hazards {
                 self.barriers[index].is_needed = true;
             }
         }
-        // What is ordered after a write is ordered after all that the write was ordered after: only it stays open.
+        // What is ordered after a write is ordered after all that the write was ordered after: only
+        // it stays open.
         for new in uses.iter().filter(|new| new.writes) {
             self.open.insert(new.buffer, vec![Open::new(pass, new, true)]);
         }

@@ -24,8 +24,8 @@ pub(super) struct Instance {
 }
 
 impl Instance {
-    /// Loads Vulkan with what a window needs, if there is one. With `validation`, the validation layer with its synchronisation checks
-    /// must be installed.
+    /// Loads Vulkan with what a window needs, if there is one. With `validation`, the validation
+    /// layer with its synchronisation checks must be installed.
     pub(super) fn new(validation: bool, window_extensions: &[*const c_char]) -> Result<Self> {
         // SAFETY: the loader is the system's Vulkan loader, whose initialisers may run.
         let entry = unsafe { ash::Entry::load() }.map_err(|error| {
@@ -154,7 +154,8 @@ fn create(
 
 /// Collects one message of the validation layer.
 ///
-/// SAFETY: Vulkan passes valid data for the time of the call, and `user` is the [`Messages`] that the instance owns.
+/// SAFETY: Vulkan passes valid data for the time of the call, and `user` is the [`Messages`] that
+/// the instance owns.
 unsafe extern "system" fn on_message(
     _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
     _types: vk::DebugUtilsMessageTypeFlagsEXT,

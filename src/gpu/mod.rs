@@ -1,9 +1,10 @@
 //! The device: the only code that talks to Vulkan and the only code that is `unsafe`.
 //!
-//! Compute on one queue; only `window` draws, on the same one. A [`Context`] owns device and memory, a [`Buffer`] is storage on it, a [`Pipeline`] is a
-//! shader made ready, all it needs to know read from its SPIR-V. [`Context::run`] records, submits and waits: within it
-//! [`Recorder::pass`] opens a pass, which is a label, two timestamps and a row in the returned timings. Barriers are
-//! explicit, from the vocabulary in [`barrier`], and checked while recording.
+//! Compute on one queue; only `window` draws, on the same one. A [`Context`] owns device and
+//! memory, a [`Buffer`] is storage on it, a [`Pipeline`] is a shader made ready, all it needs to
+//! know read from its SPIR-V. [`Context::run`] records, submits and waits: within it
+//! [`Recorder::pass`] opens a pass, which is a label, two timestamps and a row in the returned
+//! timings. Barriers are explicit, from the vocabulary in [`barrier`], and checked while recording.
 
 pub mod barrier;
 mod buffer;

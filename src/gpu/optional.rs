@@ -1,4 +1,5 @@
-//! What a device may have besides and only profiling uses: a clock that can be read, statistics of pipelines.
+//! What a device may have besides and only profiling uses: a clock that can be read,
+//! statistics of pipelines.
 
 use std::ffi::CStr;
 use std::sync::Mutex;
@@ -53,7 +54,8 @@ pub struct Statistic {
 }
 
 impl Offers {
-    /// Statistics are only looked for where they are wanted: drivers may keep more of a pipeline then.
+    /// Statistics are only looked for where they are wanted: drivers may keep more of
+    /// a pipeline then.
     pub(super) fn of(
         instance: &Instance,
         device: vk::PhysicalDevice,
@@ -107,8 +109,9 @@ impl Offers {
     }
 }
 
-/// Whether the device's own clock is among those that can be read. The host's is read by ourselves, before and after: the standard
-/// library does not tell which of the system's clocks its instants are of.
+/// Whether the device's own clock is among those that can be read. The host's is read by
+/// ourselves, before and after: the standard library does not tell which of the system's clocks
+/// its instants are of.
 fn reads_device_clock(instance: &Instance, device: vk::PhysicalDevice, name: &CStr) -> Result<bool> {
     let domains = if name == ash::khr::calibrated_timestamps::NAME {
         let functions = ash::khr::calibrated_timestamps::Instance::new(instance.entry(), &instance.raw);
@@ -123,7 +126,8 @@ fn reads_device_clock(instance: &Instance, device: vk::PhysicalDevice, name: &CS
 }
 
 impl DeviceClock {
-    /// The device's clock now, in ticks as timestamps are, and by how many nanoseconds that may be off.
+    /// The device's clock now, in ticks as timestamps are, and by how many nanoseconds that
+    /// may be off.
     pub(super) fn read(&self) -> Result<(u64, u64)> {
         let info = [vk::CalibratedTimestampInfoKHR::default().time_domain(vk::TimeDomainKHR::DEVICE)];
         let (ticks, deviation_ns) = match self {
@@ -191,7 +195,8 @@ fn value(
     format: vk::PipelineExecutableStatisticFormatKHR,
     value: vk::PipelineExecutableStatisticValueKHR,
 ) -> String {
-    // SAFETY: the format says which member the driver wrote, and all bits of the integers and the fraction mean something.
+    // SAFETY: the format says which member the driver wrote, and all bits of the integers and the
+    // fraction mean something.
     unsafe {
         match format {
             vk::PipelineExecutableStatisticFormatKHR::BOOL32 => (value.b32 != vk::FALSE).to_string(),

@@ -1,5 +1,5 @@
-//! A compute shader with a value for each of its specialisation constants. Handles to one program are
-//! shared by the whole context; the driver compiles it at its first use.
+//! A compute shader with a value for each of its specialisation constants. Handles to one program
+//! are shared by the whole context; the driver compiles it at its first use.
 
 use std::sync::{Arc, OnceLock};
 
@@ -29,7 +29,8 @@ pub(super) struct Program {
     following: OnceLock<Handles>,
 }
 
-/// The Vulkan objects of a program. [`Pipelines`](super::pipelines::Pipelines) destroys them with the device.
+/// The Vulkan objects of a program. [`Pipelines`](super::pipelines::Pipelines) destroys them
+/// with the device.
 #[derive(Clone, Copy)]
 pub(super) struct Handles {
     pub(super) pipeline: vk::Pipeline,
@@ -47,8 +48,9 @@ pub(super) struct Maker<'a> {
 }
 
 impl Pipeline {
-    /// The embedded shader `stem` with a value for each of its specialisation constants, by name; a float
-    /// passes its bits. Those of [`Tuning`] may be left out. Panics if others are missing or any is unknown.
+    /// The embedded shader `stem` with a value for each of its specialisation constants, by name; a
+    /// float passes its bits. Those of [`Tuning`] may be left out. Panics if others are missing or
+    /// any is unknown.
     ///
     /// # Errors
     /// The shader is beyond the device's limits.
@@ -89,7 +91,8 @@ impl Program {
         Ok(Self { stem, module, constants, direct: OnceLock::new(), following: OnceLock::new() })
     }
 
-    /// Whether these bindings need the variant that follows addresses. Panics if the shader has no such variant.
+    /// Whether these bindings need the variant that follows addresses. Panics if the shader has
+    /// no such variant.
     pub(super) fn uses_buffer_device_address(&self, bindings: &[(&str, &Buffer)]) -> bool {
         let follows = bindings.iter().any(|(_, buffer)| buffer.holds_address());
         let knows =
@@ -124,8 +127,8 @@ impl Program {
         variants.into_iter().filter_map(OnceLock::get).for_each(|handles| handles.destroy(device));
     }
 
-    /// Workgroups that cover `threads`. The tuning deals those of one-dimensional work, if the shader knows
-    /// how many there are.
+    /// Workgroups that cover `threads`. The tuning deals those of one-dimensional work, if the
+    /// shader knows how many there are.
     pub(super) fn workgroups(&self, context: &Context, threads: [u32; 3]) -> [u32; 3] {
         let local = self.module.local_size;
         let mut groups: [u32; 3] = std::array::from_fn(|axis| threads[axis].div_ceil(local[axis]));
@@ -244,7 +247,8 @@ impl Handles {
     }
 }
 
-/// The specialisation constants' places and values. Each must be given but for the one that follows from the bindings, and nothing else.
+/// The specialisation constants' places and values. Each must be given but for the one that follows
+/// from the bindings, and nothing else.
 fn specialisation(
     stem: &str,
     module: &Module,

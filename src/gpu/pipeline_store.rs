@@ -1,4 +1,5 @@
-//! What the driver has compiled, kept on disk: a file for each device and driver in the user's folder for caches.
+//! What the driver has compiled, kept on disk: a file for each device and driver in the user's
+//! folder for caches.
 //!
 //! lavapipe 22.3 keeps nothing in a `VkPipelineCache`; no file is written then.
 
@@ -35,13 +36,14 @@ impl PipelineStore {
         Self { path, stored_bytes: 0 }
     }
 
-    /// A cache with what is stored; an empty one if nothing is, or if the file is damaged. Null if the driver has no
-    /// memory for one: pipelines are compiled without it.
+    /// A cache with what is stored; an empty one if nothing is, or if the file is damaged. Null if
+    /// the driver has no memory for one: pipelines are compiled without it.
     pub(super) fn open(&mut self, device: &ash::Device, names: &Names) -> vk::PipelineCache {
         let data = self.path.as_deref().and_then(read).unwrap_or_default();
         self.stored_bytes = data.len();
         let info = vk::PipelineCacheCreateInfo::default().initial_data(&data);
-        // SAFETY: the device is alive; the data are as this device's driver wrote them, by their hash.
+        // SAFETY: the device is alive; the data are as this device's driver wrote them, by their
+        // hash.
         let Ok(cache) = (unsafe { device.create_pipeline_cache(&info, None) }) else {
             return vk::PipelineCache::null();
         };
@@ -49,8 +51,8 @@ impl PipelineStore {
         cache
     }
 
-    /// Stores what the cache holds, if that is more than was read. Nobody needs to hear that this failed: the next
-    /// start compiles again.
+    /// Stores what the cache holds, if that is more than was read. Nobody needs to hear that this
+    /// failed: the next start compiles again.
     pub(super) fn save(&self, device: &ash::Device, cache: vk::PipelineCache) {
         let Some(path) = self.path.as_ref().filter(|_| cache != vk::PipelineCache::null()) else { return };
         // SAFETY: device and cache are alive, and nothing is compiled any more.
@@ -61,7 +63,8 @@ impl PipelineStore {
     }
 }
 
-/// The user's folder for caches. `None` if there is none, or if the environment says that nothing is to be kept.
+/// The user's folder for caches. `None` if there is none, or if the environment says that nothing
+/// is to be kept.
 fn folder() -> Option<PathBuf> {
     if let Some(folder) = env::var_os(VARIABLE) {
         return (!folder.is_empty()).then(|| PathBuf::from(folder));

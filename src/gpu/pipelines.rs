@@ -1,4 +1,5 @@
-//! All programs of a context: made once, shared by everything that uses the same shader and constants.
+//! All programs of a context: made once, shared by everything that uses the same
+//! shader and constants.
 
 use std::collections::HashMap;
 use std::num::NonZero;
@@ -65,7 +66,8 @@ impl Pipelines {
         Ok(program)
     }
 
-    /// Compiles what is missing, on as many threads as there are cores: drivers compile one pipeline on one.
+    /// Compiles what is missing, on as many threads as there are cores: drivers compile one
+    /// pipeline on one.
     ///
     /// # Errors
     /// The first in the order of `missing`; the others are made all the same.

@@ -42,7 +42,8 @@ pub struct Recorder {
     writes_host_flags: bool,
     /// What the commands use must live until they are done, whatever the caller drops before.
     in_use: Vec<Arc<dyn Any>>,
-    /// Variants of programs that some dispatch needs and that are not compiled yet: the recording is incomplete.
+    /// Variants of programs that some dispatch needs and that are not compiled yet: the
+    /// recording is incomplete.
     missing: Vec<Missing>,
     /// The first failure of a call that returns nothing; reported when the recording ends.
     failure: Option<Error>,
@@ -80,12 +81,14 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// From here on records the commands of these passes only; of all others their barriers, so that what is left is ordered as before.
+    /// From here on records the commands of these passes only; of all others their barriers, so
+    /// that what is left is ordered as before.
     pub fn only(&mut self, passes: &'static [&'static str]) {
         (self.only, self.leaves_out) = (Some(passes), true);
     }
 
-    /// Opens a pass: a debug label, a timestamp before and one after, a row in the timings. The name is the pass's stem.
+    /// Opens a pass: a debug label, a timestamp before and one after, a row in the timings. The
+    /// name is the pass's stem.
     pub fn pass(&mut self, name: &'static str) -> PassScope<'_> {
         self.pass_name = name;
         self.leaves_out = self.only.is_some_and(|only| !only.contains(&name));
@@ -95,7 +98,8 @@ impl Recorder {
         if let Some(debug_utils) = &self.context.names.0 {
             let label = CString::new(name).expect("names hold no NUL");
             let info = vk::DebugUtilsLabelEXT::default().label_name(&label);
-            // SAFETY: the commands are being recorded, and what they name lives until they have run.
+            // SAFETY: the commands are being recorded, and what they name lives until they have
+            // run.
             unsafe { debug_utils.cmd_begin_debug_utils_label(self.commands, &info) };
         }
         self.timestamp();
@@ -206,8 +210,8 @@ impl Recorder {
         self.failure.take().map_or_else(|| Ok(std::mem::take(&mut self.missing)), Err)
     }
 
-    /// Binds program, push constants and buffers. Returns false if the program is not compiled yet or its pass
-    /// is left out. Panics if they are not what the shader declares.
+    /// Binds program, push constants and buffers. Returns false if the program is not compiled yet
+    /// or its pass is left out. Panics if they are not what the shader declares.
     fn bind(
         &mut self,
         program: &Arc<Program>,
@@ -295,9 +299,10 @@ impl Drop for Recorder {
 }
 
 impl PassScope<'_> {
-    /// Dispatches the pipeline over that many threads along each axis; with none along an axis, nothing is recorded.
-    /// Bindings are listed in the shader's order and by the shader's names. Panics where push constants, bindings or
-    /// the number of workgroups are not what shader and device take, and on a hazard.
+    /// Dispatches the pipeline over that many threads along each axis; with none along an axis,
+    /// nothing is recorded. Bindings are listed in the shader's order and by the shader's names.
+    /// Panics where push constants, bindings or the number of workgroups are not what shader and
+    /// device take, and on a hazard.
     pub fn dispatch<P: Pod>(
         &mut self,
         pipeline: &Pipeline,
@@ -312,15 +317,16 @@ impl PassScope<'_> {
         let program = pipeline.program();
         let [x, y, z] = program.workgroups(&self.recorder.context, threads);
         if self.recorder.bind(program, bytemuck::bytes_of(push), bindings, None) {
-            // SAFETY: the commands are being recorded, and what they name lives until they have run.
+            // SAFETY: the commands are being recorded, and what they name lives until they have
+            // run.
             unsafe { self.recorder.context.device.cmd_dispatch(self.recorder.commands, x, y, z) };
             self.count_dispatch();
         }
         self
     }
 
-    /// As [`Self::dispatch`], with the number of *workgroups* along each axis read on the device: three words at a
-    /// byte offset of a buffer.
+    /// As [`Self::dispatch`], with the number of *workgroups* along each axis read on the device:
+    /// three words at a byte offset of a buffer.
     pub fn dispatch_indirect<P: Pod>(
         &mut self,
         pipeline: &Pipeline,
@@ -337,7 +343,8 @@ impl PassScope<'_> {
         );
         if self.recorder.bind(pipeline.program(), bytemuck::bytes_of(push), bindings, Some(counts)) {
             let (device, handle) = (&self.recorder.context.device, counts.allocated.handle);
-            // SAFETY: the commands are being recorded, and what they name lives until they have run.
+            // SAFETY: the commands are being recorded, and what they name lives until they have
+            // run.
             unsafe { device.cmd_dispatch_indirect(self.recorder.commands, handle, offset) };
             self.count_dispatch();
         }
@@ -380,7 +387,8 @@ impl Drop for PassScope<'_> {
         self.recorder.leaves_out = self.recorder.only.is_some();
         self.recorder.timestamp();
         if let Some(debug_utils) = &self.recorder.context.names.0 {
-            // SAFETY: the commands are being recorded, and what they name lives until they have run.
+            // SAFETY: the commands are being recorded, and what they name lives until they have
+            // run.
             unsafe { debug_utils.cmd_end_debug_utils_label(self.recorder.commands) };
         }
     }

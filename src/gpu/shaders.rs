@@ -5,7 +5,8 @@
 pub struct Shader {
     /// The name that file, binary, pass and timing share.
     pub stem: &'static str,
-    /// Hash of the GLSL source with its includes in place; `spirv/MANIFEST` holds the one that was compiled.
+    /// Hash of the GLSL source with its includes in place; `spirv/MANIFEST` holds the one
+    /// that was compiled.
     pub source_hash: &'static str,
     /// The SPIR-V module, little endian.
     pub bytes: &'static [u8],

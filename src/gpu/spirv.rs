@@ -1,7 +1,8 @@
-//! A reader of SPIR-V for what compute shaders declare: bindings with access, push block, constants, shared structures.
+//! A reader of SPIR-V for what compute shaders declare: bindings with access, push block,
+//! constants, shared structures.
 //!
-//! Names must have been kept (no stripping, no optimiser). Panics on a module that is not valid SPIR-V: modules are part
-//! of the program.
+//! Names must have been kept (no stripping, no optimiser). Panics on a module that is not valid
+//! SPIR-V: modules are part of the program.
 
 use std::collections::HashMap;
 
@@ -62,7 +63,8 @@ pub struct Member {
     pub offset: u32,
     /// Size in bytes.
     pub size: u32,
-    /// Scalar type or structure at the bottom of vectors, matrices and arrays: `float`, `uint`, `int`, or a name.
+    /// Scalar type or structure at the bottom of vectors, matrices and arrays: `float`, `uint`,
+    /// `int`, or a name.
     pub scalar: String,
 }
 
@@ -71,7 +73,8 @@ pub struct Member {
 pub struct Constant {
     /// Its `constant_id`.
     pub id: u32,
-    /// Its name; a workgroup's size that the host gives has none in GLSL, and is called `local_size_x`, `_y` or `_z`.
+    /// Its name; a workgroup's size that the host gives has none in GLSL, and is called
+    /// `local_size_x`, `_y` or `_z`.
     pub name: String,
 }
 
@@ -90,7 +93,8 @@ pub struct Module {
     pub structures: Vec<Structure>,
     /// SPIR-V capabilities by number.
     pub capabilities: Vec<u32>,
-    /// Names of extended instruction sets: `GLSL.std.450`, and one for printing where a shader prints.
+    /// Names of extended instruction sets: `GLSL.std.450`, and one for printing where
+    /// a shader prints.
     pub instruction_sets: Vec<String>,
     /// Whether the shader asks how many workgroups there are, as it must to be spread over y.
     pub has_workgroup_count: bool,
@@ -145,8 +149,8 @@ mod code {
 /// What specialisation constants are called that are a workgroup's size along x, y and z.
 pub const LOCAL_SIZE: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
-/// The specialisation constant of kernels that know lists behind addresses: whether such lists are bound. No host part gives it, for it
-/// follows from the bindings.
+/// The specialisation constant of kernels that know lists behind addresses: whether such lists are
+/// bound. No host part gives it, for it follows from the bindings.
 pub const USE_BUFFER_DEVICE_ADDRESS: &str = "USE_BUFFER_DEVICE_ADDRESS";
 
 /// Reads a module.
@@ -231,7 +235,8 @@ impl Reader {
         }
     }
 
-    /// Decorations come before constants in a module, so that a specialisation constant's id is known here.
+    /// Decorations come before constants in a module, so that a specialisation constant's id
+    /// is known here.
     fn constant(&mut self, opcode: u16, id: u32, value: u32) {
         self.constants.insert(id, value);
         if let (true, Some(&spec_id)) = (opcode != code::CONSTANT, self.decorations.get(&(id, code::SPEC_ID)))

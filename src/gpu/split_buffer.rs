@@ -44,7 +44,8 @@ impl SplitBuffer {
         self.0.iter()
     }
 
-    /// All items in order, so many at a time at most, each time with the part that they are in; one span without items where there are none.
+    /// All items in order, so many at a time at most, each time with the part that they are in; one
+    /// span without items where there are none.
     pub fn spans(&self, most: u32) -> impl Iterator<Item = (&SplitPart, Range<u32>)> {
         self.iter().flat_map(move |part| {
             let Range { start, end } = part.items;

@@ -63,8 +63,8 @@ impl Submission {
         unsafe { device.begin_command_buffer(self.commands, &info) }.vk("vkBeginCommandBuffer")
     }
 
-    /// Ends the recording, submits it, and waits until the device is done with it. Returns when the recording had ended, when the
-    /// submission was made, and when the device was done.
+    /// Ends the recording, submits it, and waits until the device is done with it. Returns when the
+    /// recording had ended, when the submission was made, and when the device was done.
     pub(super) fn submit_and_wait(&self, context: &Context) -> Result<[Instant; 3]> {
         let device = &context.device;
         // SAFETY: the commands are ours, and are being recorded.
@@ -73,7 +73,8 @@ impl Submission {
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         context
-            // SAFETY: nobody else has the queue; commands, semaphores and fence live until the fence is waited for.
+            // SAFETY: nobody else has the queue; commands, semaphores and fence live until the
+            // fence is waited for.
             .with_queue(|queue| unsafe { context.sync2.queue_submit2(queue, &submit, self.fence) })
             .vk("vkQueueSubmit2")?;
         let submitted = Instant::now();

@@ -40,8 +40,8 @@ pub struct SubmissionSpan {
     pub read_us: f64,
     /// The passes, in order; none in submissions that only copy.
     pub passes: Vec<PassSpan>,
-    /// By how much the passes may be misplaced on the host's clock; none where they are aligned by the submission's begin, because the
-    /// device does not relate its clock to others.
+    /// By how much the passes may be misplaced on the host's clock; none where they are aligned by
+    /// the submission's begin, because the device does not relate its clock to others.
     pub deviation_us: Option<f64>,
 }
 
@@ -87,7 +87,8 @@ impl Open {
 }
 
 impl Timeline {
-    /// A submission with the host's times, in the order of [`SubmissionSpan`], and the ticks at which passes began and ended.
+    /// A submission with the host's times, in the order of [`SubmissionSpan`], and the ticks at
+    /// which passes began and ended.
     pub(super) fn note_submission(
         &self,
         context: &Context,
@@ -161,7 +162,8 @@ impl Reading {
     }
 }
 
-/// What a tick of the device is on the host's clock. One a submission, so that clocks that run apart do so for a submission only.
+/// What a tick of the device is on the host's clock. One a submission, so that clocks that run
+/// apart do so for a submission only.
 #[derive(Clone, Copy)]
 enum Anchor {
     /// Both clocks were read together, after the ticks that are to be placed.

@@ -13,8 +13,8 @@ pub struct PassTiming {
     pub name: &'static str,
     /// Milliseconds from the first command's start to the last command's end.
     pub ms: f64,
-    /// No barrier lay between this pass and a neighbour: the device may have run both at once, and `ms` divides their
-    /// common time arbitrarily.
+    /// No barrier lay between this pass and a neighbour: the device may have run both at once, and
+    /// `ms` divides their common time arbitrarily.
     pub overlapped: bool,
     /// Dispatches recorded, fills and copies not counted.
     pub dispatches: u32,
@@ -88,7 +88,8 @@ impl Timestamps {
     }
 }
 
-/// Milliseconds between two ticks. The counter wraps at its number of valid bits, and its period is not a whole number of nanoseconds on every device.
+/// Milliseconds between two ticks. The counter wraps at its number of valid bits, and its period is
+/// not a whole number of nanoseconds on every device.
 pub(super) fn milliseconds(begin: u64, end: u64, limits: &Limits) -> f64 {
     let mask = u64::MAX >> (64 - limits.timestamp_bits);
     let ticks = end.wrapping_sub(begin) & mask;

@@ -1,5 +1,5 @@
-//! What is tuned for a class of devices. Data: nothing else in the program asks what kind of device it runs on in order to be faster
-//! there, and no value changes more than the order of sums.
+//! What is tuned for a class of devices. Data: nothing else in the program asks what kind of device
+//! it runs on in order to be faster there, and no value changes more than the order of sums.
 
 use std::num::NonZero;
 
@@ -9,7 +9,8 @@ use super::spirv::LOCAL_SIZE;
 /// Values for a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tuning {
-    /// Workgroups that lie side by side and are taken one after another, at most; see [`Tuning::swizzled`].
+    /// Workgroups that lie side by side and are taken one after another, at
+    /// most; see [`Tuning::swizzled`].
     pub strip: u32,
     /// Runs of workgroups that the device gives to a thread each.
     pub layers: u32,
@@ -36,11 +37,13 @@ struct Class {
 }
 
 const CLASSES: [Class; 2] = [
-    // lavapipe gives each core one run of consecutive workgroups, all of the same length, and the frame waits for the last: strips
-    // that go to the runs in turn leave nobody with the half of the picture that has more to do, and what is side by side still meets what is
-    // in the cache. It runs the subgroups of a workgroup in turn and changes between them at each barrier, which costs more than short
-    // sums: one subgroup, whose lanes go through long runs of a scan. It loads what the lanes of a subgroup want one by one, wherever it lies:
-    // a cache point a lane, and none waits.
+    // lavapipe gives each core one run of consecutive workgroups, all of the same length, and the
+    // frame waits for the last: strips that go to the runs in turn leave nobody with the half of
+    // the picture that has more to do, and what is side by side still meets what is in the cache.
+    // It runs the subgroups of a workgroup in turn and changes between them at each barrier, which
+    // costs more than short sums: one subgroup, whose lanes go through long runs of a scan. It
+    // loads what the lanes of a subgroup want one by one, wherever it lies: a cache point a lane,
+    // and none waits.
     Class {
         kind: Some(CPU),
         strip: 16,
@@ -49,7 +52,8 @@ const CLASSES: [Class; 2] = [
         scan_group: None,
         record_lanes: 1,
     },
-    // A GPU hands out workgroups one by one, hides the waiting of one subgroup behind others, and loads at once what lies side by side.
+    // A GPU hands out workgroups one by one, hides the waiting of one subgroup behind others, and
+    // loads at once what lies side by side.
     Class {
         kind: None,
         strip: u32::MAX,
@@ -82,15 +86,17 @@ impl Tuning {
         std::thread::available_parallelism().map_or(1, NonZero::get) as u32
     }
 
-    /// Specialisation constants that follow, which a [`Pipeline`](super::Pipeline) takes where its shader has them.
+    /// Specialisation constants that follow, which a [`Pipeline`](super::Pipeline) takes where its
+    /// shader has them.
     pub(super) fn constants(&self) -> [(&'static str, u32); 4] {
         let group = (LOCAL_SIZE[0], self.waiting_group);
         [("STRIP", self.strip), ("LAYERS", self.layers), group, ("RECORD_LANES", self.record_lanes)]
     }
 
-    /// Workgroups along each axis for one-dimensional work of `groups` of them: strips along x, which go to the layers along z in turn. A
-    /// device that takes workgroups by x, then y, then z, goes through a layer before the next. `flat_workgroup` in
-    /// `glsl/include/dispatch.glsl` counts them so; kernels that count workgroups for others deal likewise.
+    /// Workgroups along each axis for one-dimensional work of `groups` of them: strips along x,
+    /// which go to the layers along z in turn. A device that takes workgroups by x, then y, then z,
+    /// goes through a layer before the next. `flat_workgroup` in `glsl/include/dispatch.glsl`
+    /// counts them so; kernels that count workgroups for others deal likewise.
     pub fn swizzled(&self, groups: u32) -> [u32; 3] {
         let of_layer = groups.div_ceil(self.layers);
         [of_layer.min(self.strip), of_layer.div_ceil(self.strip), self.layers]

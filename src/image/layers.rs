@@ -8,10 +8,12 @@ use exr::prelude::{ReadChannels, ReadLayers, Vec2};
 use super::Picture;
 use super::read::check_size;
 
-/// Layers that stand for the whole image where a file has several and none is asked for, best first. Empty: channels without a prefix.
+/// Layers that stand for the whole image where a file has several and none is asked for, best
+/// first. Empty: channels without a prefix.
 const MAIN_LAYERS: [&str; 4] = ["", "combined", "rgba", "beauty"];
 
-/// Names of the three components, in lower case, in order of preference; a layer of one component is grey.
+/// Names of the three components, in lower case, in order of preference; a layer of one
+/// component is grey.
 const COMPONENTS: [[&str; 3]; 4] =
     [["r", "g", "b"], ["red", "green", "blue"], ["x", "y", "z"], ["u", "v", "w"]];
 

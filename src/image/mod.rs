@@ -1,6 +1,7 @@
 //! Images as files: OpenEXR for numbers, PNG for eyes.
 //!
-//! Pixels are linear Rec.709, row-major from the top left. The same pixels always give the same bytes.
+//! Pixels are linear Rec.709, row-major from the top left. The same pixels always give
+//! the same bytes.
 
 mod layers;
 mod read;
@@ -28,10 +29,12 @@ pub struct ExrLayer<'a> {
     pub pixels: &'a [[f32; 3]],
 }
 
-/// Writes an EXR file of 32-bit floats, losslessly compressed, with Rec.709 primaries and D65 white.
+/// Writes an EXR file of 32-bit floats, losslessly compressed, with Rec.709 primaries
+/// and D65 white.
 ///
 /// # Errors
-/// When `out` fails. Every layer must hold `size[0]·size[1]` pixels and channel names must differ; both panic.
+/// When `out` fails. Every layer must hold `size[0]·size[1]` pixels and channel names must
+/// differ; both panic.
 pub fn write_exr(out: impl Write + Seek, size: [u32; 2], layers: &[ExrLayer]) -> io::Result<()> {
     let channels = layers.iter().flat_map(|layer| {
         assert_eq!(layer.pixels.len(), size[0] as usize * size[1] as usize, "layer {:?}", layer.name);
@@ -41,8 +44,8 @@ pub fn write_exr(out: impl Write + Seek, size: [u32; 2], layers: &[ExrLayer]) ->
         })
     });
     let attributes = LayerAttributes { software_name: Text::new_or_none(SOFTWARE), ..Default::default() };
-    // Increasing line order, which this encoding has, matters: without it blocks land in the order in which
-    // threads finish them, and the bytes differ from run to run.
+    // Increasing line order, which this encoding has, matters: without it blocks land in the order
+    // in which threads finish them, and the bytes differ from run to run.
     let encoding = Encoding::SMALL_LOSSLESS;
     let channels = AnyChannels::sort(channels.collect());
     let layer = Layer::new(Vec2(size[0] as usize, size[1] as usize), attributes, encoding, channels);

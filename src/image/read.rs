@@ -12,9 +12,11 @@ use crate::files::{self, Unread, guarded};
 pub struct Picture {
     /// Width and height in pixels: of an EXR those of its display window.
     pub size: [u32; 2],
-    /// Where the display window of an EXR begins. `None` for a PNG, which lies nowhere in particular.
+    /// Where the display window of an EXR begins. `None` for a PNG, which lies
+    /// nowhere in particular.
     pub origin: Option<[i32; 2]>,
-    /// Linear values, row by row from the top. Black where the data window of an EXR does not reach.
+    /// Linear values, row by row from the top. Black where the data window of an EXR
+    /// does not reach.
     pub pixels: Vec<[f32; 3]>,
     /// The sRGB values as the file has them, 0..=1, where it is a display image (a PNG).
     pub display: Option<Vec<[f32; 3]>>,
@@ -26,13 +28,16 @@ const MAX_BYTES: u64 = 16 << 30;
 const MAX_SIDE: usize = 16_384;
 /// Bytes that zlib makes of a byte, at most.
 const ZLIB_GROWTH: usize = 1032;
-/// Bytes that an image has when decoded for each byte of its file, at most: grey PNGs of one bit a pixel grow eightfold beside.
+/// Bytes that an image has when decoded for each byte of its file, at most: grey PNGs of one bit a
+/// pixel grow eightfold beside.
 const MAX_GROWTH: usize = 8 * ZLIB_GROWTH;
 
-/// Reads a PNG, or of an EXR the layer of that name (none: the image itself). The content decides which it is, not the name.
+/// Reads a PNG, or of an EXR the layer of that name (none: the image itself). The content decides
+/// which it is, not the name.
 ///
 /// # Errors
-/// [`Error::Input`]: the file cannot be read, is neither, or has no such layer; the message then names those that there are.
+/// [`Error::Input`]: the file cannot be read, is neither, or has no such layer; the message then
+/// names those that there are.
 pub fn read(path: &Path, layer: Option<&str>) -> Result<Picture> {
     let fault = |message: String| Error::input(path, message);
     let bytes = files::read(path, MAX_BYTES).map_err(|unread| match unread {
@@ -62,7 +67,8 @@ pub fn parse(bytes: &[u8], layer: Option<&str>) -> std::result::Result<Picture, 
     })
 }
 
-/// Refuses sizes beyond what images have, and files too small for what they would be when decoded, before there is memory for it.
+/// Refuses sizes beyond what images have, and files too small for what they would be when decoded,
+/// before there is memory for it.
 pub(super) fn check_size(
     [width, height]: [usize; 2],
     decoded_bytes: usize,

@@ -1,7 +1,8 @@
-//! LDR-FLIP: the difference that a viewer would notice when flipping between two images. [Andersson 2020]
+//! LDR-FLIP: the difference that a viewer would notice when flipping between two
+//! images. [Andersson 2020]
 //!
-//! Written from the publication. The filters are separable (the paper's second-order colour filter is a sum of two that
-//! are), which gives the same values as the published two-dimensional ones.
+//! Written from the publication. The filters are separable (the paper's second-order colour filter
+//! is a sum of two that are), which gives the same values as the published two-dimensional ones.
 
 use std::f64::consts::PI;
 
@@ -18,8 +19,8 @@ const FEATURE_EXPONENT: f64 = 0.5;
 /// Width of the feature detectors, degrees.
 const FEATURE_WIDTH: f64 = 0.082;
 
-/// The FLIP error of each pixel, 0..=1, for a viewer who sees so many pixels in a degree. Pixels are sRGB values (not linear), 0..=1,
-/// row by row; what lies beyond is clamped.
+/// The FLIP error of each pixel, 0..=1, for a viewer who sees so many pixels in a degree. Pixels
+/// are sRGB values (not linear), 0..=1, row by row; what lies beyond is clamped.
 pub fn flip_map(
     image: &[[f32; 3]],
     reference: &[[f32; 3]],
@@ -106,7 +107,8 @@ struct ColorFilters {
 }
 
 impl ColorFilters {
-    /// Amplitudes and scales (square degrees) of the Gaussians of luminance, red–green and blue–yellow.
+    /// Amplitudes and scales (square degrees) of the Gaussians of luminance,
+    /// red–green and blue–yellow.
     const GAUSSIANS: [&'static [(f64, f64)]; 3] =
         [&[(1.0, 0.0047)], &[(1.0, 0.0053)], &[(34.1, 0.04), (13.5, 0.025)]];
 
@@ -157,7 +159,8 @@ fn point_detector(pixels_per_degree: f64) -> Detector {
 }
 
 impl Detector {
-    /// `factor(x, standard deviation)` times a Gaussian; its positive weights sum to 1, its negative ones to −1.
+    /// `factor(x, standard deviation)` times a Gaussian; its positive weights sum to 1, its
+    /// negative ones to −1.
     fn new(pixels_per_degree: f64, factor: fn(f64, f64) -> f64) -> Self {
         let deviation = 0.5 * FEATURE_WIDTH * pixels_per_degree;
         let radius = (3.0 * deviation).ceil() as i32;
@@ -302,7 +305,8 @@ mod tests {
         a.iter().zip(b).map(mix).collect()
     }
 
-    /// Mean, a corner, a pixel in the middle and the opposite corner, by the authors' program (flip-evaluator 1.7, `LDR`).
+    /// Mean, a corner, a pixel in the middle and the opposite corner, by the authors' program
+    /// (flip-evaluator 1.7, `LDR`).
     #[test]
     fn the_authors_program_gives_the_same_values() {
         let checks = picture(|x, y| [((x / 8 + y / 8) % 2) as f32; 3]);

@@ -1,5 +1,6 @@
-//! How far a picture is from a reference. Pixels are linear Rec.709 triples, W/m²/sr, unless a function says otherwise; all sums are
-//! in f64. Images of one comparison have the same number of pixels, else these functions panic.
+//! How far a picture is from a reference. Pixels are linear Rec.709 triples, W/m²/sr, unless a
+//! function says otherwise; all sums are in f64. Images of one comparison have the same number of
+//! pixels, else these functions panic.
 
 mod flip;
 mod noise;
@@ -40,8 +41,8 @@ pub fn rmse(image: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
     mean(image, reference, |v, r| (v - r).powi(2)).sqrt()
 }
 
-/// Symmetric mean absolute percentage error as a fraction, 0..=2: mean over pixels and channels of |v−r| / ((|v|+|r|)/2), which is
-/// 0 where both are 0.
+/// Symmetric mean absolute percentage error as a fraction, 0..=2: mean over pixels and channels of
+/// |v−r| / ((|v|+|r|)/2), which is 0 where both are 0.
 pub fn smape(image: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
     mean(image, reference, |v, r| if v == r { 0.0 } else { 2.0 * (v - r).abs() / (v.abs() + r.abs()) })
 }

@@ -2,9 +2,10 @@
 
 use super::{EPSILON, mean};
 
-/// [`super::relmse`] of an image against the mean of two independent halves of a reference, without what the reference's own noise adds:
-/// mean of (v−a)(v−b)/(r+0.01)², r = (a+b)/2. In the numerator the noise of a and b cancels on average, so the figure may come out
-/// below 0 where the image is as good as the reference; in the denominator it stays, and raises the figure where r is about as
+/// [`super::relmse`] of an image against the mean of two independent halves of a reference, without
+/// what the reference's own noise adds: mean of (v−a)(v−b)/(r+0.01)², r = (a+b)/2. In the numerator
+/// the noise of a and b cancels on average, so the figure may come out below 0 where the image is
+/// as good as the reference; in the denominator it stays, and raises the figure where r is about as
 /// small as its noise.
 pub fn debiased_relmse(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2]) -> f64 {
     let r = |(a, b): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| 0.5 * (a[c] + b[c]));
@@ -12,8 +13,8 @@ pub fn debiased_relmse(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2]) -> f64 {
     debiased_relmse_at(image, halves, &mean).mean
 }
 
-/// The same relative to a picture that does not know the reference's noise, but is about what the reference would be without it: then
-/// that noise cancels whatever is dark.
+/// The same relative to a picture that does not know the reference's noise, but is about what the
+/// reference would be without it: then that noise cancels whatever is dark.
 pub fn debiased_relmse_at(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2], scale: &[[f32; 3]]) -> Estimate {
     assert_eq!(image.len(), scale.len(), "images of one comparison have one size");
     let scales = scale.iter().flatten().map(|&s| f64::from(s) + EPSILON);
@@ -38,12 +39,13 @@ pub fn debiased_relmse_at(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2], scale: &
 pub struct Estimate {
     /// The mean.
     pub mean: f64,
-    /// Its standard deviation, from the scatter of the pixels. What differs from pixel to pixel for other reasons is part of it: rather too
-    /// large than too small.
+    /// Its standard deviation, from the scatter of the pixels. What differs from pixel to pixel for
+    /// other reasons is part of it: rather too large than too small.
     pub standard_error: f64,
 }
 
-/// Noise of a reference from its halves, as a relMSE: mean of ((a−b)/2)²/(r+0.01)², the variance of r = (a+b)/2.
+/// Noise of a reference from its halves, as a relMSE: mean of ((a−b)/2)²/(r+0.01)², the variance of
+/// r = (a+b)/2.
 pub fn half_noise(halves: [&[[f32; 3]]; 2]) -> f64 {
     mean(halves[0], halves[1], |a, b| {
         let r = 0.5 * (a + b);
@@ -71,7 +73,8 @@ pub struct ZTest {
     pub differ_without_noise: u64,
 }
 
-/// z = (v−r)/√(var v + var r) over pixels and channels. Values that are equal and without noise (black ones) are left out.
+/// z = (v−r)/√(var v + var r) over pixels and channels. Values that are equal and without noise
+/// (black ones) are left out.
 pub fn z_test(image: &[[f32; 3]], reference: &[[f32; 3]], variances: [&[[f32; 3]]; 2]) -> ZTest {
     assert_eq!(image.len(), reference.len(), "images of one comparison have one size");
     let differences =
@@ -146,7 +149,8 @@ mod tests {
         let halves = [a.as_slice(), b.as_slice()];
         let mean: Vec<[f32; 3]> =
             a.iter().zip(&b).map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]))).collect();
-        // The mean of two halves of σ = 0.02 has the variance 0.0002; r+0.01 is 1 but for that noise, which adds little.
+        // The mean of two halves of σ = 0.02 has the variance 0.0002; r+0.01 is 1 but for that
+        // noise, which adds little.
         let near =
             |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 0.04, "{found}, {expected}");
         near(half_noise(halves), 0.000_2);
@@ -162,7 +166,8 @@ mod tests {
         let mut normal = Normal(3);
         let [a, b] = [0, 1].map(|_| normal.image(0.03, 0.015, PIXELS));
         let halves = [a.as_slice(), b.as_slice()];
-        // A tenth of 0.03 + 0.01 off: 0.01. The noise of a half is 0.14, its scatter over all values below 0.001.
+        // A tenth of 0.03 + 0.01 off: 0.01. The noise of a half is 0.14, its scatter over all
+        // values below 0.001.
         let (image, scale) = (vec![[0.034f32; 3]; PIXELS], vec![[0.03f32; 3]; PIXELS]);
         let [at, of_mean] =
             [debiased_relmse_at(&image, halves, &scale).mean, debiased_relmse(&image, halves)];
@@ -171,7 +176,8 @@ mod tests {
 
     #[test]
     fn the_standard_error_is_that_of_the_products_of_the_noise() {
-        // An exact image of 0.03 + 0.01: products of two deviates of σ = 0.375, in three channels of each pixel.
+        // An exact image of 0.03 + 0.01: products of two deviates of σ = 0.375, in three channels
+        // of each pixel.
         let expected = 0.375 * 0.375 / (3.0 * PIXELS as f64).sqrt();
         let image = vec![[0.03f32; 3]; PIXELS];
         let mut squares = 0.0;

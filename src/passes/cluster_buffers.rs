@@ -1,4 +1,5 @@
-//! The clusters on the device, as the precomputation asks for them: by position, and by their place in the hierarchy.
+//! The clusters on the device, as the precomputation asks for them: by position, and by their place
+//! in the hierarchy.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};

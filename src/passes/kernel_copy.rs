@@ -1,4 +1,5 @@
-//! A kernel that copies a list and does nothing else. Not part of a frame: what moves data is held against it. In: words. Out: the same.
+//! A kernel that copies a list and does nothing else. Not part of a frame: what moves data is held
+//! against it. In: words. Out: the same.
 
 use std::sync::Arc;
 

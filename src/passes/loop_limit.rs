@@ -1,5 +1,5 @@
-//! What kernels say whose loops the device ended: lavapipe ends all of an invocation, without a word, once they have run 65 535 times
-//! (`glsl/include/loop_limit.glsl`).
+//! What kernels say whose loops the device ended: lavapipe ends all of an invocation, without a
+//! word, once they have run 65 535 times (`glsl/include/loop_limit.glsl`).
 
 use crate::error::{Error, Result};
 

@@ -6,8 +6,8 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
 use crate::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightSource};
 
-/// Point samples of a light that one dispatch takes: more would keep a slow device busy for longer than watchdogs bear,
-/// and run one shader's loops longer than lavapipe lets them.
+/// Point samples of a light that one dispatch takes: more would keep a slow device busy for longer
+/// than watchdogs bear, and run one shader's loops longer than lavapipe lets them.
 const SAMPLES_A_DISPATCH: u32 = 8;
 
 /// One light of the table.
@@ -21,7 +21,8 @@ pub struct OneLight<'a> {
     pub kind: u32,
     /// Point samples that stand for it.
     pub samples: u32,
-    /// Traces rays although they cannot bring light: from points that face away or stand outside the light's cone.
+    /// Traces rays although they cannot bring light: from points that face away or stand outside
+    /// the light's cone.
     pub traces_all: bool,
 }
 
@@ -31,7 +32,8 @@ impl<'a> OneLight<'a> {
         Self { table, index, kind: source.kind, samples: source.samples, traces_all: false }
     }
 
-    /// The samples by dispatch: the first and the one behind the last. The first dispatch writes, later ones add.
+    /// The samples by dispatch: the first and the one behind the last. The first dispatch writes,
+    /// later ones add.
     pub fn spans(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
         let samples = self.samples;
         let firsts = (0..samples).step_by(SAMPLES_A_DISPATCH as usize);

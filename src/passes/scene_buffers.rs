@@ -9,8 +9,9 @@ use bytemuck::Pod;
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
 
-/// Immutable geometry and the material table. Triangles and surfaces stand in BVH leaf order. Nodes, triangles and surfaces are behind
-/// addresses ([`Buffer::address_of`]) where the device does not bind one of these lists.
+/// Immutable geometry and the material table. Triangles and surfaces stand in BVH leaf order.
+/// Nodes, triangles and surfaces are behind addresses ([`Buffer::address_of`]) where the device
+/// does not bind one of these lists.
 pub struct SceneBuffers {
     /// `Node`s, the root first; bound as texels.
     pub nodes: Buffer,
@@ -22,15 +23,18 @@ pub struct SceneBuffers {
     pub materials: Buffer,
     /// Images that materials take their diffuse albedo from.
     pub textures: TextureBuffers,
-    /// [`LOOP_TRUNCATED`](types::LOOP_TRUNCATED) once the device has ended the loops of an invocation that follows rays and has no other way to say so.
+    /// [`LOOP_TRUNCATED`](types::LOOP_TRUNCATED) once the device has ended the loops of an
+    /// invocation that follows rays and has no other way to say so.
     pub truncated_loops: Buffer,
 }
 
 impl SceneBuffers {
-    /// Uploads a scene; `triangles` in the tree's order, and so their image coordinates, if there are any.
+    /// Uploads a scene; `triangles` in the tree's order, and so their image coordinates, if
+    /// there are any.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`](crate::Error::OutOfMemory) if the images are larger than the device can bind; the device lacks memory.
+    /// [`Error::OutOfMemory`](crate::Error::OutOfMemory) if the images are larger than the device
+    /// can bind; the device lacks memory.
     pub fn new(
         context: &Arc<Context>,
         bvh: &Bvh,
@@ -57,7 +61,8 @@ impl SceneBuffers {
         })
     }
 
-    /// Refuses what kernels found that say it in [`Self::truncated_loops`]: `name` is theirs, and each place takes a ray to each of `lights`.
+    /// Refuses what kernels found that say it in [`Self::truncated_loops`]: `name` is theirs, and
+    /// each place takes a ray to each of `lights`.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`](crate::Error::OutOfMemory) says what to do.
@@ -145,9 +150,10 @@ pub fn light_sources(lights: &[Light]) -> Vec<LightSource> {
     lights.iter().map(source).collect()
 }
 
-/// Step and modulus of a lattice of so many points, every row and column of which holds one. The step is next to the golden
-/// section, which keeps neighbours apart, and has no factor in common with the modulus, which keeps rows apart. The
-/// modulus is the number of points, or one more and the point at the origin left out, whichever comes closer.
+/// Step and modulus of a lattice of so many points, every row and column of which holds one. The
+/// step is next to the golden section, which keeps neighbours apart, and has no factor in common
+/// with the modulus, which keeps rows apart. The modulus is the number of points, or one more and
+/// the point at the origin left out, whichever comes closer.
 fn lattice(samples: u32) -> [u32; 2] {
     let is_coprime = |stride: u32, modulus: u32| {
         let (mut a, mut b) = (modulus, stride);

@@ -9,7 +9,8 @@ use bytemuck::Zeroable;
 use glam::Vec2;
 use std::sync::Arc;
 
-/// What shaders bind that ask for the colour of a surface point. In a scene without images, a few bytes that none of them reads.
+/// What shaders bind that ask for the colour of a surface point. In a scene without images, a few
+/// bytes that none of them reads.
 pub struct TextureBuffers {
     /// Image coordinates, three a triangle.
     coordinates: Buffer,
@@ -22,10 +23,12 @@ pub struct TextureBuffers {
 }
 
 impl TextureBuffers {
-    /// Uploads each image once; `coordinates` of the triangles in the tree's order, none at all without images.
+    /// Uploads each image once; `coordinates` of the triangles in the tree's order, none at
+    /// all without images.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`] if the images are larger than the device can bind; the device lacks memory.
+    /// [`Error::OutOfMemory`] if the images are larger than the device can bind; the
+    /// device lacks memory.
     pub fn new(context: &Arc<Context>, coordinates: &[[Vec2; 3]], materials: &[Material]) -> Result<Self> {
         let are_used = !coordinates.is_empty();
         let mut images: Vec<(&Arc<Image>, usize)> = Vec::new();

@@ -1,7 +1,8 @@
-//! Where the photon mapper estimates irradiance: points spread evenly over the surfaces that light can reach.
+//! Where the photon mapper estimates irradiance: points spread evenly over the surfaces that
+//! light can reach.
 //!
-//! Not at photons, as [Christensen 1999] has it: an estimate there counts the photon that it stands on, which makes it too
-//! bright by one part in the number of photons around it.
+//! Not at photons, as [Christensen 1999] has it: an estimate there counts the photon that it stands
+//! on, which makes it too bright by one part in the number of photons around it.
 
 use crate::cpu::math::clear_distance;
 use crate::error::Result;
@@ -143,8 +144,9 @@ fn map_of(
     Ok(map)
 }
 
-/// Spreads `count` points over the active sides, each with the area that it stands for (m²) as flux. Dealt to sides by area,
-/// and on each along a lattice: consecutive points of the additive recurrence R2. [Roberts 2018]
+/// Spreads `count` points over the active sides, each with the area that it stands for (m²) as
+/// flux. Dealt to sides by area, and on each along a lattice: consecutive points of the additive
+/// recurrence R2. [Roberts 2018]
 fn spread(triangles: &[Triangle], surfaces: &[Surface], count: u32) -> Vec<Photon> {
     const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
     let total: f64 = active_sides(triangles, surfaces).map(|(_, area)| area).sum();

@@ -1,4 +1,5 @@
-//! Reference renderers: other methods on the same scene, acceleration structure and device, to judge ours by.
+//! Reference renderers: other methods on the same scene, acceleration structure and device, to
+//! judge ours by.
 
 mod irradiance_points;
 mod path_tracer;
@@ -12,7 +13,8 @@ pub use traced_scene::{FirstHits, TracedScene};
 use crate::error::Result;
 use std::time::Instant;
 
-/// What a reference renderer has found so far: mean radiance of each pixel, W/m²/sr, row by row from the top, linear Rec.709.
+/// What a reference renderer has found so far: mean radiance of each pixel, W/m²/sr, row by row
+/// from the top, linear Rec.709.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// Width and height in pixels.
@@ -32,8 +34,8 @@ pub trait Progressive {
     /// # Errors
     /// The device lacks memory or failed.
     fn add_samples(&mut self, per_pixel: u32) -> Result<()>;
-    /// When the time is up: [`Self::add_samples`] then takes no more than one sample of each pixel, truncated, and none where there is
-    /// one already. `None`: never.
+    /// When the time is up: [`Self::add_samples`] then takes no more than one sample of each pixel,
+    /// truncated, and none where there is one already. `None`: never.
     fn set_deadline(&mut self, deadline: Option<Instant>);
     /// Samples of each pixel so far, at the least.
     fn samples(&self) -> u32;
@@ -53,8 +55,8 @@ pub trait Progressive {
     /// # Errors
     /// There are too few samples to tell; the device failed.
     fn variance(&self) -> Result<Vec<[f32; 3]>>;
-    /// Noise of [`Picture::beauty`]: the relMSE by which its mean would differ from one without noise; none where there are too
-    /// few samples to tell.
+    /// Noise of [`Picture::beauty`]: the relMSE by which its mean would differ from one without
+    /// noise; none where there are too few samples to tell.
     ///
     /// # Errors
     /// The device failed.

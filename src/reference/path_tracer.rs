@@ -14,10 +14,11 @@ use glam::{DVec3, Vec3};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Pixels whose worth of doubt the scale of the variance starts from, so that images of few pixels do not swing it.
+/// Pixels whose worth of doubt the scale of the variance starts from, so that images of few pixels
+/// do not swing it.
 const SCALE_PRIOR: f64 = 16.0;
-/// Estimates the light of every pixel from random paths; box-filtered over the pixel. Samples belong in turn to two halves,
-/// whose sequences are independent.
+/// Estimates the light of every pixel from random paths; box-filtered over the pixel. Samples
+/// belong in turn to two halves, whose sequences are independent.
 pub struct PathTracer {
     scene: TracedScene,
     pass: PathTrace,
@@ -40,7 +41,8 @@ struct Half {
 struct Cut {
     /// Samples of each pixel, the unfinished ones included.
     samples: Vec<u32>,
-    /// Pixels whose only sample is not finished, and what its path had found by then: direct and indirect light.
+    /// Pixels whose only sample is not finished, and what its path had found by then: direct
+    /// and indirect light.
     unfinished: Vec<(u32, [DVec3; 2])>,
 }
 
@@ -90,7 +92,8 @@ impl PathTracer {
         self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
-    /// Takes the samples of a half up to `goal` in each pixel, or fewer where the time is up: then that half is cut.
+    /// Takes the samples of a half up to `goal` in each pixel, or fewer where the time is up: then
+    /// that half is cut.
     fn advance(&mut self, number: usize, goal: u32) -> Result<()> {
         let half = &mut self.halves[number];
         let (scene, from) = (&self.scene, half.samples);
@@ -126,8 +129,8 @@ impl PathTracer {
 }
 
 impl Cut {
-    /// Takes a path that is not followed any further. Where it is the pixel's only one it counts as it stands: light that it would have
-    /// found later is missing.
+    /// Takes a path that is not followed any further. Where it is the pixel's only one it counts as
+    /// it stands: light that it would have found later is missing.
     fn stop(&mut self, (pixel, path): &(u32, TracedPath)) {
         let samples = &mut self.samples[*pixel as usize];
         if path.sample_index == 0 && *samples > 0 {
@@ -224,9 +227,10 @@ impl Progressive for PathTracer {
         })
     }
 
-    /// The spread of the samples in each half gives its distribution over the image; for the level it is scaled, all pixels of a
-    /// channel alike, so that the squared differences of the two halves are on average what it predicts: samples of a
-    /// low-discrepancy sequence complement each other, and their spread alone would state too much.
+    /// The spread of the samples in each half gives its distribution over the image; for the level
+    /// it is scaled, all pixels of a channel alike, so that the squared differences of the two
+    /// halves are on average what it predicts: samples of a low-discrepancy sequence complement
+    /// each other, and their spread alone would state too much.
     fn variance(&self) -> Result<Vec<[f32; 3]>> {
         if self.halves[1].samples < 2 {
             return Err(Error::Usage("the variance needs at least four samples of each pixel".into()));

@@ -1,7 +1,8 @@
 //! Photon mapping with final gathering, progressive. [Jensen 1996]
 //!
-//! A fresh photon map serves a few samples of every pixel; the picture is the mean over all. With the number of maps the radius
-//! of the density estimate shrinks, and with it the bias that it has. [Knaus and Zwicker 2011]
+//! A fresh photon map serves a few samples of every pixel; the picture is the mean over all. With
+//! the number of maps the radius of the density estimate shrinks, and with it the bias that it has.
+//! [Knaus and Zwicker 2011]
 
 use super::irradiance_points::{IrradiancePoints, Reachable, bounding_sphere};
 use super::{Picture, Progressive, TracedScene};
@@ -26,21 +27,26 @@ use std::time::Instant;
 const PATHS: u32 = 1 << 17;
 /// Slots of a photon map, empty ones too: bounds its buffers to 36 MiB.
 const SLOTS: u32 = 1 << 20;
-/// Paths that would meet the first map's kernel if all light were spread evenly and nothing were reflected.
+/// Paths that would meet the first map's kernel if all light were spread evenly and
+/// nothing were reflected.
 const PATHS_IN_KERNEL: f64 = 32.0;
 /// A map serves so many gather rays or, on the smallest images, so many samples of a pixel.
 const RAYS_A_MAP: u32 = 1 << 19;
 const MAX_SAMPLES_A_MAP: u32 = 32;
-/// Samples of a pixel in one dispatch: lavapipe ends all loops of an invocation once they have run 65 535 times.
+/// Samples of a pixel in one dispatch: lavapipe ends all loops of an invocation once they have run
+/// 65 535 times.
 const SAMPLES_A_DISPATCH: u32 = 2;
-/// The radius shrinks each time that the number of maps has doubled, so many times at most: to 35 % of the first.
+/// The radius shrinks each time that the number of maps has doubled, so many times at most: to 35 %
+/// of the first.
 const MAX_SHRINKS: u32 = 9;
 
-/// Renders by photon mapping; box-filtered over the pixel. Samples and photons follow from the scene's seed alone.
+/// Renders by photon mapping; box-filtered over the pixel. Samples and photons follow from the
+/// scene's seed alone.
 ///
-/// Every sample takes the light of all lights at the surface that a camera ray meets, and sends one ray from there by the
-/// BRDF. Where it ends, irradiance comes from the photon map, times the diffuse albedo; a Phong lobe there is scattered on. A ray
-/// shorter than the radius of the density estimate goes on, too, until one is longer.
+/// Every sample takes the light of all lights at the surface that a camera ray meets, and sends one
+/// ray from there by the BRDF. Where it ends, irradiance comes from the photon map, times the
+/// diffuse albedo; a Phong lobe there is scattered on. A ray shorter than the radius of the density
+/// estimate goes on, too, until one is longer.
 pub struct PhotonMapper {
     scene: TracedScene,
     /// Power of each light, W.
@@ -192,7 +198,8 @@ impl PhotonMapper {
         &self.photons
     }
 
-    /// Mean radiance of all light, each half by itself: estimates from independent photons and gather rays, alike in bias.
+    /// Mean radiance of all light, each half by itself: estimates from independent photons and
+    /// gather rays, alike in bias.
     ///
     /// # Errors
     /// The device failed.
@@ -212,8 +219,8 @@ fn rounded(value: DVec3) -> [f32; 3] {
 }
 
 impl Progressive for PhotonMapper {
-    /// From a fresh photon map where the last has served its samples. [`Error::OutOfMemory`] where photons do not fit, as where
-    /// nothing absorbs.
+    /// From a fresh photon map where the last has served its samples. [`Error::OutOfMemory`] where
+    /// photons do not fit, as where nothing absorbs.
     fn add_samples(&mut self, per_pixel: u32) -> Result<()> {
         let goal = self.samples + per_pixel;
         let samples_a_map = self.samples_a_map();
@@ -279,7 +286,8 @@ impl Progressive for PhotonMapper {
         Err(Error::Usage("photon mapping does not know the variance of a pixel; --method path does".into()))
     }
 
-    /// From the difference of the halves, where both have samples. The bias of the density estimate is no part of it.
+    /// From the difference of the halves, where both have samples. The bias of the density estimate
+    /// is no part of it.
     fn noise(&self) -> Result<Option<f64>> {
         if self.halves[1].samples == 0 {
             return Ok(None);

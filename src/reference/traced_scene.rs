@@ -1,4 +1,5 @@
-//! A scene on the device as the reference renderers see it: all sides of all triangles, all lights, one camera.
+//! A scene on the device as the reference renderers see it: all sides of all triangles, all
+//! lights, one camera.
 
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};

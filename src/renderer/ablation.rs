@@ -1,4 +1,5 @@
-//! Stages of a frame replaced by exact references, one at a time, to find out which of them errs. Slow; not part of any frame.
+//! Stages of a frame replaced by exact references, one at a time, to find out which of them errs.
+//! Slow; not part of any frame.
 
 use super::{Layer, Renderer};
 use crate::cpu::sampling::hash_pair;
@@ -16,7 +17,8 @@ use crate::passes::reference::irradiance_probe;
 use crate::types::{CachePoint, NO_SIDE, PixelSurface, Record};
 use glam::{UVec2, Vec3};
 
-/// Strata of a cache point's hemisphere for new directions, at most: their jitter makes any number right on average.
+/// Strata of a cache point's hemisphere for new directions, at most: their jitter makes any number
+/// right on average.
 const STRATA: u32 = 36;
 
 /// Pixels that are gathered at a time: their rays are the largest buffer.
@@ -29,8 +31,8 @@ pub enum Stage {
     Splat,
     /// Asks paths for the radiance at the hits of the gather rays, instead of clusters.
     Clusters,
-    /// Gathers at the cache points along many new directions, with the radiance that paths find there: gather rays and clusters
-    /// are exact, gradients stay.
+    /// Gathers at the cache points along many new directions, with the radiance that paths find
+    /// there: gather rays and clusters are exact, gradients stay.
     Gather,
 }
 
@@ -39,14 +41,17 @@ pub enum Stage {
 pub struct Exact {
     /// The stage.
     pub stage: Stage,
-    /// Paths of each stratum of a cache point's hemisphere; idle for [`Stage::Splat`], whose reference takes no samples.
+    /// Paths of each stratum of a cache point's hemisphere; idle for [`Stage::Splat`], whose
+    /// reference takes no samples.
     pub samples: u32,
-    /// Names the sequence of paths: those of different names are independent, and so is their noise.
+    /// Names the sequence of paths: those of different names are independent, and so
+    /// is their noise.
     pub sequence: u32,
 }
 
 impl Renderer {
-    /// A layer of the last frame as it would be if one stage were exact. The renderer keeps the frame that it has.
+    /// A layer of the last frame as it would be if one stage were exact. The renderer keeps the
+    /// frame that it has.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -67,7 +72,8 @@ impl Renderer {
         Ok(found)
     }
 
-    /// Indirect irradiance at each cache point by path tracing, W/m², to be multiplied with [`super::StageBuffers::emission_scale`].
+    /// Indirect irradiance at each cache point by path tracing, W/m², to be
+    /// multiplied with [`super::StageBuffers::emission_scale`].
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -110,7 +116,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// Works out what the last frame left out because nothing reads it, of the hierarchy and of records. The rest keeps its bits.
+    /// Works out what the last frame left out because nothing reads it, of the hierarchy and of
+    /// records. The rest keeps its bits.
     fn complete(&self) -> Result<()> {
         self.complete_clusters()?;
         self.context.run(|rec| {
@@ -127,8 +134,9 @@ impl Renderer {
         self.context.run(|rec| {
             self.record_flux(rec, &whole, &self.lights.cluster_lights());
             self.record_near_field(rec, &whole);
-            // The near field has overwritten these records with light gathered from unfinished clusters. The next frame
-            // takes them for current, so they are gathered from the finished ones.
+            // The near field has overwritten these records with light gathered from unfinished
+            // clusters. The next frame takes them for current, so they are gathered from the
+            // finished ones.
             self.gather.record(rec, self.gather_sources(), &whole.sources);
         })?;
         Ok(())
@@ -146,8 +154,9 @@ impl Renderer {
         Ok(())
     }
 
-    /// The last frame's picture as it would be without splatting: the final gather at every pixel, from the same clusters.
-    /// Edge pixels take their samples' indirect light from pixels around them, as in a frame.
+    /// The last frame's picture as it would be without splatting: the final gather at every pixel,
+    /// from the same clusters. Edge pixels take their samples' indirect light from pixels around
+    /// them, as in a frame.
     ///
     /// # Errors
     /// The device lacks memory or failed.

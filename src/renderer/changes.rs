@@ -1,5 +1,5 @@
-//! What has changed since the last frame, and so what the next one must redo. Which rows of which lights are out of date, the
-//! lights know themselves.
+//! What has changed since the last frame, and so what the next one must redo. Which rows of which
+//! lights are out of date, the lights know themselves.
 
 use super::lights::Lights;
 
@@ -67,7 +67,8 @@ impl Changes {
     };
 }
 
-/// Stages of a frame that changes make necessary. Rows and layers of lights are traced where a light has none.
+/// Stages of a frame that changes make necessary. Rows and layers of lights are traced where a
+/// light has none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stages {
     /// Primary visibility, edges and splat weights.

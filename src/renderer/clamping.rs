@@ -14,9 +14,10 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 impl Renderer {
-    /// Shares of the light of entry points and of pixels, 0..=1, that 1/d² would bring besides and its bounded form does not: what lights
-    /// so near take away that a point is no longer small beside their distance. A light that few points are near to may lose more, or
-    /// less, than it: by chance, and uncounted.
+    /// Shares of the light of entry points and of pixels, 0..=1, that 1/d² would bring besides and
+    /// its bounded form does not: what lights so near take away that a point is no longer small
+    /// beside their distance. A light that few points are near to may lose more, or less, than it:
+    /// by chance, and uncounted.
     pub(super) fn bounded_light(&self) -> Result<BTreeMap<String, f64>> {
         let weights = self.form_factors.weights();
         let area_m2 = self.form_factors.area_m2();
@@ -52,8 +53,9 @@ impl Renderer {
         Ok(shares.map(|(name, light)| (name.to_owned(), light.share())).into())
     }
 
-    /// Extrapolations of records to the last view's pixels that were kept from falling below zero, or, to pixels without a covering
-    /// record, from changing too much; pixels whose sum was kept from it; and records that blending kept from it, of those that the view uses.
+    /// Extrapolations of records to the last view's pixels that were kept from falling below zero,
+    /// or, to pixels without a covering record, from changing too much; pixels whose sum was kept
+    /// from it; and records that blending kept from it, of those that the view uses.
     pub(super) fn limited(&self) -> Result<[(&'static str, u64); 3]> {
         let pixels: Vec<PixelSurface> = self.primary.pixels.read()?;
         let records: Vec<Record> = self.blend.records.read()?;
@@ -95,7 +97,8 @@ impl Renderer {
         ])
     }
 
-    /// Of these records, those that would fall below zero by what neighbours say of their places, or by what one of these does.
+    /// Of these records, those that would fall below zero by what neighbours say of their places,
+    /// or by what one of these does.
     fn limited_blends(&self, is_seen: &[bool]) -> Result<u64> {
         let [points, gathered] = [&self.gather.cache_points, &self.gather.records];
         let (points, gathered): (Vec<CachePoint>, Vec<Record>) = (points.read()?, gathered.read()?);
@@ -119,8 +122,8 @@ struct Light {
 }
 
 impl Light {
-    /// Adds light that a surface point of that extent (m²) was found to get of a light. Of area lights, all that the point faces is taken to be seen
-    /// alike.
+    /// Adds light that a surface point of that extent (m²) was found to get of a light. Of area
+    /// lights, all that the point faces is taken to be seen alike.
     fn add(&mut self, light: &LightSource, position: Vec3, normal: Vec3, area_m2: f32, found: f64) {
         let (position, normal, area_m2) = (position.as_dvec3(), normal.as_dvec3(), f64::from(area_m2));
         let excess = match light.kind {

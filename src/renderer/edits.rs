@@ -1,4 +1,5 @@
-//! What can be edited between frames. Each edit marks what it puts out of date; the next frame redoes that.
+//! What can be edited between frames. Each edit marks what it puts out of date; the next
+//! frame redoes that.
 
 use super::Renderer;
 use super::changes::{Changes, Edited, Work};
@@ -83,7 +84,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// Changes a material's diffuse albedo, which an image of it is multiplied with, as [`Self::set_material`] does.
+    /// Changes a material's diffuse albedo, which an image of it is multiplied with,
+    /// as [`Self::set_material`] does.
     ///
     /// # Errors
     /// The device failed.
@@ -92,10 +94,10 @@ impl Renderer {
         self.set_material(material, diffuse, specular, exponent)
     }
 
-    /// Changes what a material reflects: diffuse and specular albedo, lowered where they reflect too
-    /// much ([`Material::bound_albedo`]), and Phong exponent. Of an editable material, the picture is
-    /// to the bit that of a cold start. Of others the paths were traced for what it was: far above
-    /// that, indirect light is noisier and tends to come out low.
+    /// Changes what a material reflects: diffuse and specular albedo, lowered where they reflect
+    /// too much ([`Material::bound_albedo`]), and Phong exponent. Of an editable material, the
+    /// picture is to the bit that of a cold start. Of others the paths were traced for what it was:
+    /// far above that, indirect light is noisier and tends to come out low.
     ///
     /// # Errors
     /// A lobe is given to a material that had none and is not editable; the device failed.
@@ -172,7 +174,8 @@ impl Renderer {
         self.exposure_stops = stops;
     }
 
-    /// Shows these shares of direct and indirect light, 0..=1, from the next frame on; [1, 1] is the picture. Layers do not depend on it.
+    /// Shows these shares of direct and indirect light, 0..=1, from the next frame on; [1, 1] is
+    /// the picture. Layers do not depend on it.
     pub fn set_shares(&mut self, shares: [f32; 2]) {
         self.changes.emission_scale |= self.shares != shares;
         self.shares = shares;
@@ -198,9 +201,9 @@ impl Renderer {
         }
     }
 
-    /// Whether frames leave out what cannot change the picture, which they do unless told otherwise: stages that depend on
-    /// nothing that was edited, lights that are off, rays that cannot bring light, records that no pixel uses, clusters that nothing
-    /// reads.
+    /// Whether frames leave out what cannot change the picture, which they do unless told
+    /// otherwise: stages that depend on nothing that was edited, lights that are off, rays that
+    /// cannot bring light, records that no pixel uses, clusters that nothing reads.
     pub fn set_skipping(&mut self, skips: bool) {
         self.skips = skips;
         self.lights.traces_all = !skips;

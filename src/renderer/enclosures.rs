@@ -1,5 +1,6 @@
-//! Closed places: nobody could look from there when the paths were traced, and they take no part. A light alone in one changes
-//! nothing that is seen, and a camera alone sees nothing; once both are in the same, it has to take part.
+//! Closed places: nobody could look from there when the paths were traced, and they take no part. A
+//! light alone in one changes nothing that is seen, and a camera alone sees nothing; once both are
+//! in the same, it has to take part.
 
 use super::Renderer;
 use crate::error::Result;
@@ -49,12 +50,14 @@ pub(super) fn lost_lights<'a>(solids: &'a Solids, lights: &'a [Light]) -> impl I
 }
 
 impl Renderer {
-    /// Lets an enclosure take part that holds the camera and a light by now: all is precomputed anew, as a cold start
-    /// would do it, and as long. It takes part for good then. [`Self::frame`] does this by itself; whoever leaves frames out and wants the bits of
-    /// those that follow calls it in their stead.
+    /// Lets an enclosure take part that holds the camera and a light by now: all is precomputed
+    /// anew, as a cold start would do it, and as long. It takes part for good then. [`Self::frame`]
+    /// does this by itself; whoever leaves frames out and wants the bits of those that follow calls
+    /// it in their stead.
     ///
     /// # Errors
-    /// The device lacks memory, for what was and what comes, or failed; the renderer is left as it was.
+    /// The device lacks memory, for what was and what comes, or failed; the renderer is left
+    /// as it was.
     pub fn open_enclosures(&mut self) -> Result<()> {
         if !std::mem::take(&mut self.closed.is_due) {
             return Ok(());

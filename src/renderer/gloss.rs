@@ -130,7 +130,8 @@ impl GlossPasses {
         pass.barrier(COMPUTE_TO_COMPUTE);
     }
 
-    /// The first reflection of the lights whose clusters are out of date, for which the hierarchy waits.
+    /// The first reflection of the lights whose clusters are out of date, for which
+    /// the hierarchy waits.
     pub(super) fn record_entries(&self, rec: &mut Recorder, materials: &Buffer, lights: &Lights) {
         let due = lights.without_slots();
         if !due.is_empty() {
@@ -139,7 +140,8 @@ impl GlossPasses {
         }
     }
 
-    /// Glossy radiance of clusters. Where no material has a lobe, once more after the last one lost it: then all is zero.
+    /// Glossy radiance of clusters. Where no material has a lobe, once more after the last one lost
+    /// it: then all is zero.
     pub(super) fn record_clusters(
         &self,
         rec: &mut Recorder,
@@ -184,8 +186,8 @@ impl GlossPasses {
     }
 }
 
-/// Vertices that slots ask at most: twice what the lobe needs that needs most, because many rays read one. Where one
-/// needs all, no bound on any; pixels' rays go by the material that they meet.
+/// Vertices that slots ask at most: twice what the lobe needs that needs most, because many rays
+/// read one. Where one needs all, no bound on any; pixels' rays go by the material that they meet.
 fn max_asked(materials: &[Material]) -> u32 {
     let lobes = materials.iter().filter(|material| material.specular != Vec3::ZERO);
     let needed: Vec<u32> = lobes.map(vertices_for).collect();

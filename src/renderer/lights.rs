@@ -1,4 +1,5 @@
-//! The lights as the renderer keeps them: the device's table, and for each light what was traced of it, free of its colour.
+//! The lights as the renderer keeps them: the device's table, and for each light what was traced of
+//! it, free of its colour.
 
 use super::near_lights::NearFactors;
 use crate::error::Result;
@@ -52,8 +53,9 @@ pub(super) struct Lights {
     /// `LightSource`s; those of lights that are off emit nothing.
     pub(super) table: Buffer,
     sources: Vec<LightSource>,
-    /// What all light in a frame is to be multiplied with: where a single light is active it emits one unit of each channel in the table,
-    /// and its emission stands here, so that another colour of it changes nothing but the picture's last step.
+    /// What all light in a frame is to be multiplied with: where a single light is active it emits
+    /// one unit of each channel in the table, and its emission stands here, so that another colour
+    /// of it changes nothing but the picture's last step.
     pub(super) emission_scale: Vec3,
     rows: Vec<Rows>,
     factor_count: u32,
@@ -186,7 +188,8 @@ impl Lights {
         self.rows.iter_mut().for_each(|rows| (rows.has_clusters, rows.has_hits) = (false, false));
     }
 
-    /// Room for so many other points that the camera sees, and samples of glossy pixels; none: these stay.
+    /// Room for so many other points that the camera sees, and samples of glossy pixels;
+    /// none: these stay.
     pub(super) fn new_layers(&self, point_count: u32, sample_count: Option<u32>) -> Result<NewLayers> {
         let row = |name, count: u32| Buffer::storage(&self.context, name, 4 * u64::from(count));
         let of_gloss = |count: u32| Ok([row("light hits", 3 * count)?, row("light highlights", count)?]);
@@ -195,7 +198,8 @@ impl Lights {
         Ok(NewLayers { point_count, sample_count, of_lights })
     }
 
-    /// Takes them in the place of those that there are. They hold nothing yet: the view has to change, too.
+    /// Takes them in the place of those that there are. They hold nothing yet: the view has
+    /// to change, too.
     pub(super) fn take_layers(&mut self, new: NewLayers) {
         self.point_count = new.point_count;
         if let (Some(gloss), Some(sample_count)) = (&mut self.gloss, new.sample_count) {
@@ -220,8 +224,8 @@ impl Lights {
         }
     }
 
-    /// Writes the device's table. What has changed of what the lights emit: the sums over them, and the emission scale. Where that fails, what
-    /// was written before still holds.
+    /// Writes the device's table. What has changed of what the lights emit: the sums over them, and
+    /// the emission scale. Where that fails, what was written before still holds.
     pub(super) fn upload(&mut self, lights: &[Light]) -> Result<[bool; 2]> {
         let emissions =
             |sources: &[LightSource]| sources.iter().map(|source| source.emission).collect::<Vec<_>>();
@@ -332,7 +336,8 @@ impl Lights {
         self.sources.iter().filter(|source| is_active(source))
     }
 
-    /// Active lights whose form factors and layer are those of the light as it is, with both, and its number.
+    /// Active lights whose form factors and layer are those of the light as it is, with both,
+    /// and its number.
     pub(super) fn traced(&self) -> impl Iterator<Item = (&LightSource, [&Buffer; 2], u32)> {
         let traced = self.active().filter(|(_, rows)| rows.has_factors && rows.has_layer);
         traced.map(|(light, rows)| {
@@ -340,19 +345,22 @@ impl Lights {
         })
     }
 
-    /// Active lights whose beams are to be traced, their form factors, and where beams go; none if nothing may be glossy.
+    /// Active lights whose beams are to be traced, their form factors, and where beams go; none if
+    /// nothing may be glossy.
     pub(super) fn without_beams(&self) -> Vec<(OneLight<'_>, &Buffer, GlossLight<'_>)> {
         let due = self.active().filter(|(_, rows)| !rows.has_factors);
         due.filter_map(|(light, rows)| Some((light, &rows.factors, gloss_light(light, rows)?))).collect()
     }
 
-    /// Active lights whose highlights are to be traced, with where they go; none if nothing may be glossy.
+    /// Active lights whose highlights are to be traced, with where they go; none if nothing
+    /// may be glossy.
     pub(super) fn without_highlights(&self) -> Vec<(OneLight<'_>, &Buffer)> {
         let due = self.active().filter(|(_, rows)| !rows.has_highlights);
         due.filter_map(|(light, rows)| Some((light, rows.highlights.as_ref()?))).collect()
     }
 
-    /// Active lights whose slots are out of date, as their clusters are; none if nothing may be glossy.
+    /// Active lights whose slots are out of date, as their clusters are; none if nothing
+    /// may be glossy.
     pub(super) fn without_slots(&self) -> Vec<GlossLight<'_>> {
         let due = self.active().filter(|(_, rows)| !rows.has_clusters);
         due.filter_map(|(light, rows)| gloss_light(light, rows)).collect()

@@ -1,4 +1,5 @@
-//! How much of the hierarchy a frame works out: all of it, or what something reads. Known before any light is.
+//! How much of the hierarchy a frame works out: all of it, or what something reads. Known before
+//! any light is.
 
 use super::precompute::Precomputed;
 use super::proxies::Proxies;
@@ -64,7 +65,8 @@ impl Sources {
     }
 }
 
-/// What something reads of the hierarchy, and all of it, for which there is no room before somebody asks.
+/// What something reads of the hierarchy, and all of it, for which there is no room
+/// before somebody asks.
 pub(super) struct Scopes {
     context: Arc<Context>,
     sources: Sources,

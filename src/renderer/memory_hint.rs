@@ -2,7 +2,8 @@
 
 use crate::error::Error;
 
-/// Settings, and words of which one stands in the names of the buffers that grow with them. The first that fits is meant.
+/// Settings, and words of which one stands in the names of the buffers that grow with them. The
+/// first that fits is meant.
 const HINTS: [(&str, &[&str]); 5] = [
     ("lower quality.entry_points", &["entr", "path", "contribution", "vert", "lobes"]),
     (

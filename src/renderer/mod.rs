@@ -1,4 +1,5 @@
-//! The renderer: owns the passes; the precomputation and the frame are recipes in the paper's order.
+//! The renderer: owns the passes; the precomputation and the frame are recipes in
+//! the paper's order.
 
 mod ablation;
 mod changes;
@@ -62,7 +63,8 @@ use report::FrameWatch;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// A scene whose light paths, cache points and gather rays are traced: every frame is the converged picture.
+/// A scene whose light paths, cache points and gather rays are traced: every frame is
+/// the converged picture.
 pub struct Renderer {
     context: Arc<Context>,
     scene: Scene,
@@ -210,9 +212,11 @@ impl Renderer {
         Ok(renderer)
     }
 
-    /// Renders one frame: redoes what has changed since the last, and what depends on it. Where nothing has, the first such frame
-    /// after an edit of the light gathers the records that the view did not need, so that the camera finds them when it moves; the
-    /// others do nothing. One after light and camera have come into the same enclosure precomputes anew ([`Self::open_enclosures`]).
+    /// Renders one frame: redoes what has changed since the last, and what depends on it.
+    /// Where nothing has, the first such frame after an edit of the light gathers the
+    /// records that the view did not need, so that the camera finds them when it moves; the
+    /// others do nothing. One after light and camera have come into the same enclosure
+    /// precomputes anew ([`Self::open_enclosures`]).
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -249,7 +253,8 @@ impl Renderer {
         Ok(FrameReport { passes, frame_ms, pipelines_ms, columns, bytes, rays, gathered, lights_unchanged })
     }
 
-    /// The frame. [Yue §3] Every pass waits for the one before, so that the timings tell them apart.
+    /// The frame. [Yue §3] Every pass waits for the one before, so that the timings
+    /// tell them apart.
     fn record(&self, rec: &mut Recorder, stages: Stages, gathering: Gathering) {
         let pixels = &self.primary.pixels;
         if stages.view {

@@ -1,4 +1,5 @@
-//! Lights that surface is near to: looked for when form factors are due, before the frame is recorded.
+//! Lights that surface is near to: looked for when form factors are due, before the
+//! frame is recorded.
 
 use super::Renderer;
 use super::precompute::Precomputed;

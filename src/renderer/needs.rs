@@ -1,5 +1,6 @@
-//! Which records a frame gathers. After an edit of the light, those that the view needs; when the camera moves, those that it needs
-//! besides; when nothing is to be done, once, the others: then a camera finds all records current.
+//! Which records a frame gathers. After an edit of the light, those that the view needs; when the
+//! camera moves, those that it needs besides; when nothing is to be done, once, the others: then a
+//! camera finds all records current.
 
 use super::changes::Stages;
 use crate::error::Result;
@@ -76,8 +77,9 @@ impl Needs {
         }
     }
 
-    /// Makes the list, if one is to be made; it is ready for what follows. Returns the list to gather and marks of the records to
-    /// blend, none where these are all; none at all where there is nothing to gather.
+    /// Makes the list, if one is to be made; it is ready for what follows. Returns the list to
+    /// gather and marks of the records to blend, none where these are all; none at all where there
+    /// is nothing to gather.
     pub(super) fn record(
         &self,
         rec: &mut Recorder,

@@ -143,7 +143,8 @@ impl Renderer {
 
 /// The buffers between the stages of a frame.
 pub struct StageBuffers<'a> {
-    /// What all light in them is to be multiplied with: where a single light is active, its emission.
+    /// What all light in them is to be multiplied with: where a single light is
+    /// active, its emission.
     pub emission_scale: Vec3,
     /// `Contribution`s in cluster order.
     pub contributions: &'a SplitBuffer,
@@ -163,6 +164,7 @@ pub struct StageBuffers<'a> {
     pub gathered: &'a Buffer,
     /// `Record`s of the cache points, blended.
     pub records: &'a Buffer,
-    /// A word: [`LOOP_TRUNCATED`](crate::types::LOOP_TRUNCATED) once the device has ended the loops of a kernel that follows rays.
+    /// A word: [`LOOP_TRUNCATED`](crate::types::LOOP_TRUNCATED) once the device has ended the loops
+    /// of a kernel that follows rays.
     pub truncated_loops: &'a Buffer,
 }

@@ -28,8 +28,9 @@ use std::collections::BTreeMap;
 type Account = BTreeMap<&'static str, u64>;
 
 impl Renderer {
-    /// Bytes and rays of the passes that ran. Bytes count every stored input and output once, whatever the caches do; what
-    /// a traced ray reads of the scene is not counted, its pass is judged by rays per second.
+    /// Bytes and rays of the passes that ran. Bytes count every stored input and output once,
+    /// whatever the caches do; what a traced ray reads of the scene is not counted, its pass is
+    /// judged by rays per second.
     ///
     /// # Errors
     /// The device failed.
@@ -51,7 +52,8 @@ impl Renderer {
         let edge_samples = sample_count * size_of::<EdgeSample>() as u64;
         let slots = slot_count * size_of::<EdgeSlot>() as u64;
         let points = pixels + slot_count;
-        // A light is asked for at all samples of edges, and at those of the pixels that its shadows' edges cross.
+        // A light is asked for at all samples of edges, and at those of the pixels that its
+        // shadows' edges cross.
         let mut edge_rays = 0;
         for (light, _) in self.lights.without_layer() {
             let crossed = Antialias::counted(self.lights.shadow_groups(light))?;
@@ -60,7 +62,8 @@ impl Renderer {
                 u64::from(light.samples) * (sample_count + u64::from(of_crossed) * u64::from(crossed));
         }
         let records = self.gather.records.bytes();
-        // Passes of one name share an account: of records gathered ahead of the others, again in narrow cavities, and the others, the mean.
+        // Passes of one name share an account: of records gathered ahead of the others, again in
+        // narrow cavities, and the others, the mean.
         let gathers = passes.iter().filter(|pass| pass.name == Gather::STEM).count();
         let scope = self.scopes.of(self.skips);
         let ahead = scope.source_count + self.gathered_again(scope).map(|again| again.1).sum::<u32>();
@@ -97,7 +100,8 @@ impl Renderer {
                 ClusterProxies::STEM => self.proxies.bytes(),
                 Gather::STEM => gathered * (self.gather.merged_rays.bytes() + records) / in_all + clusters,
                 NearField::STEM => near,
-                // Marks and sums of records, and of those the list; weights only where the view is new.
+                // Marks and sums of records, and of those the list; weights only where the view is
+                // new.
                 NeededRecords::STEM => {
                     u64::from(self.needs.marked_view()) * weights + self.blend.list_bytes() + 24 * in_all
                 }

@@ -35,8 +35,8 @@ use crate::types::{CachePoint, PathVertex, Surface};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Cells of the finest level along an axis for each that was asked for: where surfaces are nearer than a cell, clusters are
-/// smaller than one.
+/// Cells of the finest level along an axis for each that was asked for: where surfaces are nearer
+/// than a cell, clusters are smaller than one.
 const REFINED: u32 = 2;
 /// And in all: the table of cells is dense.
 pub(super) const FINEST: u32 = 256;
@@ -50,8 +50,8 @@ const TIGHT: f32 = 0.5;
 /// Clusters whose middle is within so many base cells of a cache point are too coarse for it.
 const NEAR_HITS: f32 = 1.5;
 
-/// Entry points that a part of a split cluster must hold before a gather ray reads it: the cluster around it holds the other side of
-/// the wall as well.
+/// Entry points that a part of a split cluster must hold before a gather ray reads it: the cluster
+/// around it holds the other side of the wall as well.
 const MIN_APART: f32 = 3.0;
 
 /// All that the frames are made of.

@@ -54,7 +54,8 @@ impl Preview {
         Ok(Self { context: context.clone(), buffers, image })
     }
 
-    /// Makes the picture that a camera sees by these lights of a scene with these materials. Its size is the camera's.
+    /// Makes the picture that a camera sees by these lights of a scene with these materials. Its
+    /// size is the camera's.
     ///
     /// # Errors
     /// The device lacks memory or failed.

@@ -1,4 +1,5 @@
-//! What a frame does where surface in a cell hides other surface in it. Scenes in which none does have none of this.
+//! What a frame does where surface in a cell hides other surface in it. Scenes in which none does
+//! have none of this.
 
 use super::Renderer;
 use crate::error::Result;
@@ -55,7 +56,8 @@ impl Proxies {
         }
     }
 
-    /// Lets gather rays of other points read proxies, where these were made for the cluster and the direction.
+    /// Lets gather rays of other points read proxies, where these were made for the cluster
+    /// and the direction.
     pub(super) fn redirect(&self, rays: &RayTable, points: &[CachePoint], of: &Renderer) -> Result<()> {
         let Some((tables, _)) = &self.0 else { return Ok(()) };
         let mut rows = rays.read()?;

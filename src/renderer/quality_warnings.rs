@@ -9,16 +9,18 @@ use crate::scene::{Material, Scene};
 use crate::types::Grid;
 use glam::Vec3;
 
-/// Directions in which glossy clusters are read at most, unless more are asked for: enough for exponents up to 1 420. Each that a gather
-/// ray reads takes 28 bytes and 12 more a light, so that there are not many more of them than rays that read them.
+/// Directions in which glossy clusters are read at most, unless more are asked for: enough for
+/// exponents up to 1 420. Each that a gather ray reads takes 28 bytes and 12 more a light, so that
+/// there are not many more of them than rays that read them.
 const MAX_DIRECTIONS: u32 = 1 << 12;
 
 /// Directions in which glossy clusters are read at least, unless fewer are asked for.
 const MIN_DIRECTIONS: u32 = 64;
 
-/// Directions in which glossy clusters are read: more than asked for where that resolves the sharpest lobe, and fewer where all lobes
-/// are a little broad gloss: that is smooth, and each direction costs as much as another. Where a material is editable, as many as asked for
-/// at least, because its picture must not depend on what it was at load.
+/// Directions in which glossy clusters are read: more than asked for where that resolves the
+/// sharpest lobe, and fewer where all lobes are a little broad gloss: that is smooth, and each
+/// direction costs as much as another. Where a material is editable, as many as asked for at least,
+/// because its picture must not depend on what it was at load.
 pub(super) fn outgoing_directions(materials: &[Material], directions: Directions) -> Directions {
     let stays = |material: &&Material| material.specular != Vec3::ZERO && !material.editable;
     let sharpest = materials.iter().filter(stays).map(|material| material.exponent).fold(0.0, f32::max);
@@ -45,12 +47,14 @@ pub(super) fn blurred(materials: &[Material], directions: Directions) -> impl It
     })
 }
 
-/// Entry points on a square as wide as a gap that tell well enough how bright a light in it makes it. Measured (`hidden_light`): with 26 the
-/// walls around get what they should within 3 %, with 6 within 35 %.
+/// Entry points on a square as wide as a gap that tell well enough how bright a light in it makes
+/// it. Measured (`hidden_light`): with 26 the walls around get what they should within 3 %, with 6
+/// within 35 %.
 const ENOUGH: f32 = 16.0;
 
-/// What to say of lights in gaps so narrow that few entry points are next to them. `gaps` of the lights, metres, those below `resolved`
-/// count; so many entry points stand for `area_m2`, in cells of that size.
+/// What to say of lights in gaps so narrow that few entry points are next to them. `gaps` of the
+/// lights, metres, those below `resolved` count; so many entry points stand for `area_m2`, in cells
+/// of that size.
 pub(super) fn undersampled(
     scene: &Scene,
     gaps: &[f32],
@@ -76,8 +80,9 @@ pub(super) fn undersampled(
     })
 }
 
-/// Entry points that a light is carried by at the least: their number tells its indirect light to one part in the root of it. Measured
-/// (`docs/decisions.md`): with 16 it was 15 to 48 % off, with 150 3 to 4 %, with 600 as much as others.
+/// Entry points that a light is carried by at the least: their number tells its indirect light to
+/// one part in the root of it. Measured (`docs/decisions.md`): with 16 it was 15 to 48 % off, with
+/// 150 3 to 4 %, with 600 as much as others.
 pub(super) const FEWEST: f64 = 256.0;
 
 /// What to say of a light that so many entry points carry to what the camera sees.
@@ -100,13 +105,16 @@ pub(super) fn few_paths(scene: &Scene, light: usize, count: f64) -> String {
     )
 }
 
-/// What half of the surface has before it at least, in cells of the finest level, where these are not too wide. Measured: a box of two metres, and
-/// a speck further and further away (`docs/decisions.md`).
+/// What half of the surface has before it at least, in cells of the finest level, where
+/// these are not too wide. Measured: a box of two metres, and a speck further and
+/// further away (`docs/decisions.md`).
 const CLEARANCE: f64 = 0.75;
-/// The same of what the camera sees, by few rays. The built-in scenes have 0.47 (atrium, `draft`) and more.
+/// The same of what the camera sees, by few rays. The built-in scenes have 0.47 (atrium,
+/// `draft`) and more.
 const CLEARANCE_IN_VIEW: f64 = 0.45;
 
-/// How far half of the surface has no other before it, metres; by what the fragments are from what they see.
+/// How far half of the surface has no other before it, metres; by what the fragments are from
+/// what they see.
 pub(super) fn typical_clearance(fragments: &[Fragment], clearances: &[f32]) -> f64 {
     let area = |fragment: &Fragment| fragment.open_area_m2();
     let mut by_clearance: Vec<(f32, f64)> =
@@ -121,12 +129,14 @@ pub(super) fn typical_clearance(fragments: &[Fragment], clearances: &[f32]) -> f
     middle.map_or(f64::INFINITY, |(clearance, _)| f64::from(*clearance))
 }
 
-/// What to say of cells that are wide beside most of the surface, as in a scene that fills a small part of its box. `grid` of the finest level.
+/// What to say of cells that are wide beside most of the surface, as in a scene that fills a small
+/// part of its box. `grid` of the finest level.
 pub(super) fn wide_cells(clearance: f64, grid: &Grid, cells: u32) -> Option<String> {
     wide_cells_beside("half of the surface", (clearance, CLEARANCE), grid, cells)
 }
 
-/// The same of what the camera sees, as of a small building on a large ground. `clearance` is what half of that has before it.
+/// The same of what the camera sees, as of a small building on a large ground. `clearance` is what
+/// half of that has before it.
 pub(super) fn wide_cells_in_view(clearance: f64, grid: &Grid, cells: u32) -> Option<String> {
     wide_cells_beside("half of what the camera sees", (clearance, CLEARANCE_IN_VIEW), grid, cells)
 }

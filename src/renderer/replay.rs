@@ -11,7 +11,8 @@ use crate::passes::frame::{
     primary::Primary, splat::Splat, tonemap::Tonemap,
 };
 
-/// Every pass that a frame may have. A pass that changes what it reads follows the one that makes it anew, see [`prepared`].
+/// Every pass that a frame may have. A pass that changes what it reads follows the one that makes
+/// it anew, see [`prepared`].
 const PASSES: [&str; 26] = [
     Primary::STEM,
     Antialias::STEM,
@@ -43,7 +44,8 @@ const PASSES: [&str; 26] = [
 
 /// The pass, after those that it cannot be repeated without.
 fn prepared(place: usize) -> &'static [&'static str] {
-    // Shadows' edges are averaged in the layer in which they are found: in the averaged layer there are fewer.
+    // Shadows' edges are averaged in the layer in which they are found: in the averaged layer there
+    // are fewer.
     let first = if PASSES[place] == Antialias::SHADOW_STEM { place - 1 } else { place };
     &PASSES[first..=place]
 }
@@ -54,9 +56,10 @@ impl Renderer {
         &PASSES
     }
 
-    /// Does one pass as a frame does in which everything is new, all of its occurrences, and nothing else but what it cannot be repeated
-    /// without, which the report holds too: the results of all others stand. The frame before must have been such a frame, for the next redoes everything. Panics if
-    /// there is no pass of that name.
+    /// Does one pass as a frame does in which everything is new, all of its occurrences, and
+    /// nothing else but what it cannot be repeated without, which the report holds too: the results
+    /// of all others stand. The frame before must have been such a frame, for the next redoes
+    /// everything. Panics if there is no pass of that name.
     ///
     /// # Errors
     /// The device failed.

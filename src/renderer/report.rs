@@ -108,9 +108,11 @@ pub struct FrameReport {
     pub bytes: BTreeMap<&'static str, u64>,
     /// Rays of each pass that traces.
     pub rays: BTreeMap<&'static str, u64>,
-    /// Records that were gathered for the picture; those that were gathered ahead of them do not count.
+    /// Records that were gathered for the picture; those that were gathered ahead of them
+    /// do not count.
     pub gathered: u32,
-    /// Share of the active lights whose form factors stood, and of those whose layer of the picture did, 0..=1.
+    /// Share of the active lights whose form factors stood, and of those whose layer of the
+    /// picture did, 0..=1.
     pub lights_unchanged: [f64; 2],
 }
 

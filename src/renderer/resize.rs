@@ -1,4 +1,5 @@
-//! The picture takes another size. What was traced ahead of the frames knows nothing of pixels, and stays.
+//! The picture takes another size. What was traced ahead of the frames knows nothing of
+//! pixels, and stays.
 
 use super::Renderer;
 use crate::error::{Error, Result};
@@ -10,12 +11,13 @@ use crate::scene::camera;
 use crate::types::View;
 
 impl Renderer {
-    /// Gives the picture another size, width and height in pixels. The next frame does what the camera's movement would make it do, and
-    /// has the bits of a cold start at that size. Until it is done, what can be read of the picture holds nothing.
+    /// Gives the picture another size, width and height in pixels. The next frame does what the
+    /// camera's movement would make it do, and has the bits of a cold start at that size. Until it
+    /// is done, what can be read of the picture holds nothing.
     ///
     /// # Errors
-    /// The size is none that a camera can have; the device lacks memory, for what was and what comes, or failed. The renderer is then
-    /// left as it was.
+    /// The size is none that a camera can have; the device lacks memory, for what was and what
+    /// comes, or failed. The renderer is then left as it was.
     pub fn resize(&mut self, size: [u32; 2]) -> Result<()> {
         if size == self.size() {
             return Ok(());

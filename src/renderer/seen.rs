@@ -1,4 +1,5 @@
-//! What the first camera sees of the scene, by a few rays: whether the settings resolve it, and which light paths reach it.
+//! What the first camera sees of the scene, by a few rays: whether the settings resolve it, and
+//! which light paths reach it.
 
 use super::Renderer;
 use super::precompute::Precomputed;
@@ -18,7 +19,8 @@ use std::f32::consts::TAU;
 const RAYS: [u32; 2] = [32, 24];
 /// Rays from each point that they meet, spread over its hemisphere.
 const AROUND: u32 = 16;
-/// Levels at most from a base cluster to the one that stands for what is around a point: as wide as rays are apart there.
+/// Levels at most from a base cluster to the one that stands for what is around a point: as wide as
+/// rays are apart there.
 const LEVELS: u32 = 3;
 /// Lights that are looked at, the first that are on.
 const LIGHTS: usize = 16;
@@ -87,7 +89,8 @@ impl Seen {
     }
 }
 
-/// Which light paths bring light to what the first camera sees; warns where the settings do not resolve that. None where there are no paths.
+/// Which light paths bring light to what the first camera sees; warns where the settings do not
+/// resolve that. None where there are no paths.
 pub(super) fn paths_to_view(scene: &mut Scene, made: &Precomputed) -> Result<Vec<bool>> {
     if made.entry_points.is_empty() {
         return Ok(Vec::new());
@@ -135,7 +138,8 @@ fn hemisphere(origin: Vec3, normal: Vec3) -> impl Iterator<Item = RayQuery> {
 }
 
 impl Renderer {
-    /// Warns of lights that few light paths carry to what the camera sees. `reach` of the paths, as [`Seen::paths`] finds it.
+    /// Warns of lights that few light paths carry to what the camera sees. `reach` of the paths, as
+    /// [`Seen::paths`] finds it.
     pub(super) fn warn_of_few_paths(&mut self, reach: &[bool]) -> Result<()> {
         if reach.is_empty() {
             return Ok(());

@@ -1,4 +1,5 @@
-//! Steps of a frame that are recipes themselves: the hierarchy, what stands near other surface, the lights' layers.
+//! Steps of a frame that are recipes themselves: the hierarchy, what stands near other surface,
+//! the lights' layers.
 
 use super::Renderer;
 use super::liveness::Scope;
@@ -10,7 +11,8 @@ use crate::passes::frame::{
 };
 
 impl Renderer {
-    /// The hierarchy, as far as it is asked for: the layers of the lights for which that is due, and the sum of all lights' layers.
+    /// The hierarchy, as far as it is asked for: the layers of the lights for which that is due,
+    /// and the sum of all lights' layers.
     pub(super) fn record_flux(&self, rec: &mut Recorder, scope: &Scope, due: &[ClusterLight<'_>]) {
         if !due.is_empty() {
             self.pyramid.record_layers(rec, due, &self.path_scan.contributions, &scope.clusters);
@@ -20,8 +22,8 @@ impl Renderer {
         rec.barrier(COMPUTE_TO_COMPUTE);
     }
 
-    /// Proxies of clusters; then small clusters, and parts of them, take the light of the records beside them, and proxies are seen
-    /// again; and so on with records that are gathered again.
+    /// Proxies of clusters; then small clusters, and parts of them, take the light of the records
+    /// beside them, and proxies are seen again; and so on with records that are gathered again.
     pub(super) fn record_near_field(&self, rec: &mut Recorder, scope: &Scope) {
         let (near_field, records) = (&scope.near_field, &self.gather.records);
         let part_count = near_field.part_count();
@@ -43,9 +45,9 @@ impl Renderer {
         take(rec, part_count);
     }
 
-    /// Records that are gathered again, round by round, their number, and the parts of clusters that they read: if there are several
-    /// rounds, all of them first, because few paths tell what light comes to shadows; then, as it goes to and fro there, those in
-    /// narrow cavities.
+    /// Records that are gathered again, round by round, their number, and the parts of clusters
+    /// that they read: if there are several rounds, all of them first, because few paths tell what
+    /// light comes to shadows; then, as it goes to and fro there, those in narrow cavities.
     pub(super) fn gathered_again<'a>(
         &self,
         scope: &'a Scope,

@@ -19,7 +19,8 @@ const EMBEDDED: [(&str, &str); 5] = [
     ("room.toml", include_str!("../../assets/room.toml")),
 ];
 
-/// Names of the embedded models: `built_in = "box"` in any scene file is what `file = "box.obj"` is in the built-in scene.
+/// Names of the embedded models: `built_in = "box"` in any scene file is what `file = "box.obj"` is
+/// in the built-in scene.
 pub(super) const MODELS: [&str; 1] = ["box"];
 
 /// The file of an embedded model.
@@ -64,7 +65,8 @@ impl Files {
         if let Self::Disk(_) = self { Self::Disk(None).read(file, most) } else { self.read(file, most) }
     }
 
-    /// The bytes of a regular file that has `most` at most; where there are none, why, in words that follow its name.
+    /// The bytes of a regular file that has `most` at most; where there are none, why, in words
+    /// that follow its name.
     pub(super) fn read(&self, path: &Path, most: u64) -> std::result::Result<Vec<u8>, String> {
         match self {
             Self::Embedded => {

@@ -1,4 +1,5 @@
-//! The acceleration structure: built by `obvhs` on the host, traversed by our own compute code. [Ylitie 2017]
+//! The acceleration structure: built by `obvhs` on the host, traversed by our own compute
+//! code. [Ylitie 2017]
 
 use crate::error::{Error, Result};
 use crate::scene::Triangle;
@@ -7,7 +8,8 @@ use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
 use std::time::Duration;
 
-/// Entries of the traversal stack in `glsl/include/bvh.glsl`; a node is pushed at most once a level.
+/// Entries of the traversal stack in `glsl/include/bvh.glsl`; a node is pushed at most
+/// once a level.
 const STACK_SIZE: usize = 32;
 /// Nodes that an entry of it tells apart: some hundred million triangles have as many.
 const MAX_NODES: usize = 1 << 24;
@@ -32,8 +34,8 @@ impl Bvh {
     /// Builds the tree over at least one triangle.
     ///
     /// # Errors
-    /// [`Error::Usage`] if the tree is deeper than the traversal stack, which only degenerate geometry brings about, or has more nodes than
-    /// its entries tell apart.
+    /// [`Error::Usage`] if the tree is deeper than the traversal stack, which only degenerate
+    /// geometry brings about, or has more nodes than its entries tell apart.
     pub fn build(triangles: &[Triangle]) -> Result<Self> {
         let bounds: Vec<Bounds> =
             triangles.iter().map(|t| Bounds(Aabb::from_points(&t.positions.map(Into::into)))).collect();

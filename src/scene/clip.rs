@@ -3,14 +3,16 @@
 use crate::types;
 use glam::{DVec3, UVec3};
 
-/// How far a cell reaches beyond itself when it is asked whether a surface exists in it at all, in cells. Positions on
-/// the device are f32; a point that rounding puts across a boundary must still find a cluster there.
+/// How far a cell reaches beyond itself when it is asked whether a surface exists in it at all, in
+/// cells. Positions on the device are f32; a point that rounding puts across a boundary must still
+/// find a cluster there.
 const REACH: f64 = 1e-3;
 
 /// A convex polygon; clipping a triangle by a box leaves at most nine corners.
 type Polygon = Vec<DVec3>;
 
-/// Cuts off what lies beyond a plane of constant coordinate; keeps the side where `sign·(p[axis] - bound) ≥ 0`.
+/// Cuts off what lies beyond a plane of constant coordinate; keeps the side where `sign·(p[axis] -
+/// bound) ≥ 0`.
 fn clip(polygon: &[DVec3], axis: usize, bound: f64, sign: f64) -> Polygon {
     let mut kept = Polygon::with_capacity(polygon.len() + 1);
     for (i, &b) in polygon.iter().enumerate() {
@@ -54,8 +56,9 @@ pub fn area(polygon: &[DVec3]) -> f64 {
     if polygon.len() < 3 { 0.0 } else { 0.5 * (1..polygon.len() - 1).map(fan).sum::<DVec3>().length() }
 }
 
-/// Cuts a triangle along the cells of a grid. `visit` gets each cell that the triangle reaches and the part of it inside,
-/// whose area is zero where the triangle only grazes the cell. The parts add up to the triangle.
+/// Cuts a triangle along the cells of a grid. `visit` gets each cell that the triangle reaches and
+/// the part of it inside, whose area is zero where the triangle only grazes the cell. The parts add
+/// up to the triangle.
 pub fn for_each_cell(triangle: [DVec3; 3], grid: &types::Grid, mut visit: impl FnMut(UVec3, Polygon)) {
     let range = |polygon: &[DVec3], axis: usize| {
         let low = f64::from(grid.low[axis]);
@@ -144,7 +147,8 @@ mod tests {
             seen[cell.x as usize] = true;
         });
         assert!(seen[3] && seen[4]);
-        // A part of zero width in the neighbour may repeat the face: the pull keeps real surfaces off this case.
+        // A part of zero width in the neighbour may repeat the face: the pull keeps real surfaces
+        // off this case.
         assert!((areas[4] - area(&triangle)).abs() < 1e-12);
     }
 }

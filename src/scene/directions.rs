@@ -1,4 +1,5 @@
-//! The directions that outgoing radiance is discretised in: an equal-area map of the sphere to the unit square. [Clarberg 2008]
+//! The directions that outgoing radiance is discretised in: an equal-area map of the sphere to the
+//! unit square. [Clarberg 2008]
 
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
@@ -35,9 +36,11 @@ impl Directions {
     }
 }
 
-/// Exponent of the sharpest Phong lobe that so many directions resolve: a bin is as wide as the lobe at half its height.
+/// Exponent of the sharpest Phong lobe that so many directions resolve: a bin is as wide as the
+/// lobe at half its height.
 ///
-/// cosⁿα falls to a half at α² ≈ 2 ln 2/n; the cap of that radius covers the share α²/4 of the sphere.
+/// cosⁿα falls to a half at α² ≈ 2 ln 2/n; the cap of that radius covers the share α²/4
+/// of the sphere.
 pub fn resolved_exponent(directions: u32) -> f32 {
     (f64::from(directions) * 2.0 * std::f64::consts::LN_2 / 4.0) as f32
 }

@@ -1,4 +1,5 @@
-//! Loading a scene: the TOML file, the models that it names, what the command line changes, and what is missing.
+//! Loading a scene: the TOML file, the models that it names, what the command line changes, and
+//! what is missing.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -17,28 +18,33 @@ use crate::{Error, Result};
 /// What a user may change about a scene when loading it.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
-    /// `KEY=VALUE` changes to the scene file, in order: `camera.size=[64,64]`, `light.lamp.position=[0,1,0]`.
+    /// `KEY=VALUE` changes to the scene file, in order: `camera.size=[64,64]`,
+    /// `light.lamp.position=[0,1,0]`.
     pub set: Vec<String>,
-    /// Quality preset that replaces what `[quality]` says, all but the seed; `set` still changes its numbers.
+    /// Quality preset that replaces what `[quality]` says, all but the seed; `set` still
+    /// changes its numbers.
     pub preset: Option<String>,
     /// Image size in pixels, for every camera.
     pub size: Option<[u32; 2]>,
     /// Name of the camera to put first.
     pub camera: Option<String>,
-    /// Whether what a file names may lie outside of the folder of the file that the user named. What `set` names may lie anywhere.
+    /// Whether what a file names may lie outside of the folder of the file that the user named.
+    /// What `set` names may lie anywhere.
     pub allow_outside: bool,
     /// Files that are read instead of the disk's.
     pub memory: Option<Memory>,
 }
 
 impl Scene {
-    /// Loads a scene file, an OBJ file alone (a camera and a light are then chosen to fit), or a built-in scene by name.
+    /// Loads a scene file, an OBJ file alone (a camera and a light are then chosen to fit), or a
+    /// built-in scene by name.
     ///
-    /// Paths in a file are relative to that file, and lead to its folder or below it unless the options allow more. What was repaired or chosen is in [`Scene::warnings`].
+    /// Paths in a file are relative to that file, and lead to its folder or below it unless the
+    /// options allow more. What was repaired or chosen is in [`Scene::warnings`].
     ///
     /// # Errors
-    /// [`Error::Usage`] for an unknown built-in name or options that do not fit the scene; [`Error::Input`] with file,
-    /// line and key for everything wrong in a file.
+    /// [`Error::Usage`] for an unknown built-in name or options that do not fit the scene;
+    /// [`Error::Input`] with file, line and key for everything wrong in a file.
     pub fn load(spec: &str, options: &LoadOptions) -> Result<Self> {
         let (mut source, others) = Source::prepare(spec, options)?;
         let file = source.file.clone();
@@ -144,7 +150,8 @@ impl Source {
         Ok(Self { files, file, text, root, is_model_only })
     }
 
-    /// Opens it and makes those changes that are about models and presets; the others need to know what the models come to.
+    /// Opens it and makes those changes that are about models and presets; the others need to know
+    /// what the models come to.
     pub(super) fn prepare(spec: &str, options: &LoadOptions) -> Result<(Self, Vec<Setting>)> {
         let mut source = Self::open(spec, options)?;
         let settings = options.set.iter().map(|text| Setting::parse(text)).collect::<Result<Vec<_>>>()?;
@@ -242,7 +249,8 @@ impl Source {
         read_obj(reading, &path, bytes)
     }
 
-    /// Adds a camera that fits where there is none, and a light where there can be none: beside a model alone.
+    /// Adds a camera that fits where there is none, and a light where there can be none: beside
+    /// a model alone.
     pub(super) fn complete(
         &mut self,
         view: impl FnOnce() -> fit::View,

@@ -30,7 +30,8 @@ impl View {
             points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         let middle = 0.5 * (low + high).as_dvec3();
         let hits = AXES.map(|axis| nearest(triangles, middle, axis));
-        // Walls turn their fronts to the middle of a room; an object turns them away. A room may lack one wall.
+        // Walls turn their fronts to the middle of a room; an object turns them away. A room may
+        // lack one wall.
         let fronts = hits.iter().flatten().filter(|(_, is_front)| *is_front).count();
         Self {
             middle: middle + origin,
@@ -41,8 +42,8 @@ impl View {
         }
     }
 
-    /// Position and target of a camera: through the missing wall of a room, else from where there is most room inside
-    /// it; from outside, slightly above and beside, for anything else.
+    /// Position and target of a camera: through the missing wall of a room, else from where there
+    /// is most room inside it; from outside, slightly above and beside, for anything else.
     pub(super) fn camera(&self) -> [DVec3; 2] {
         let tan = (0.5 * FOV_Y).to_radians().tan();
         let sideways = [4, 0, 1, 5];
@@ -62,7 +63,8 @@ impl View {
         [self.middle + offset, self.middle]
     }
 
-    /// Position and intensity (W/sr) of a point light: under the ceiling of a room, else above and beside the object.
+    /// Position and intensity (W/sr) of a point light: under the ceiling of a room, else above and
+    /// beside the object.
     pub(super) fn light(&self) -> (DVec3, f64) {
         if self.is_room {
             let up = self.free[2].unwrap_or(self.half.y);

@@ -7,10 +7,11 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
 use super::Triangle;
 use super::limits::TRIANGLES;
 
-/// A triangle is dropped when twice its area is below this share of its longest edge squared: f32 coordinates
-/// cannot tell such a sliver from a line.
+/// A triangle is dropped when twice its area is below this share of its longest edge squared: f32
+/// coordinates cannot tell such a sliver from a line.
 const SLIVER: f64 = 1e-8;
-/// Longest axis of a scene, metres: beyond this, squares and cubes of lengths leave the range of f32.
+/// Longest axis of a scene, metres: beyond this, squares and cubes of lengths leave the
+/// range of f32.
 const EXTENT_M: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 
 /// Indexed triangles of one material, in f64.
@@ -27,7 +28,8 @@ pub(super) struct Mesh {
 }
 
 impl Mesh {
-    /// Applies an invertible transform. Normals stay on the side they are on; a mirror image keeps its front.
+    /// Applies an invertible transform. Normals stay on the side they are on; a mirror image
+    /// keeps its front.
     pub(super) fn transform(&mut self, world_from_local: &DAffine3) {
         let normal_matrix: DMat3 = world_from_local.matrix3.inverse().transpose();
         self.positions.iter_mut().for_each(|p| *p = world_from_local.transform_point3(*p));
@@ -61,14 +63,15 @@ pub(super) fn too_many(count: usize) -> String {
     format!("{count} triangles are too many: at most {TRIANGLES} can be traced")
 }
 
-/// Recentres the meshes on the middle of their bounding box and drops what has no area or is there twice. Where nothing
-/// usable is left, says why.
+/// Recentres the meshes on the middle of their bounding box and drops what has no area or is there
+/// twice. Where nothing usable is left, says why.
 pub(super) fn assemble(meshes: &[Mesh], warnings: &mut Vec<String>) -> Result<Assembled, String> {
     let count: usize = meshes.iter().map(|mesh| mesh.indices.len() / 3).sum();
     if count > TRIANGLES {
         return Err(too_many(count));
     }
-    // A transform may take numbers out of range, and no smallest or largest tells of one that is none.
+    // A transform may take numbers out of range, and no smallest or largest tells of one that is
+    // none.
     if !meshes.iter().flat_map(|mesh| &mesh.positions).all(|p| p.is_finite()) {
         return Err("the model is infinitely large with its transform: scale it".to_owned());
     }
@@ -123,7 +126,8 @@ fn is_degenerate(positions: [Vec3; 3]) -> bool {
     double_area <= (SLIVER * longest_squared).max(f64::from(f32::MIN_POSITIVE))
 }
 
-/// The same for triangles that cover the same points, whichever way they face: surfaces have two sides.
+/// The same for triangles that cover the same points, whichever way they face: surfaces
+/// have two sides.
 fn identity(positions: [Vec3; 3]) -> [[u32; 3]; 3] {
     // Adding zero makes -0 equal to 0.
     let mut corners = positions.map(|p| (p + 0.0).to_array().map(f32::to_bits));
@@ -137,8 +141,8 @@ fn shading_normals(triangle: &Triangle, stated: [Option<DVec3>; 3], repairs: &mu
     let unit = stated.map(|normal| normal.filter(|n| n.is_finite()).and_then(DVec3::try_normalize));
     let is_bad = |index: usize| stated[index].is_some() && unit[index].is_none();
     repairs.bad_normals += usize::from((0..3).any(is_bad));
-    // Normals that together oppose the winding belong to the other side. One that leans over alone is no better
-    // turned round: the face's own normal replaces it.
+    // Normals that together oppose the winding belong to the other side. One that leans over alone
+    // is no better turned round: the face's own normal replaces it.
     let together: f64 = unit.iter().flatten().map(|n| n.dot(front)).sum();
     let side = if together < 0.0 { -1.0 } else { 1.0 };
     let leans_over = |n: DVec3| side * n.dot(front) <= 0.0;

@@ -1,4 +1,5 @@
-//! The base grid of the volumetric hierarchy, and the normal codes that split a cell's surface into clusters.
+//! The base grid of the volumetric hierarchy, and the normal codes that split a cell's
+//! surface into clusters.
 
 use crate::types;
 use glam::{DVec3, UVec3, Vec3};
@@ -6,8 +7,8 @@ use glam::{DVec3, UVec3, Vec3};
 /// Normal codes: one for each of the 26 neighbours of a cube, about 30° apart.
 pub const CODE_COUNT: u32 = 26;
 
-/// Where the scene's low corner lies inside the first cell, in cells: irrational, so that no wall of a model built on
-/// round numbers coincides with a cell boundary.
+/// Where the scene's low corner lies inside the first cell, in cells: irrational, so that no wall
+/// of a model built on round numbers coincides with a cell boundary.
 const PAD: f64 = 0.381_966_011_250_105;
 
 /// The pull inside the surface, in cells.
@@ -16,7 +17,8 @@ const PULL: f64 = 1.0 / 64.0;
 /// Lays a grid of cubic cells over a box: `cells` (a power of two) along its longest axis.
 pub fn grid(low: Vec3, high: Vec3, cells: u32) -> types::Grid {
     let extent = (high - low).as_dvec3();
-    // One cell is shared by the padding on both ends. A flat or tiny scene still gets cells of positive size.
+    // One cell is shared by the padding on both ends. A flat or tiny scene still gets cells of
+    // positive size.
     let cell = (extent.max_element() / (f64::from(cells) - 1.0)).max(1e-30);
     // Round once, here: everything else derives from the f32 values that the device sees.
     let inverse_cell = (1.0 / cell) as f32;
@@ -41,7 +43,8 @@ impl types::Grid {
         self.cells.as_usizevec3().element_product()
     }
 
-    /// Base cell of a point on the side that `normal` faces; mirrors `grid_cell` in `glsl/include/grid.glsl`.
+    /// Base cell of a point on the side that `normal` faces; mirrors
+    /// `grid_cell` in `glsl/include/grid.glsl`.
     pub fn cell_of(&self, position: Vec3, normal: Vec3) -> UVec3 {
         let inside = position - self.pull * normal;
         let scaled = (inside - self.low) * self.inverse_cell;
@@ -73,9 +76,10 @@ pub fn normal_code(normal: Vec3) -> u32 {
     best.1
 }
 
-/// What surfaces of one cell must share to be one cluster: the code of their normal, and whether they are fronts or backs.
-/// `normal` is that of the side. The two differ where a thin hollow part, a handle or a spout, has its outside and the far wall
-/// of its inside in one cell: they face the same way, but one is in the light and the other is not.
+/// What surfaces of one cell must share to be one cluster: the code of their normal, and whether
+/// they are fronts or backs. `normal` is that of the side. The two differ where a thin hollow part,
+/// a handle or a spout, has its outside and the far wall of its inside in one cell: they face the
+/// same way, but one is in the light and the other is not.
 pub fn cluster_code(normal: Vec3, back: bool) -> u32 {
     2 * normal_code(normal) + u32::from(back)
 }

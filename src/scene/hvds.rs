@@ -1,9 +1,10 @@
-//! The hierarchical volumetric data structure: which (level, cell, cluster code) hold surface, how much, and how they nest.
-//! [Yue §2]
+//! The hierarchical volumetric data structure: which (level, cell, cluster code) hold surface, how
+//! much, and how they nest. [Yue §2]
 //!
-//! Such a triple is a *cluster*. Only clusters that hold surface exist. They are numbered level by level from the base,
-//! within a level by cluster code and then along a Morton curve, so that the children of a cluster stand together, in
-//! order, one level down, and so do neighbours on a surface.
+//! Such a triple is a *cluster*. Only clusters that hold surface exist. They are numbered level
+//! by level from the base, within a level by cluster code and then along a Morton curve, so
+//! that the children of a cluster stand together, in order, one level down, and so do
+//! neighbours on a surface.
 
 use crate::scene::walls::{self, CellCluster, PART_BITS, Plane, Walls};
 use crate::scene::{Triangle, clip};
@@ -43,13 +44,15 @@ pub struct Hvds {
     pub levels: Vec<Range<u32>>,
     /// First place in `cell_clusters` of each base cell, and the end.
     pub cell_offsets: Vec<u32>,
-    /// Clusters of the base cells: `code << 26 | cluster`; behind one that a wall splits, the wall's plane ([`Self::clusters_in`]).
+    /// Clusters of the base cells: `code << 26 | cluster`; behind one that a wall splits, the
+    /// wall's plane ([`Self::clusters_in`]).
     pub cell_clusters: Vec<u32>,
     /// Exact surface area of each cluster, m²; an unweighted cluster has that of its cluster.
     pub areas_m2: Vec<f32>,
     /// Area for which each shows, m²: less where a part of it does not show to readers from afar.
     pub shown_m2: Vec<f32>,
-    /// Of each base cluster that is not read by readers from nearby, the one that is ([`Self::add_unweighted`]); else [`types::NO_CLUSTER`].
+    /// Of each base cluster that is not read by readers from nearby, the one that is
+    /// ([`Self::add_unweighted`]); else [`types::NO_CLUSTER`].
     pub unweighted: Vec<u32>,
     /// The cluster one level up; [`types::NO_CLUSTER`] at the root.
     pub parents: Vec<u32>,
@@ -57,12 +60,13 @@ pub struct Hvds {
     pub child_offsets: Vec<u32>,
     /// Parts of active sides in base cells.
     pub fragments: Vec<Fragment>,
-    /// Of each cluster, whether it holds surface so different that it stands for none below it; empty where all may.
+    /// Of each cluster, whether it holds surface so different that it stands for none below it;
+    /// empty where all may.
     pub inconsistent: Vec<bool>,
 }
 
-/// Key of a base cluster: cluster code, then Morton index of the cell, then three bits for the part of a split one. One level up, and
-/// first of all to be whole, it loses three bits.
+/// Key of a base cluster: cluster code, then Morton index of the cell, then three bits for the part
+/// of a split one. One level up, and first of all to be whole, it loses three bits.
 fn key(code: u32, cell: UVec3) -> u64 {
     let spread = |v: u32| (0..15).fold(0u64, |m, bit| m | (u64::from(v >> bit) & 1) << (3 * bit));
     let cell = spread(cell.z) << 2 | spread(cell.y) << 1 | spread(cell.x);
@@ -74,8 +78,9 @@ fn key_up(key: u64) -> u64 {
 }
 
 impl Hvds {
-    /// Builds the clusters of all active sides; base clusters are split between surfaces of which one covers the other, and along walls
-    /// without thickness that stand on them. `surfaces` goes with `triangles`; `cells` is a power of two.
+    /// Builds the clusters of all active sides; base clusters are split between surfaces of which
+    /// one covers the other, and along walls without thickness that stand on them. `surfaces` goes
+    /// with `triangles`; `cells` is a power of two.
     pub fn build(triangles: &[Triangle], surfaces: &[types::Surface], grid: types::Grid, cells: u32) -> Self {
         Self::build_with(triangles, surfaces, grid, cells, Walls::Sheets)
     }
@@ -204,8 +209,8 @@ impl Hvds {
         self.sum_levels(self.with_unweighted(of_base))
     }
 
-    /// Takes away interior surface: `open` is the share, 0..=1, that is left of each fragment. Clusters stay where they are, even those
-    /// of which nothing is left.
+    /// Takes away interior surface: `open` is the share, 0..=1, that is left of each fragment.
+    /// Clusters stay where they are, even those of which nothing is left.
     pub fn leave_out_interior(&mut self, open: &[f32]) {
         if open.iter().all(|&open| open == 1.0) {
             return;
@@ -259,7 +264,8 @@ impl Hvds {
         self.cell_offsets.resize(self.grid.cell_count() + 1, self.cell_clusters.len() as u32);
     }
 
-    /// Makes `child_offsets` from `parents`: children of a cluster stand together, and all of those in the order of their parents.
+    /// Makes `child_offsets` from `parents`: children of a cluster stand together, and all of those
+    /// in the order of their parents.
     pub fn link_children(&mut self) {
         let base = self.levels[0].len();
         let mut child_offsets = vec![0; base];
@@ -268,7 +274,8 @@ impl Hvds {
                 child_offsets.push(child as u32);
             }
         }
-        // The last level's clusters are nobody's children: they end the children of the level's own last cluster.
+        // The last level's clusters are nobody's children: they end the children of the level's own
+        // last cluster.
         child_offsets.push(self.levels.last().map_or(0, |root| root.start));
         self.child_offsets = child_offsets;
     }
@@ -277,8 +284,8 @@ impl Hvds {
 /// Things with the key of their cluster.
 pub(super) type Keyed<T> = Vec<(u64, T)>;
 
-/// Cuts every active side along the grid: (cluster key, area) of each part, and the parts themselves, their clusters still
-/// to be numbered.
+/// Cuts every active side along the grid: (cluster key, area) of each part, and the parts
+/// themselves, their clusters still to be numbered.
 fn cut_sides(
     triangles: &[Triangle],
     surfaces: &[types::Surface],

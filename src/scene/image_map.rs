@@ -84,8 +84,8 @@ impl<'a> Map<'a> {
     }
 }
 
-/// What follows the values of an option that is not known: the longest name of a file, or else the
-/// last word.
+/// What follows the values of an option that is not known: the longest name of a file, or else
+/// the last word.
 fn after_unknown(rest: &str, is_file: impl Fn(&str) -> bool) -> &str {
     let mut from = rest;
     for _ in 0..=UNKNOWN_WORDS {

@@ -52,8 +52,8 @@ fn ending(name: &str) -> Option<String> {
     (!ending.contains('\\')).then_some(ending)
 }
 
-/// Why a file of this name is not read as a model, in words that follow the name. `None` if it may
-/// be one.
+/// Why a file of this name is not read as a model, in words that follow the name. `None` if it
+/// may be one.
 pub(super) fn not_read(name: &str) -> Option<String> {
     let ending = ending(name)?;
     let (_, what, hint) = KINDS.iter().find(|(endings, ..)| endings.contains(&&*ending))?;

@@ -1,5 +1,6 @@
-//! Surfaces that lie over each other in one cell and face the same way, a screen close to a wall: what is between them may be as bright as
-//! the room before them is dark, so they are no one cluster. [Yue §5, Figure 3]
+//! Surfaces that lie over each other in one cell and face the same way, a screen close to a wall:
+//! what is between them may be as bright as the room before them is dark, so they are no one
+//! cluster. [Yue §5, Figure 3]
 
 use super::hvds::Fragment;
 use super::walls::Plane;
@@ -39,7 +40,8 @@ impl Slab {
     }
 }
 
-/// The plane half-way between two layers of a cluster; none where nothing covers anything. The widest gap of several is taken.
+/// The plane half-way between two layers of a cluster; none where nothing covers anything. The
+/// widest gap of several is taken.
 pub(super) fn between(
     cluster: &[&(u64, Fragment)],
     cell_size: f64,
@@ -97,7 +99,8 @@ mod tests {
         })
     }
 
-    /// With that surface over a floor: parts of clusters that are split, and clusters that hold surface of both heights.
+    /// With that surface over a floor: parts of clusters that are split, and clusters that hold
+    /// surface of both heights.
     fn parted(upper: [Triangle; 2], both: [f32; 2]) -> [usize; 2] {
         let triangles = [level(0.0, 0.0, 2.0), upper].concat();
         let surfaces: Vec<_> = triangles.iter().map(|t| surfaces::surface(t, [true, true])).collect();

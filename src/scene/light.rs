@@ -36,7 +36,8 @@ pub enum LightKind {
         intensity: Vec3,
         /// Half-angle of the cone, radians.
         angle: f32,
-        /// Share of the half-angle over which the intensity falls to zero, linearly in the angle, 0..=1.
+        /// Share of the half-angle over which the intensity falls to zero, linearly in
+        /// the angle, 0..=1.
         penumbra: f32,
     },
     /// One-sided parallelogram that emits towards `edge_u × edge_v`.
@@ -123,7 +124,8 @@ impl Light {
         format!("light{number}")
     }
 
-    /// Reads a light in world space and moves it to the scene recentred on `origin`. The first light is number 0.
+    /// Reads a light in world space and moves it to the scene recentred on `origin`. The first
+    /// light is number 0.
     pub(super) fn read(section: &Section, number: usize, origin: DVec3) -> Result<Self> {
         let name = section.text("name")?.map_or_else(|| Self::unnamed(number), str::to_owned);
         let is_on = section.flag("on")?.unwrap_or(true);

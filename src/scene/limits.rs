@@ -1,5 +1,5 @@
-//! How much a scene's files may hold. What goes beyond is refused before memory is taken for it; `docs/reliability.md` says why each
-//! limit is where it is.
+//! How much a scene's files may hold. What goes beyond is refused before memory is taken for it;
+//! `docs/reliability.md` says why each limit is where it is.
 
 /// Bytes of a scene's or a film's TOML file.
 pub const TOML_BYTES: u64 = 4 << 20;
@@ -33,7 +33,8 @@ pub const FILM_FRAMES: u32 = 1_000_000;
 pub const IMAGE_SIDE: u32 = 8192;
 /// Texels of all images together.
 pub const TEXELS: u64 = 1 << 29;
-/// Bytes that an image has when decoded for each byte of its file: zlib's best is 1032, and grey images of one bit a texel grow eightfold.
+/// Bytes that an image has when decoded for each byte of its file: zlib's best is 1032, and grey
+/// images of one bit a texel grow eightfold.
 pub const IMAGE_GROWTH: u64 = 8256;
 /// Scans of a JPEG; programs write 1 to 20. Each passes over the whole image.
 pub const JPEG_SCANS: usize = 32;

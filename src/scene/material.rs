@@ -9,8 +9,9 @@ use crate::Result;
 /// Diffuse albedo where a model states none.
 pub(super) const NEUTRAL: Vec3 = Vec3::splat(0.7);
 
-/// Largest albedo of a material, texel by texel and channel by channel. A path between surfaces of albedo ρ has 1/(1 − ρ) vertices in the
-/// mean, and does not end at 1. `docs/decisions.md` has what each bound costs.
+/// Largest albedo of a material, texel by texel and channel by channel. A path between surfaces of
+/// albedo ρ has 1/(1 − ρ) vertices in the mean, and does not end at 1. `docs/decisions.md` has what
+/// each bound costs.
 pub const MAX_ALBEDO: f32 = 0.99;
 
 /// BRDF `diffuse/π + specular·(exponent+2)/(2π)·cosⁿα`, linear Rec.709.
@@ -48,15 +49,18 @@ impl Material {
         self.editable || self.specular != Vec3::ZERO
     }
 
-    /// Fraction of what it reflects that its Phong lobe does, in the channel where that is the most; 0..=1.
+    /// Fraction of what it reflects that its Phong lobe does, in the channel where that is
+    /// the most; 0..=1.
     pub fn gloss_fraction(&self) -> f32 {
         (self.specular / (self.diffuse + self.specular).max(Vec3::splat(1e-6))).max_element()
     }
 
-    /// Dims the highlights of a material that would reflect more than it receives. Returns whether that was needed.
+    /// Dims the highlights of a material that would reflect more than it receives. Returns whether
+    /// that was needed.
     ///
-    /// The diffuse albedo is kept up to 1. All channels of the specular albedo are scaled alike, which keeps its hue, until no
-    /// channel reflects more than [`MAX_ALBEDO`]: exporters write such materials by default.
+    /// The diffuse albedo is kept up to 1. All channels of the specular albedo are scaled alike,
+    /// which keeps its hue, until no channel reflects more than [`MAX_ALBEDO`]: exporters write
+    /// such materials by default.
     pub fn conserve_energy(&mut self) -> bool {
         if (self.diffuse + self.specular).max_element() <= 1.0 {
             return false;
@@ -73,7 +77,8 @@ impl Material {
         true
     }
 
-    /// Scales a material that reflects more than [`MAX_ALBEDO`] where its image is brightest. True where that was needed.
+    /// Scales a material that reflects more than [`MAX_ALBEDO`] where its image is brightest. True
+    /// where that was needed.
     pub fn bound_albedo(&mut self) -> bool {
         // Without its image first: few materials need a look at all texels.
         if (self.diffuse + self.specular).max_element() <= MAX_ALBEDO {
@@ -91,8 +96,9 @@ impl Material {
     }
 }
 
-/// A `[[material]]` of the scene file: what it states replaces what the model says. A diffuse albedo replaces an image, too; a tint is
-/// the albedo that the image is multiplied with, and leaves it.
+/// A `[[material]]` of the scene file: what it states replaces what the model says. A
+/// diffuse albedo replaces an image, too; a tint is the albedo that the image is multiplied
+/// with, and leaves it.
 pub(super) struct Override {
     /// Which material.
     pub(super) name: String,

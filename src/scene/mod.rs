@@ -1,7 +1,9 @@
-//! A scene on the host: triangles, materials, lights, cameras and quality settings, all in SI units.
+//! A scene on the host: triangles, materials, lights, cameras and quality settings, all
+//! in SI units.
 //!
-//! World space is right-handed with +Y up. At load the scene is recentred in f64 (`origin` is what was
-//! subtracted), so that f32 coordinates keep their precision however far from the origin a model lies.
+//! World space is right-handed with +Y up. At load the scene is recentred in f64 (`origin` is
+//! what was subtracted), so that f32 coordinates keep their precision however far from the origin
+//! a model lies.
 
 use glam::{DVec3, Vec2, Vec3};
 use std::path::PathBuf;
@@ -78,7 +80,8 @@ impl Triangle {
         0.5 * self.cross().length()
     }
 
-    /// Unit geometric normal of the front side. Triangles of zero area are dropped at load, so it exists.
+    /// Unit geometric normal of the front side. Triangles of zero area are dropped at load,
+    /// so it exists.
     pub fn geometric_normal(&self) -> Vec3 {
         self.cross().normalize().as_vec3()
     }
@@ -91,8 +94,8 @@ pub struct Scene {
     pub name: String,
     /// Non-degenerate triangles, recentred.
     pub triangles: Vec<Triangle>,
-    /// Where the triangles' corners lie in their materials' images, which are 1 wide and high: u from the left, v from below. None
-    /// at all where no material has an image.
+    /// Where the triangles' corners lie in their materials' images, which are 1 wide and high: u
+    /// from the left, v from below. None at all where no material has an image.
     pub texture_coordinates: Vec<[Vec2; 3]>,
     /// Materials that triangles refer to.
     pub materials: Vec<Material>,
@@ -106,7 +109,8 @@ pub struct Scene {
     pub quality: Quality,
     /// What was subtracted from all coordinates at load, world metres.
     pub origin: DVec3,
-    /// Files on disk that the scene was read from: scene file, models, materials, images. No output may replace them.
+    /// Files on disk that the scene was read from: scene file, models, materials, images. No output
+    /// may replace them.
     pub inputs: Vec<PathBuf>,
     /// What was repaired or chosen at load, one sentence each, for stderr.
     pub warnings: Vec<String>,
@@ -127,8 +131,8 @@ impl Scene {
         self.triangles.iter().map(Triangle::area_m2).sum()
     }
 
-    /// Where somebody may look from: an enclosure that holds none of these is never seen, and takes no part. Lights open none: what
-    /// they do in there is not seen either.
+    /// Where somebody may look from: an enclosure that holds none of these is never seen, and takes
+    /// no part. Lights open none: what they do in there is not seen either.
     pub fn viewpoints(&self) -> Vec<Vec3> {
         self.cameras.iter().map(|camera| camera.position).chain(self.places.iter().copied()).collect()
     }

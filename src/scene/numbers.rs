@@ -13,8 +13,8 @@ pub(super) fn plain(value: f32) -> f64 {
 
 /// The world coordinate that is `value` after recentring on `origin`, metres.
 ///
-/// Far from the world's origin f64 is too coarse for some values next to zero (below 1e-4 m at 1e5 m): the nearest is taken, which is off
-/// by half the spacing of f64 there (7e-12 m).
+/// Far from the world's origin f64 is too coarse for some values next to zero (below 1e-4 m at 1e5
+/// m): the nearest is taken, which is off by half the spacing of f64 there (7e-12 m).
 pub(super) fn place(value: f32, origin: f64) -> f64 {
     if origin == 0.0 {
         return plain(value);

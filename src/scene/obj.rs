@@ -1,9 +1,9 @@
 //! OBJ files.
 //!
-//! `tobj` turns indices into meshes, but names no line when it fails, takes polylines for faces,
-//! and lends a face without normals those of another. So every line is checked first, and `tobj`
-//! reads only what passed: positions (f64), normals, texture coordinates, faces with absolute
-//! indices.
+//! `tobj` turns indices into meshes, but names no line when it fails, takes polylines for
+//! faces, and lends a face without normals those of another. So every line is checked first,
+//! and `tobj` reads only what passed: positions (f64), normals, texture coordinates, faces
+//! with absolute indices.
 
 use std::collections::HashSet;
 use std::io::Read;
@@ -28,7 +28,8 @@ pub(super) struct Model {
     pub(super) meshes: Vec<Mesh>,
     /// Every material that is defined or used.
     pub(super) materials: Vec<Material>,
-    /// Materials that are used but not defined, by their index, with the line of their first use; neutral until overridden.
+    /// Materials that are used but not defined, by their index, with the line of their first use;
+    /// neutral until overridden.
     pub(super) undefined: Vec<(usize, usize)>,
 }
 

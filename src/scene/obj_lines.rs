@@ -49,8 +49,8 @@ const KINDS: [&str; 3] = ["vertices", "normals", "texture coordinates"];
 /// The index of a normal or of texture coordinates that there cannot be.
 const LACKING: usize = usize::MAX;
 
-/// Statements that change nothing of what is rendered: names of parts, smoothing of what has
-/// normals, display.
+/// Statements that change nothing of what is rendered: names of parts, smoothing of what
+/// has normals, display.
 const SILENT: [&str; 12] =
     ["", "o", "g", "s", "mg", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj", "end"];
 

@@ -20,11 +20,13 @@ pub struct Quality {
     pub gloss_rays: u32,
     /// Base cells of the volumetric hierarchy along the scene's longest axis: a power of two.
     pub cells: u32,
-    /// Clusters of which other surface in their cell hides a part are read as what shows towards the reader.
+    /// Clusters of which other surface in their cell hides a part are read as what shows
+    /// towards the reader.
     pub occlusion: bool,
-    /// Times that cache points in narrow cavities are gathered again, because light goes to and fro there. With none, clusters are
-    /// split along walls without thickness alone, and not read in parts by what is near. From two on, the first is of all cache points beside
-    /// which clusters take their light from them, and clusters in the shadow of something do that, too.
+    /// Times that cache points in narrow cavities are gathered again, because light goes to and fro
+    /// there. With none, clusters are split along walls without thickness alone, and not read in
+    /// parts by what is near. From two on, the first is of all cache points beside which clusters
+    /// take their light from them, and clusters in the shadow of something do that, too.
     pub gap_rounds: u32,
     /// Samples of a pixel that shows an edge; 0 turns antialiasing off.
     pub edge_samples: u32,

@@ -56,9 +56,9 @@ impl<'a> Reading<'a> {
         Ok(decoded)
     }
 
-    /// The file that `by` calls `name`: as written; with slashes for backslashes; in other letter
-    /// case; then its last part, beside `by`. What is found by more than slashes is noted at
-    /// `place`.
+    /// The file that `by` calls `name`: as written; with slashes for backslashes; in other
+    /// letter case; then its last part, beside `by`. What is found by more than slashes is
+    /// noted at `place`.
     ///
     /// Fails in words that follow the name.
     pub(super) fn find(

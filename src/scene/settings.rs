@@ -16,7 +16,8 @@ pub(super) struct Setting {
 }
 
 impl Setting {
-    /// Parses `KEY=VALUE`; fails where the key is no dotted path into a known table, or the value is no TOML.
+    /// Parses `KEY=VALUE`; fails where the key is no dotted path into a known table, or the value
+    /// is no TOML.
     pub(super) fn parse(text: &str) -> Result<Self> {
         let flag = format!("--set {}", printable(text));
         let usage = |message: String| Error::Usage(format!("{flag}: {message}"));
@@ -49,7 +50,8 @@ impl Setting {
         self.path[0] == "model"
     }
 
-    /// Makes the change. `chosen` is the camera that `camera.KEY` means, where a user chose one; else the first.
+    /// Makes the change. `chosen` is the camera that `camera.KEY` means, where a user chose one;
+    /// else the first.
     pub(super) fn apply(&self, root: &mut Node, chosen: Option<&str>) -> Result<()> {
         let (key, path) = self.path.split_last().expect("a parsed key has a part");
         let empty = |kind| Node { origin: Origin::Flag(self.flag.clone()), kind };

@@ -1,5 +1,5 @@
-//! Solids: surfaces without a border that are wound outwards. Parts of a scene may reach into each other; interior surface
-//! is no surface, for no light ever comes there.
+//! Solids: surfaces without a border that are wound outwards. Parts of a scene may reach into each
+//! other; interior surface is no surface, for no light ever comes there.
 
 use crate::scene::Triangle;
 use glam::{DVec3, UVec2, Vec2, Vec3};
@@ -96,12 +96,14 @@ impl Solids {
         self.solids_around(point).next().is_some()
     }
 
-    /// The solids that a point is inside of: the way up from there leaves them more often than it enters them.
+    /// The solids that a point is inside of: the way up from there leaves them more often than
+    /// it enters them.
     pub fn solids_around(&self, point: Vec3) -> impl Iterator<Item = u32> + use<> {
         self.turns(point).into_iter().filter(|found| found.1 > 0).map(|found| found.0)
     }
 
-    /// How often the way up from a point leaves each solid that it meets, less how often it enters it.
+    /// How often the way up from a point leaves each solid that it meets, less how often
+    /// it enters it.
     fn turns(&self, point: Vec3) -> Vec<(u32, i32)> {
         let Self { low, scale, columns, .. } = self;
         let place = (Vec2::new(point.x, point.z) - low) * scale;
@@ -130,8 +132,8 @@ impl Solids {
     }
 }
 
-/// How the way straight up from a point passes a triangle: 1 from its back to its front, -1 the other way, 0 not at all. Triangles that
-/// share an edge agree about its sides, to the bit.
+/// How the way straight up from a point passes a triangle: 1 from its back to its front, -1 the
+/// other way, 0 not at all. Triangles that share an edge agree about its sides, to the bit.
 fn passes(corners: [DVec3; 3], point: DVec3) -> i32 {
     let [a, b, c] = corners.map(|corner| corner - point);
     // Twice the area of the triangle that an edge makes with the point, seen from above.
@@ -151,7 +153,8 @@ fn passes(corners: [DVec3; 3], point: DVec3) -> i32 {
     }
 }
 
-/// The solid of each triangle. They may touch others along edges only if they are wound alike: then they are one.
+/// The solid of each triangle. They may touch others along edges only if they are wound alike: then
+/// they are one.
 fn parts(triangles: &[Triangle]) -> Vec<Option<u32>> {
     let mut corners: HashMap<[u32; 3], usize> = HashMap::new();
     let mut parent = Vec::new();
@@ -229,7 +232,8 @@ mod tests {
 
     #[test]
     fn points_are_inside_solids_and_not_between_them() {
-        // A ball, and three blocks in a row: the first reaches into the second, the third has a hollow.
+        // A ball, and three blocks in a row: the first reaches into the second, the third has a
+        // hollow.
         let mut all = shapes::integrating_sphere(0.5, 4, 0.5, Vec3::ZERO, 1.0).triangles;
         all.iter_mut().for_each(|triangle| *triangle = turned(triangle));
         let mut add = |triangles: &[Triangle], at: Vec3| {
@@ -247,7 +251,8 @@ mod tests {
         let inside = |point: Vec3| {
             let ball = point.length() < 0.495;
             let block = |x: f32| (point - Vec3::X * x).abs().max_element() < 0.5;
-            // The hollow's own surface is wound inwards and no solid; the block around it knows nothing of it.
+            // The hollow's own surface is wound inwards and no solid; the block around it knows
+            // nothing of it.
             ball || block(2.0) || block(2.75) || block(5.0)
         };
         let mut count = 0;

@@ -26,7 +26,8 @@ impl types::Surface {
     }
 }
 
-/// The device's view of a triangle's surface; `active` says which of front and back take part in transport.
+/// The device's view of a triangle's surface; `active` says which of front and back take
+/// part in transport.
 pub fn surface(triangle: &Triangle, active: [bool; 2]) -> types::Surface {
     let normal = triangle.geometric_normal();
     types::Surface {
@@ -57,15 +58,17 @@ pub fn one_side(surfaces: &[types::Surface]) -> Vec<types::Surface> {
     surfaces
 }
 
-/// Sides that have some part of the scene in front of them, as [front, back] of each triangle. The others, such as the
-/// outside of a room's walls, receive no indirect light and pass none on, wherever the lights stand.
+/// Sides that have some part of the scene in front of them, as [front, back] of each triangle. The
+/// others, such as the outside of a room's walls, receive no indirect light and pass none on,
+/// wherever the lights stand.
 pub fn sides_that_see_something(triangles: &[Triangle]) -> Vec<[bool; 2]> {
     let size = triangles.iter().flat_map(|t| t.positions).fold(0.0f32, |s, p| s.max(p.abs().max_element()));
     let slack = 1e-6 * f64::from(size);
     let extremes = extreme_points(triangles);
     let in_front = |point: DVec3, normal: DVec3| {
         let sees = |p: &Vec3| normal.dot(p.as_dvec3() - point) > slack;
-        // A few extreme points settle nearly every side; the full search is for those that look away from everything.
+        // A few extreme points settle nearly every side; the full search is for those that look
+        // away from everything.
         extremes.iter().any(sees) || triangles.iter().any(|t| t.positions.iter().any(sees))
     };
     triangles

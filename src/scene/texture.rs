@@ -22,7 +22,8 @@ pub struct Image {
     pub codes: Vec<[u8; 3]>,
 }
 
-/// How a material's image lies on its surfaces; a triangle's corners say where, in [`super::Scene::texture_coordinates`].
+/// How a material's image lies on its surfaces; a triangle's corners say
+/// where, in [`super::Scene::texture_coordinates`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     /// What is multiplied with the material's diffuse albedo.
@@ -81,8 +82,8 @@ impl Image {
     /// Decodes a PNG, JPEG, BMP, GIF (its first picture) or TGA. Grey becomes colour, 16 bits
     /// become 8. The contents decide what it is; a TGA is told by the ending of `name`.
     ///
-    /// Fails in words that follow the file's name; where it would have more than `most` texels, or more than such a file can hold,
-    /// before there is memory for them.
+    /// Fails in words that follow the file's name; where it would have more than `most` texels, or
+    /// more than such a file can hold, before there is memory for them.
     pub(super) fn decode(name: &Path, bytes: &[u8], most: u64) -> Result<Decoded, String> {
         use ImageFormat::{Bmp, Gif, Jpeg, Png, Tga};
         let has_ending = |ending| name.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending));
@@ -124,7 +125,8 @@ impl Image {
     }
 }
 
-/// Three codes a texel. `image` itself converts grey images by way of floats, which was half of the time to load them.
+/// Three codes a texel. `image` itself converts grey images by way of floats, which was half of the
+/// time to load them.
 fn colours(image: DynamicImage) -> Vec<[u8; 3]> {
     match image {
         DynamicImage::ImageLuma8(image) => image.into_raw().into_iter().map(|grey| [grey; 3]).collect(),

@@ -1,6 +1,7 @@
-//! A cluster does not look the same from afar and from nearby: rays from afar meet its open parts more often than its crevices, which less
-//! light comes to. Where the two differ a cluster stands for what shows from afar, and its *unweighted* cluster, for all of
-//! it. Unweighted clusters have a hierarchy of their own: on each level they stand behind the others.
+//! A cluster does not look the same from afar and from nearby: rays from afar meet its open parts
+//! more often than its crevices, which less light comes to. Where the two differ a cluster stands
+//! for what shows from afar, and its *unweighted* cluster, for all of it. Unweighted clusters have
+//! a hierarchy of their own: on each level they stand behind the others.
 
 use crate::scene::hvds::Hvds;
 use crate::types::NO_CLUSTER;
@@ -9,7 +10,8 @@ use crate::types::NO_CLUSTER;
 pub const NEARBY: f32 = 2.0;
 
 impl Hvds {
-    /// Gives those base clusters unweighted. Fragments lie in the clusters; the unweighted ones hold the same.
+    /// Gives those base clusters unweighted. Fragments lie in the clusters; the unweighted ones
+    /// hold the same.
     pub fn add_unweighted(&mut self, has_unweighted: &[bool]) {
         let levels = std::mem::take(&mut self.levels);
         let parents = std::mem::take(&mut self.parents);
@@ -25,7 +27,8 @@ impl Hvds {
             let end = first + (level.len() + divided.len()) as u32;
             self.areas_m2.extend(&areas_m2[level.start as usize..level.end as usize]);
             self.areas_m2.resize(end as usize, 0.0);
-            // The next level begins where this one ends, and its unweighted clusters stand behind its own clusters.
+            // The next level begins where this one ends, and its unweighted clusters stand behind
+            // its own clusters.
             let own_up = levels.get(depth + 1).map_or(0, |up| up.len() as u32);
             let moved = |parent: u32| if parent == NO_CLUSTER { parent } else { end + (parent - level.end) };
             self.parents.extend(level.clone().map(|cluster| moved(parents[cluster as usize])));
@@ -45,8 +48,8 @@ impl Hvds {
         self.shown_m2.clone_from(&self.areas_m2);
     }
 
-    /// Takes clusters with an unweighted one for as much area as shows from afar. `samples` of each: how much of its sample points shows, and of
-    /// how much; without any, all of it does.
+    /// Takes clusters with an unweighted one for as much area as shows from afar. `samples` of
+    /// each: how much of its sample points shows, and of how much; without any, all of it does.
     pub fn show(&mut self, samples: &[[f64; 2]]) {
         let areas = self.areas_m2[..self.levels[0].len()].iter().map(|&area| f64::from(area));
         let mut shown: Vec<f64> = areas.collect();

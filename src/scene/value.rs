@@ -1,7 +1,8 @@
-//! A scene file as a tree whose every value knows where it came from, and typed, checked access to it.
+//! A scene file as a tree whose every value knows where it came from, and typed, checked
+//! access to it.
 //!
-//! Values from the file and values from the command line go through the same checks; only the blame differs: a line
-//! of the file, or the flag.
+//! Values from the file and values from the command line go through the same checks; only the blame
+//! differs: a line of the file, or the flag.
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -60,7 +61,8 @@ impl Node {
         Ok(Self::table(document.as_table(), Origin::Line(1), &line_of))
     }
 
-    /// Parses one value from the command line; an unquoted word counts as a string, since shells eat quotes.
+    /// Parses one value from the command line; an unquoted word counts as a string, since
+    /// shells eat quotes.
     pub(super) fn parse_flag(flag: &str, text: &str) -> Result<Self> {
         let is_word = text.starts_with(char::is_alphabetic)
             && text.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.'));
@@ -146,7 +148,8 @@ impl Node {
         entries.iter_mut().find(|(name, _)| name == key).map(|(_, node)| node)
     }
 
-    /// Adds or replaces an entry of a table; nothing happens to anything else, which a later check refuses anyway.
+    /// Adds or replaces an entry of a table; nothing happens to anything else, which a later
+    /// check refuses anyway.
     pub(super) fn set(&mut self, key: &str, value: Self) {
         if let Some(old) = self.get_mut(key) {
             *old = value;
@@ -329,7 +332,8 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// A string, not empty, not too long and free of control characters (it may be printed, or open a file).
+    /// A string, not empty, not too long and free of control characters (it may be printed, or
+    /// open a file).
     pub(super) fn text(&self, key: &str) -> Result<Option<&'a str>> {
         let Some(node) = self.get(key) else { return Ok(None) };
         let text = node.as_text().ok_or_else(|| self.expected(key, "a string", node))?;
@@ -351,8 +355,9 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// A unit vector from three numbers that are not all zero. One that is of unit length but for the rounding to f32 stays as it is,
-    /// so that a direction that was written comes back to the bit.
+    /// A unit vector from three numbers that are not all zero. One that is of unit length but
+    /// for the rounding to f32 stays as it is, so that a direction that was written comes back
+    /// to the bit.
     pub(super) fn direction(&self, key: &str) -> Result<Option<DVec3>> {
         let Some(vector) = self.vector(key, COORDINATE)? else { return Ok(None) };
         unit(vector).map(Some).ok_or_else(|| self.fault_at(key, "a direction must not be zero"))

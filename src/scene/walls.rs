@@ -1,5 +1,6 @@
-//! Where a wall stands on a surface, light differs on its two sides, however near they are: the cluster is split along the wall. Where one
-//! surface of a cluster covers another, it is split between the two.
+//! Where a wall stands on a surface, light differs on its two sides, however near they are: the
+//! cluster is split along the wall. Where one surface of a cluster covers another, it is split
+//! between the two.
 
 use super::hvds::{Fragment, Keyed};
 use super::{clip, layers};
@@ -25,15 +26,17 @@ fn over(plane: Plane, point: DVec3) -> f64 {
 /// Which walls split what they stand on.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Walls {
-    /// Those without thickness: light comes to both of their sides, so that what they stand on shows on both.
+    /// Those without thickness: light comes to both of their sides, so that what they stand on
+    /// shows on both.
     Sheets,
     /// All.
     All,
 }
 
-/// Splits the fragments of each cluster in which one surface covers another, and of each that one of these walls stands on in the same cell;
-/// `is_sheet` tells of a side whether light comes to the other one of its triangle, too.
-/// Keys have room for the part in their lowest bits. Returns the plane of each cluster that is split, by the key of its first part.
+/// Splits the fragments of each cluster in which one surface covers another, and of each that one
+/// of these walls stands on in the same cell; `is_sheet` tells of a side whether light comes to the
+/// other one of its triangle, too. Keys have room for the part in their lowest bits. Returns the
+/// plane of each cluster that is split, by the key of its first part.
 pub(super) fn split(
     fragments: &mut Keyed<Fragment>,
     cell_size: f64,
@@ -129,7 +132,8 @@ fn wall_on(
         let polygon: Vec<DVec3> = fragment.corners.iter().map(|corner| corner.as_dvec3()).collect();
         clip::area(&clip::clip_by(&polygon, |p| over(plane, p)))
     };
-    // In a corner the wall along the cluster's edge may touch more of it than one that stands on it.
+    // In a corner the wall along the cluster's edge may touch more of it than one that stands on
+    // it.
     let cuts = |plane: &Plane| {
         let share = cluster.iter().map(|(_, fragment)| in_front(*plane, fragment)).sum::<f64>() / area;
         (MIN_SHARE..=1.0 - MIN_SHARE).contains(&share)
@@ -137,7 +141,8 @@ fn wall_on(
     walls.into_iter().map(|wall| wall.1).find(cuts)
 }
 
-/// A base cluster as a cell lists it, and the plane that parts it from the next one if they are parts of one.
+/// A base cluster as a cell lists it, and the plane that parts it from the next one if they are
+/// parts of one.
 pub struct CellCluster {
     /// What the sides in it share.
     pub code: u32,
@@ -155,7 +160,8 @@ impl CellCluster {
     }
 }
 
-/// Code of a word in a cell's list that says that the cluster before it is split: the plane follows as the bits of four floats.
+/// Code of a word in a cell's list that says that the cluster before it is split: the plane follows
+/// as the bits of four floats.
 pub(super) const SPLIT: u32 = 63;
 
 /// Adds a cluster, in parts or whole, to a cell's list.
@@ -249,7 +255,8 @@ mod tests {
         let mut split = [false; 2];
         for fragment in hvds.fragments.iter().filter(|fragment| fragment.side < 4 && fragment.area_m2 > 1e-6)
         {
-            // How far it reaches over the wall on either side; a corner of up to a fiftieth of a cell is not cut off.
+            // How far it reaches over the wall on either side; a corner of up to a fiftieth of a
+            // cell is not cut off.
             let over = fragment.corners.iter().map(|p| p.x - 0.7 - 0.3 * p.z);
             let (behind, front) = over.fold((0.0_f32, 0.0_f32), |(a, b), d| (a.max(-d), b.max(d)));
             assert!(

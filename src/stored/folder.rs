@@ -33,8 +33,8 @@ impl Folder {
         let _ = opened.and_then(|file| file.set_modified(SystemTime::now()));
     }
 
-    /// Makes room for so many bytes under the name `file`: removes those that were not used for longest. What another process removes
-    /// meanwhile is no error.
+    /// Makes room for so many bytes under the name `file`: removes those that were not used for
+    /// longest. What another process removes meanwhile is no error.
     ///
     /// # Errors
     /// What the system said.

@@ -147,8 +147,8 @@ impl<'a> Writer<'a> {
         all
     }
 
-    /// Writes the file: to a temporary one beside it, which takes its name once all is on the disk. Of several processes that do so at
-    /// once, one's file stands in the end, whole.
+    /// Writes the file: to a temporary one beside it, which takes its name once all is on the disk.
+    /// Of several processes that do so at once, one's file stands in the end, whole.
     ///
     /// # Errors
     /// What the system said; what was there before is untouched then.
@@ -163,7 +163,8 @@ impl<'a> Writer<'a> {
         }
         out.flush()?;
         drop(out);
-        // Without this a crash soon after the rename could leave an empty file under the final name.
+        // Without this a crash soon after the rename could leave an empty file under the final
+        // name.
         temporary.file().sync_all()?;
         temporary.persist(file)?;
         #[cfg(unix)]

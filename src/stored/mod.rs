@@ -1,7 +1,8 @@
 //! Files that keep what took long to find: sections of plain lists, and what they were made from.
 //!
-//! A file is written whole or not at all, and read through checks that no damage gets past: whoever reads a section has what was
-//! written. What the numbers mean, and whether they fit together, is the reader's to check; this module knows nothing of it.
+//! A file is written whole or not at all, and read through checks that no damage gets past: whoever
+//! reads a section has what was written. What the numbers mean, and whether they fit together, is
+//! the reader's to check; this module knows nothing of it.
 //!
 //! | part | what |
 //! |---|---|
@@ -10,7 +11,8 @@
 //! | table | name, bytes of an element, elements and checksum of each section, in order |
 //! | sections | one behind the other, without gaps |
 //!
-//! Numbers are in the byte order of the machine that wrote them; the mark tells another order, and such a file is made anew.
+//! Numbers are in the byte order of the machine that wrote them; the mark tells another order, and
+//! such a file is made anew.
 
 mod folder;
 mod format;

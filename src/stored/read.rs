@@ -33,8 +33,9 @@ fn name(bytes: &[u8]) -> Result<&str, CacheMiss> {
     name.filter(|_| padding.iter().all(|&byte| byte == 0)).ok_or_else(|| CacheMiss::damaged("a name is none"))
 }
 
-/// Why a file that a user named is not one to read and to replace, in words that follow its name. `None` for a file of light paths,
-/// damaged or not, and for one that cannot be looked at. Nothing is read but its first bytes.
+/// Why a file that a user named is not one to read and to replace, in words that follow its name.
+/// `None` for a file of light paths, damaged or not, and for one that cannot be looked at. Nothing
+/// is read but its first bytes.
 pub fn misnamed(file: &Path) -> Option<String> {
     let (length, start) = glance(file)?;
     if !MAGIC.starts_with(&start[..start.len().min(MAGIC.len())]) {
@@ -77,7 +78,8 @@ impl<'a> File<'a> {
     /// The bytes of a file, to be parsed.
     ///
     /// # Errors
-    /// [`CacheMiss::Missing`], [`CacheMiss::Unreadable`], or [`CacheMiss::Damaged`] where the length is not what the file's start says.
+    /// [`CacheMiss::Missing`], [`CacheMiss::Unreadable`], or [`CacheMiss::Damaged`] where the
+    /// length is not what the file's start says.
     pub fn bytes(file: &Path) -> Result<Vec<u8>, CacheMiss> {
         // Before there is memory for it.
         if let Some((length, start)) = glance(file)
@@ -101,7 +103,8 @@ impl<'a> File<'a> {
         Self::parse_if(bytes, |dependencies| compare(dependencies, key))
     }
 
-    /// Reads a file's contents, whatever they were made from: for whoever wants to know what becomes of a file that lies about that.
+    /// Reads a file's contents, whatever they were made from: for whoever wants to know what
+    /// becomes of a file that lies about that.
     ///
     /// # Errors
     /// As [`Self::parse`], all but [`CacheMiss::Stale`].

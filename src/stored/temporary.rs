@@ -31,8 +31,9 @@ impl Temporary {
         };
         let mut builder = tempfile::Builder::new();
         builder.prefix(PREFIX).suffix(".part");
-        // Temporary files are private by default. This one becomes an ordinary file, subject to the umask. What replaces
-        // a private file is private from the start; `persist` restores its mode whatever the umask.
+        // Temporary files are private by default. This one becomes an ordinary file, subject to the
+        // umask. What replaces a private file is private from the start; `persist` restores its
+        // mode whatever the umask.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(
             mode(target).map_or(0o666, |mode| mode | 0o600),
@@ -89,8 +90,8 @@ impl Drop for Temporary {
     }
 }
 
-/// Removes all temporary files of this process. While what is returned lives, none is created, and none takes its name: who needs
-/// that is about to end the process.
+/// Removes all temporary files of this process. While what is returned lives, none is created, and
+/// none takes its name: who needs that is about to end the process.
 pub fn remove_temporaries() -> impl Sized {
     let live = live();
     for path in &*live {

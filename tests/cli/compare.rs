@@ -66,7 +66,8 @@ fn figures_are_the_closed_forms() {
     assert!(apart["flip"].as_f64().unwrap() > 0.05);
     assert_close(&figures(&folder, "a.exr b.exr --layer double")["rmse"], 0.5);
     assert_close(&figures(&folder, "a.exr b.exr --reference-layer double")["rmse"], 0.24);
-    // Black against white as the authors of FLIP have it, whatever an EXR would have been exposed to.
+    // Black against white as the authors of FLIP have it, whatever an EXR would have been exposed
+    // to.
     let codes = figures(&folder, "white.png black.png --exposure 3");
     assert!((codes["flip"].as_f64().unwrap() - 0.9674).abs() < 1e-4 && codes["rmse"] == 1.0);
     assert!(codes["energy_ratio"].is_null(), "there is no number for it");
@@ -171,7 +172,8 @@ fn pixels_of_an_exr_are_compared_where_they_lie() {
     exr_at(&folder, "moved.exr", [3, 0], [4, 1]);
     exr_at(&folder, "outside.exr", [0, 0], [40, 1]);
     assert_eq!(figures(&folder, "left.exr same.exr")["rmse"], 0.0);
-    // Both are apart from where the other is black: the mean square of 0..12 twice, over 108 pixels.
+    // Both are apart from where the other is black: the mean square of 0..12 twice, over 108
+    // pixels.
     let squares = f64::from((0..12).map(|i| i * i).sum::<i32>());
     assert_close(&figures(&folder, "left.exr right.exr")["rmse"], (2.0 * squares / 108.0).sqrt());
     let refused = |arguments: &str, words: &[&str]| {

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// Two seconds in which the camera walks, the wall becomes glossy, the lamp moves and fades, and a panel comes.
+/// Two seconds in which the camera walks, the wall becomes glossy, the lamp moves and fades, and
+/// a panel comes.
 const FILM: &str = r#"
 scene = "cube.toml"
 fps = 3

@@ -264,7 +264,8 @@ fn exr_layers_add_up_and_cold_runs_agree() {
     let aovs = ["--aov", "depth,direct,indirect,albedo,normal"];
     let output = render(&folder, &[&["-q", "--validation", "-o", "a.exr"], &aovs[..]].concat());
     assert_eq!(stderr(&output), "", "the validation layers are silent");
-    // Two at once, so that they get in each other's way: nothing may depend on how fast the device is.
+    // Two at once, so that they get in each other's way: nothing may depend on how fast the device
+    // is.
     let run = |name| {
         render_cube(&folder, &cube, &[&["-q", "-o", name], &aovs[..]].concat())
             .stdout(Stdio::null())
@@ -309,7 +310,8 @@ fn the_direct_method_is_the_direct_layer() {
     render(&folder, &["-o", "a.exr", "--method", "direct", "--aov", "direct"]);
     let channels = channels(&folder.path().join("a.exr"));
     assert_eq!(channels.len(), 6);
-    // The picture is the device's product of albedo and irradiance, the layer the host's: the last bit may differ.
+    // The picture is the device's product of albedo and irradiance, the layer the host's: the last
+    // bit may differ.
     for (picture, layer) in channels["R"].iter().zip(&channels["direct.R"]) {
         assert!((picture - layer).abs() <= 4.0 * f32::EPSILON * layer, "{picture}, {layer}");
     }

@@ -6,7 +6,8 @@ use image::{Rgb, RgbImage};
 use std::fs;
 use tempfile::TempDir;
 
-/// A closed room, seen towards its far wall, which shows an image of four texels; the other walls are grey.
+/// A closed room, seen towards its far wall, which shows an image of four texels; the other
+/// walls are grey.
 const ROOM: &str = "mtllib room.mtl\nv -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
 vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl grey\nf 4 3 2 1\nf 5 6 7 8\nf 3 4 8 7\nf 4 1 5 8\nf 2 3 7 6\n\
 usemtl image\nf 1/1 2/2 6/3 5/4\n";
@@ -43,7 +44,8 @@ fn every_method_shows_the_image_where_it_lies() {
         let channels = channels(&folder.path().join("a.exr"));
         let albedo =
             |x: usize, y: usize| ["R", "G", "B"].map(|c| channels[&format!("albedo.{c}")][32 * y + x]);
-        // The far wall spans a pixel from 1/11 of the image on. Its image's corners are of one colour each, times Kd.
+        // The far wall spans a pixel from 1/11 of the image on. Its image's corners are of one
+        // colour each, times Kd.
         let (half, full) = (0.215_86, 0.973_45);
         for (x, y, expected) in [
             (3, 3, [0.5 * full, 0.0, 0.0]),

@@ -4,7 +4,8 @@ use std::sync::LazyLock;
 
 use super::{json, run, stderr, stdout};
 
-/// What `time` prints of the Box, and its document. Of so many light paths that the energy is right.
+/// What `time` prints of the Box, and its document. Of so many light paths that the
+/// energy is right.
 struct Timed {
     stdout: String,
     stderr: String,
@@ -43,7 +44,8 @@ fn the_tables_stand_beside_the_papers() {
     assert!(energy["noise"].as_f64().unwrap() <= 0.002, "{energy}");
 }
 
-/// A pass takes no less than its bytes at the copy rate, nor than its rays at the rate of such rays.
+/// A pass takes no less than its bytes at the copy rate, nor than its rays at the rate
+/// of such rays.
 fn floors_follow_from_what_was_measured(document: &serde_json::Value) {
     let number = |value: &serde_json::Value| value.as_f64().unwrap_or_else(|| panic!("{value} is no number"));
     let (copy_gbps, scene) = (number(&document["copy_gbps"]), &document["scenes"][0]);

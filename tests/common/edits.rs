@@ -46,7 +46,8 @@ impl Dice {
         Vec3::new(self.unit(), self.unit(), self.unit())
     }
 
-    /// Anywhere in the Box, the inside of the teapot's closed parts not excepted, and some way out of it.
+    /// Anywhere in the Box, the inside of the teapot's closed parts not excepted, and some way
+    /// out of it.
     fn place(&mut self) -> Vec3 {
         2.2 * (self.vector() - 0.5)
     }
@@ -78,8 +79,8 @@ impl Dice {
     }
 }
 
-/// Everything that can be edited, as it should stand. An edit is one arm of [`State::edit`] and one line of [`State::cold`]:
-/// a new one is added there.
+/// Everything that can be edited, as it should stand. An edit is one arm of [`State::edit`] and one
+/// line of [`State::cold`]: a new one is added there.
 pub struct State {
     pub may_be_glossy: bool,
     pub lights: Vec<(Light, bool)>,

@@ -27,8 +27,8 @@ impl Layer {
         Self { folder }
     }
 
-    /// Puts the layer between the command and the driver, above the validation layer: that one sees what the driver sees. The faults
-    /// are as `tests/faults` describes them.
+    /// Puts the layer between the command and the driver, above the validation layer: that one sees
+    /// what the driver sees. The faults are as `tests/faults` describes them.
     pub fn afflict(&self, command: &mut Command, faults: &str) {
         let folder = self.folder.path();
         match std::env::var("VK_LAYER_PATH") {

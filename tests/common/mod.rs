@@ -11,7 +11,8 @@ use std::sync::{Arc, OnceLock};
 
 use lightpaths::gpu::{Context, ContextOptions};
 
-/// The device of this test binary, with validation and the hazard check on. A missing device is a failure, not a skip.
+/// The device of this test binary, with validation and the hazard check on. A missing device is a
+/// failure, not a skip.
 pub fn context() -> Arc<Context> {
     static CONTEXT: OnceLock<Arc<Context>> = OnceLock::new();
     CONTEXT

@@ -9,7 +9,8 @@ fn in_four(triangle: &Triangle) -> [Triangle; 4] {
     [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]].map(|positions| Triangle { positions, ..*triangle })
 }
 
-/// A box, and so many needles through all of it, whose boxes are its own. They are too thin to be seen.
+/// A box, and so many needles through all of it, whose boxes are its own. They are too thin
+/// to be seen.
 pub fn box_of_needles(count: u32) -> Scene {
     let mut scene = shapes::closed_box(Vec3::ONE, 0.5);
     scene.cameras[0].size = [16, 16];

@@ -1,4 +1,5 @@
-//! `VK_ERROR_*` from every call that can return one: the call and its code are named, and nothing is left behind.
+//! `VK_ERROR_*` from every call that can return one: the call and its code are named, and nothing
+//! is left behind.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -16,7 +17,8 @@ const INFALLIBLE: &str = "vkGetPhysicalDeviceProperties2";
 /// The allocator's: see `memory.rs`.
 const MEMORY: [&str; 2] = ["vkAllocateMemory", "vkMapMemory"];
 
-/// Has a picture rendered with a fault, and demands that this is said, exit code 4, and that nothing else has come of it.
+/// Has a picture rendered with a fault, and demands that this is said, exit code 4, and that
+/// nothing else has come of it.
 fn fails(stage: &Stage, arguments: &str, name: &str, call: &str, code: &str) {
     let case = format!("{name}:{call}:{code}");
     let outcome = stage.run(arguments, &case);
@@ -24,8 +26,8 @@ fn fails(stage: &Stage, arguments: &str, name: &str, call: &str, code: &str) {
     assert_told(stage, &outcome, &[plain(name), code], &format!("{arguments}: {case}"));
 }
 
-/// The same for a call late in a run, that many of `parts` after its first: where a run makes fewer calls than were counted, the call
-/// is sought again among those that it has made.
+/// The same for a call late in a run, that many of `parts` after its first: where a run makes fewer
+/// calls than were counted, the call is sought again among those that it has made.
 fn fails_late(stage: &Stage, arguments: &str, name: &str, [part, parts]: [u64; 2], mut count: u64) {
     const TRIES: usize = 20;
     let before: Vec<_> = stage.listing().into_iter().map(|name| (stage.read(&name), name)).collect();
@@ -76,7 +78,8 @@ fn code_of(name: &str) -> &'static str {
 
 #[test]
 fn the_first_and_the_last_call_of_every_function_may_fail() {
-    // With the validation layer, which says on stderr what is still alive when the device goes: there a single line is demanded.
+    // With the validation layer, which says on stderr what is still alive when the device goes:
+    // there a single line is demanded.
     const RENDER: &str = "render CUBE --method path --spp 2 --validation -o old.png";
     let stage = Stage::new();
     let calls = stage.calls(RENDER);

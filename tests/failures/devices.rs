@@ -35,7 +35,8 @@ fn no_device_is_said_by_every_command_that_needs_one() {
 #[test]
 fn of_two_devices_the_better_or_the_one_asked_for_is_used() {
     let stage = Stage::new();
-    // The loader asks for properties in no order of its own: each call of the program is one device.
+    // The loader asks for properties in no order of its own: each call of the program is one
+    // device.
     let two =
         |second: &str| format!("vkEnumeratePhysicalDevices:1+:TWO,{PROPERTIES}:2:deviceName=Second;{second}");
     let render = |device: &str, second: &str| {
@@ -139,7 +140,8 @@ fn a_device_below_our_needs_is_refused_and_one_that_meets_them_gives_the_same_by
     assert!(push.unwrap() <= 128, "{push:?} bytes of push constants");
     stage.run(RENDER, &format!("{PROPERTIES}:1+:{met}")).assert_done("light paths");
     assert!(stage.read("a.exr") == whole, "light paths");
-    // A pass of photons does not fit in the smallest bindings, which is said; in somewhat larger ones it does.
+    // A pass of photons does not fit in the smallest bindings, which is said; in somewhat larger
+    // ones it does.
     let photons = "render CUBE -q -o a.exr --method photon --spp 1";
     stage.run(photons, "").assert_done(photons);
     let whole = stage.read("a.exr");

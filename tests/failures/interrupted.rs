@@ -1,4 +1,5 @@
-//! Ctrl-C, SIGTERM and a terminal that is closed: the process ends at once, and files are whole or absent.
+//! Ctrl-C, SIGTERM and a terminal that is closed: the process ends at once, and files are
+//! whole or absent.
 
 use std::fs;
 use std::io::Write;
@@ -9,8 +10,8 @@ use std::process::{Child, Command, Stdio};
 
 use crate::program::{Stage, listing, until, wait};
 
-/// Processor time from the signal to the end, in hundredths of a second: a second. Time on the clock depends on what else the
-/// machine does.
+/// Processor time from the signal to the end, in hundredths of a second: a second. Time on the
+/// clock depends on what else the machine does.
 const AT_ONCE: u64 = 100;
 
 const HUP: i32 = 1;
@@ -47,11 +48,12 @@ fn start(mut command: Command) -> Child {
     command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
 }
 
-/// State of a process, such as `T` where it is stopped and `Z` where it has ended and nobody has asked how, and the processor time
-/// that it has taken, hundredths of a second.
+/// State of a process, such as `T` where it is stopped and `Z` where it has ended and nobody has
+/// asked how, and the processor time that it has taken, hundredths of a second.
 fn state(process: &Child) -> (char, u64) {
     let stat = fs::read_to_string(format!("/proc/{}/stat", process.id())).unwrap();
-    // The name in brackets may hold anything; user and system time are the 12th and 13th fields behind it.
+    // The name in brackets may hold anything; user and system time are the 12th and 13th fields
+    // behind it.
     let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
     let ticks = |field: usize| fields[field].parse::<u64>().unwrap();
     (fields[0].chars().next().unwrap(), ticks(11) + ticks(12))
@@ -67,7 +69,8 @@ fn run_for(process: &Child, time: u64) {
     until(has_run).expect("it takes time, or ends");
 }
 
-/// Sends a signal and waits for the end that it brings; the process may have ended by itself before.
+/// Sends a signal and waits for the end that it brings; the process may have ended
+/// by itself before.
 fn assert_ends(child: &mut Child, signals: &[&str], signal: i32, case: &str) -> bool {
     let mut sender = Sender::new(child);
     let before = state(child).1;
@@ -116,8 +119,8 @@ fn every_command_ends_at_once_at_any_moment() {
     ];
     let mut interrupted = 0;
     for (index, arguments) in commands.iter().enumerate() {
-        // Moments from the first instant on, in hundredths of a second of the processor: the work done by then is the same on any
-        // machine like this one.
+        // Moments from the first instant on, in hundredths of a second of the processor: the work
+        // done by then is the same on any machine like this one.
         for (moment, signal) in [(1, INT), (20 + 7 * index as u64, [TERM, INT, HUP][index % 3])] {
             let stage = Stage::new();
             let mut child = start(stage.command(arguments));
@@ -160,7 +163,8 @@ fn a_file_that_is_being_written_goes() {
     }
 }
 
-/// Ends a process by a signal while it writes a file, and demands that nothing is left. False if it was too fast.
+/// Ends a process by a signal while it writes a file, and demands that nothing is left. False if it
+/// was too fast.
 fn is_caught_writing(signal: i32) -> bool {
     let stage = Stage::new();
     let mut child = start(stage.command("precompute CUBE --set quality.entry_points=20000 -o a.paths"));
@@ -200,7 +204,8 @@ fn what_encodes_a_film_ends_with_the_program() {
     fs::remove_file(file).unwrap();
     assert_whole(stage.folder.path(), "encoding");
     assert_eq!(stage.listing().len(), 4, "frames only");
-    // Whoever adopted the encoder may not have looked after it yet; a process that has ended has no memory.
+    // Whoever adopted the encoder may not have looked after it yet; a process that has ended has no
+    // memory.
     let status = || fs::read_to_string(format!("/proc/{encoder}/status")).unwrap_or_default();
     until(|| (!status().contains("VmSize")).then_some(())).expect("the encoder ends");
 }

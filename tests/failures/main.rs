@@ -1,4 +1,5 @@
-//! Devices, discs and people that fail the program: what it says, how it ends, and what it leaves behind.
+//! Devices, discs and people that fail the program: what it says, how it ends, and what
+//! it leaves behind.
 #![cfg(target_os = "linux")]
 #![allow(unreachable_pub, clippy::unwrap_used, reason = "a test may panic")]
 

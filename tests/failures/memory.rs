@@ -1,4 +1,5 @@
-//! Memory that runs out: a smaller plan where there is one, a refusal with the need and a setting where there is none.
+//! Memory that runs out: a smaller plan where there is one, a refusal with the need and a setting
+//! where there is none.
 
 use crate::program::{Stage, in_turns};
 

@@ -56,7 +56,8 @@ impl Stage {
         Self { scenes, folder: tempfile::tempdir().unwrap(), layer: Layer::new() }
     }
 
-    /// The program with these arguments, words with blanks between them: `CUBE` and `FILM` are the scene and the film.
+    /// The program with these arguments, words with blanks between them: `CUBE` and `FILM` are the
+    /// scene and the film.
     pub fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lightpaths"));
         command.current_dir(self.folder.path()).args(self.words(arguments));
@@ -125,7 +126,8 @@ fn is_end(name: &str) -> bool {
 }
 
 impl Outcome {
-    /// Demands that exit code, and one line on stderr that holds these words. Faults that were asked for must have come about.
+    /// Demands that exit code, and one line on stderr that holds these words. Faults that were
+    /// asked for must have come about.
     pub fn assert_failed(&self, code: i32, words: &[&str], case: &str) {
         assert_eq!(self.status.code(), Some(code), "{case}: {:?}", self.said);
         let said = self.said_but_few_paths();
@@ -137,8 +139,9 @@ impl Outcome {
         }
     }
 
-    /// Whether nothing went wrong because the call that was to fail was not made: into how many dispatches a precomputation is cut is
-    /// decided by the clock, so that a run may make fewer calls than the one before.
+    /// Whether nothing went wrong because the call that was to fail was not made: into how many
+    /// dispatches a precomputation is cut is decided by the clock, so that a run may make fewer
+    /// calls than the one before.
     pub fn is_beyond(&self, name: &str, call: u64) -> bool {
         self.status.success() && self.calls.get(name).copied().unwrap_or(0) < call
     }

@@ -19,7 +19,8 @@ const COMPOSITE_EXTRACT: u32 = 81;
 const MULTIPLY: u32 = 132;
 const WORKGROUP: u32 = 4;
 
-/// Invocations of a workgroup where the device sets them (`Tuning::waiting_group`), at most. The shaders say 0.
+/// Invocations of a workgroup where the device sets them (`Tuning::waiting_group`), at most. The
+/// shaders say 0.
 const WAITING: u32 = 64;
 
 /// Bytes of all variables of a module that workgroups share.

@@ -1,9 +1,11 @@
-//! Memory that the invocations of a workgroup share: what one has written, another reads or overwrites only after a barrier. Lavapipe runs the
-//! invocations of a subgroup in step, so that no picture shows a missing `barrier()` there.
+//! Memory that the invocations of a workgroup share: what one has written, another reads or
+//! overwrites only after a barrier. Lavapipe runs the invocations of a subgroup in step, so that no
+//! picture shows a missing `barrier()` there.
 //!
-//! The check follows the control flow of the SPIR-V and keeps the accesses since the last barrier. Two accesses are in conflict if one of them
-//! writes, unless both are atomic, or both are of the element that belongs to the invocation, or one invocation makes both, or one is of the lower
-//! and one of the upper half in a reduction.
+//! The check follows the control flow of the SPIR-V and keeps the accesses since the last barrier.
+//! Two accesses are in conflict if one of them writes, unless both are atomic, or both are of the
+//! element that belongs to the invocation, or one invocation makes both, or one is of the lower and
+//! one of the upper half in a reduction.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -57,9 +59,11 @@ enum Index {
     Constant(u32),
     /// `gl_LocalInvocationIndex` or a component of `gl_LocalInvocationID`.
     Own,
-    /// A loop's variable that begins with the invocation's own number; the step, which is the workgroup's size in all shaders.
+    /// A loop's variable that begins with the invocation's own number; the step, which is the
+    /// workgroup's size in all shaders.
     Strided(String),
-    /// A sum with or a product of the invocation's own number: differs from one invocation to the next.
+    /// A sum with or a product of the invocation's own number: differs from one invocation
+    /// to the next.
     OwnWith(String),
     Other(String),
 }
@@ -115,7 +119,8 @@ impl Access {
         self.variable == other.variable && one_writes && !both_atomic && !apart && !by_one
     }
 
-    /// Whether the numbers of the invocations that come here are below what is added to them in `sum`.
+    /// Whether the numbers of the invocations that come here are below what is added to
+    /// them in `sum`.
     fn is_half(&self, sum: &str) -> bool {
         self.guard.below.as_ref().is_some_and(|below| sum == sum_text(&[Index::Own, below.clone()]))
     }
@@ -277,7 +282,8 @@ impl Program {
         }
     }
 
-    /// What `next` adds to a variable, if it is a sum of that variable and something that does not change.
+    /// What `next` adds to a variable, if it is a sum of that variable and something that
+    /// does not change.
     fn step(&self, variable: u32, next: u32) -> Option<String> {
         let sum = self.defined.get(&next).filter(|sum| sum.code == op::ADD)?;
         let loaded = self.defined.get(&sum.operands[2]).filter(|load| load.code == op::LOAD)?;
@@ -453,8 +459,9 @@ fn conditions(program: &Program, value: u32) -> Vec<u32> {
     }
 }
 
-/// The guard against invocations beyond the end of a list compares with `>=`. With `>` one invocation too many writes beyond
-/// the buffer. The device drops that write, so that no picture shows it.
+/// The guard against invocations beyond the end of a list compares with `>=`. With `>` one
+/// invocation too many writes beyond the buffer. The device drops that write, so that no
+/// picture shows it.
 #[test]
 fn invocations_beyond_a_list_leave() {
     // The first workgroup stays even without values: it writes the total.

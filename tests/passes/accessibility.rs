@@ -33,7 +33,8 @@ fn open_rays_equal_the_reference() {
             let strata = Strata { rings, sectors };
             cpu::accessibility::open_rays(world.geometry(), strata, (point.position, point.side), reach, SEED)
         };
-        // A ray that ends within an ulp of the reach, or passes an edge, may be told apart otherwise.
+        // A ray that ends within an ulp of the reach, or passes an edge, may be told apart
+        // otherwise.
         let differ = points.iter().zip(&found).filter(|(point, found)| reference(point) != **found).count();
         assert!(differ * 500 <= count, "{differ} of {count} points differ");
         let open: u32 = found.iter().sum();
@@ -45,7 +46,8 @@ fn open_rays_equal_the_reference() {
     assert_silent(&world.context);
 }
 
-/// A distance d from an endless wall, the share of cosine-distributed rays that meet it within r is that of the unit disc beyond d/r.
+/// A distance d from an endless wall, the share of cosine-distributed rays that meet it within r is
+/// that of the unit disc beyond d/r.
 #[test]
 fn a_wall_hides_a_segment_of_the_disc() {
     let world = World::new(&shapes::closed_box(Vec3::splat(4.0), 0.5), 8);

@@ -1,4 +1,5 @@
-//! Lists of the scene that the device does not bind are behind addresses: kernels find in them what they find in lists that are bound.
+//! Lists of the scene that the device does not bind are behind addresses: kernels find in them what
+//! they find in lists that are bound.
 
 use crate::common::assert_silent;
 use crate::world::{Random, World};

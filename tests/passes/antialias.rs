@@ -25,7 +25,8 @@ pub(crate) struct Frame {
     pub(crate) pixels: Vec<PixelSurface>,
     /// Of each light: its layer as first traced, and with its shadows' edges averaged.
     pub(crate) layers: Vec<[Vec<f32>; 2]>,
-    /// Of each light: pixels at which it was averaged anew, and how many samples its edge pixels need.
+    /// Of each light: pixels at which it was averaged anew, and how many samples its
+    /// edge pixels need.
     pub(crate) shadow_counts: Vec<u32>,
     pub(crate) needs: Vec<Vec<u32>>,
     pub(crate) irradiance: Vec<Vec3>,
@@ -157,7 +158,8 @@ impl Frame {
     }
 }
 
-/// Which of its points a sample shows, eighths of them that met a surface, place of its source, slot.
+/// Which of its points a sample shows, eighths of them that met a surface, place of
+/// its source, slot.
 pub(crate) fn parts_of(sample: EdgeSample) -> [u32; 4] {
     let what = sample.what;
     [what & 7, what >> 3 & 15, what >> 7 & 15, what >> 11 & 3]
@@ -278,7 +280,8 @@ fn edge_samples_equal_the_reference() {
     assert_silent(&context());
 }
 
-/// Beside the void all that a sample shows is how much of the pixel a surface covers: sixteen points tell it to a sixteenth at best.
+/// Beside the void all that a sample shows is how much of the pixel a surface covers: sixteen
+/// points tell it to a sixteenth at best.
 #[test]
 fn an_outline_covers_its_share_of_each_pixel() {
     let world = World::new(&shapes::facing_squares(1.0, 1.0, 0.5), 8);
@@ -306,7 +309,8 @@ fn an_outline_covers_its_share_of_each_pixel() {
     assert_silent(&context());
 }
 
-/// Shadows' edges on flat walls and on triangles whose normals lean: the mean of the light over the pixel's samples.
+/// Shadows' edges on flat walls and on triangles whose normals lean: the mean of the light over
+/// the pixel's samples.
 #[test]
 fn shadow_edges_equal_the_reference() {
     let room = path_trace::world();

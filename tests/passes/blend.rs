@@ -102,7 +102,8 @@ fn random_clearance(point: &CachePoint) -> f32 {
     (x * 12.3 + y * 45.6 + z * 78.9).fract().abs()
 }
 
-/// Irradiance that bends: neighbours all around a point tell it exactly, those on one side as well as their mean place allows.
+/// Irradiance that bends: neighbours all around a point tell it exactly, those on one side as well
+/// as their mean place allows.
 #[test]
 fn a_quadratic_field_is_blended_without_flattening_it() {
     let context = context();
@@ -144,7 +145,8 @@ fn a_quadratic_field_is_blended_without_flattening_it() {
     assert_silent(&context);
 }
 
-/// Gradients as steep as many, of which some say that there is less than no light: as many records are kept at zero as is told, the others are what all say.
+/// Gradients as steep as many, of which some say that there is less than no light: as many records
+/// are kept at zero as is told, the others are what all say.
 #[test]
 fn records_are_kept_from_falling_below_zero_where_it_is_told() {
     let (context, world) = (context(), World::room());

@@ -49,7 +49,8 @@ fn irradiance_of_views_equals_the_reference() {
 const HEMISPHERE: u32 = 16;
 const SEED: u32 = 5;
 
-/// Proxies that some cache points need, their rays before and after, and the bits of a cluster before and after.
+/// Proxies that some cache points need, their rays before and after, and the bits of a cluster
+/// before and after.
 struct Made {
     world: World,
     points: Vec<CachePoint>,
@@ -61,7 +62,8 @@ struct Made {
 
 fn make(scene: &Scene) -> Made {
     let world = World::new(scene, 32);
-    // Many entry points in every cluster: all proxies have the minimum count, and no ray reads coarser than its footprint.
+    // Many entry points in every cluster: all proxies have the minimum count, and no ray reads
+    // coarser than its footprint.
     let many = vec![1e3; world.in_clusters.len()];
     let points = world.cache_points(&mut Random::new(102), 1_000, 0.1);
     let buffer = Buffer::from_slice(&world.context, "cache points", &points).unwrap();

@@ -1,4 +1,5 @@
-//! From points to clusters: entry points fall where the tables say, and none is lost however walls lie in the grid.
+//! From points to clusters: entry points fall where the tables say, and none is lost however walls
+//! lie in the grid.
 
 use crate::common::assert_silent;
 use crate::world::{Random, World};
@@ -74,7 +75,8 @@ fn no_random_point_of_a_surface_is_lost() {
     assert_eq!(lost, 0);
 }
 
-/// Walls exactly on cell boundaries, a pull beside them, and in between. The grid's numbers are powers of two.
+/// Walls exactly on cell boundaries, a pull beside them, and in between. The grid's numbers are
+/// powers of two.
 #[test]
 fn no_vertex_of_a_box_is_lost_wherever_its_walls_lie_in_the_grid() {
     let cell = 0.125;

@@ -55,7 +55,8 @@ fn slots_equal_the_reference() {
     assert_silent(&context());
 }
 
-/// The light of edge pixels: its sum over slots is the mean over samples, and over more of them where it differs much among those.
+/// The light of edge pixels: its sum over slots is the mean over samples, and over more of them
+/// where it differs much among those.
 #[test]
 fn light_at_edges_equals_the_reference() {
     let room = path_trace::world();

@@ -39,7 +39,8 @@ fn two_levels(count: u32) -> Hvds {
 
 const PATHS: u32 = 499;
 
-/// Random contributions in those lists, and one that nobody reads. At entry points nothing has been reflected yet.
+/// Random contributions in those lists, and one that nobody reads. At entry points nothing has
+/// been reflected yet.
 fn contributions(random: &mut Random, contribution_offsets: &[u32]) -> Vec<Contribution> {
     let mut contributions = Vec::new();
     for (list, run) in contribution_offsets.windows(2).enumerate() {
@@ -145,8 +146,9 @@ fn cluster_energies_equal_the_reference_and_parents_their_children() {
     assert_silent(&context);
 }
 
-/// Layers of lights, and their sum: what the same light makes of path flux. A light's layer is the same to the bit whichever lights are
-/// due with it, and lights that are off are left out of the sum to no effect.
+/// Layers of lights, and their sum: what the same light makes of path flux. A light's layer is the
+/// same to the bit whichever lights are due with it, and lights that are off are left out of the
+/// sum to no effect.
 #[test]
 fn layers_of_lights_equal_the_reference_and_add_up() {
     let context = context();

@@ -1,4 +1,5 @@
-//! Entry points as a sample of the surface: however dense they stand, what they stand for is the surface.
+//! Entry points as a sample of the surface: however dense they stand, what they stand for
+//! is the surface.
 
 use crate::common::assert_silent;
 use crate::world::World;

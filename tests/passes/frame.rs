@@ -1,4 +1,5 @@
-//! The frame's recipe: what each edit redoes, and that its barriers are enough and none is too many.
+//! The frame's recipe: what each edit redoes, and that its barriers are enough and none
+//! is too many.
 
 use crate::common::{assert_silent, context};
 use crate::world::textured;

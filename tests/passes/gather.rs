@@ -15,7 +15,8 @@ use lightpaths::types::{CachePoint, GatherRay, MergedRay, NO_TARGET, Record, Ref
 const CLUSTERS: u32 = 501;
 const ALBEDOS: [Vec3; 3] = [Vec3::new(0.9, 0.5, 0.1), Vec3::ZERO, Vec3::new(0.2, 0.4, 0.8)];
 
-/// Rays that read anything, and gradients of any sign and size up to 2, subnormal halves among them.
+/// Rays that read anything, and gradients of any sign and size up to 2, subnormal
+/// halves among them.
 pub(crate) fn random_rays(
     random: &mut Random,
     packing: GatherTargetPacking,
@@ -137,8 +138,8 @@ fn irradiance_and_gradients_equal_the_reference() {
             let colours = if has_colours { &colours[..] } else { &[] };
             let reference = gather(sources, strata, point.normal, &merged_rays, colours);
             assert_near(record.irradiance, reference.irradiance, SUM, 0.0, "irradiance");
-            // Terms of both signs cancel in a gradient: an error is relative to what they would add up to. Steepest is
-            // the outermost ring, a turn of which counts √(2·rings) times.
+            // Terms of both signs cancel in a gradient: an error is relative to what they would add
+            // up to. Steepest is the outermost ring, a turn of which counts √(2·rings) times.
             let brightest = reference.irradiance.max_element();
             let steepness = row.iter().map(|ray| unpack(ray.gradient).abs().max_element()).sum::<f64>();
             let scale = brightest * steepness / f64::from(packing.min_distance);
@@ -181,11 +182,13 @@ fn assert_columns(device: &Mat3, reference: DMat3, scale: f64, what: &str) {
     }
 }
 
-/// What the reference's gradients mean: irradiance over a slanted source, against a difference quotient.
+/// What the reference's gradients mean: irradiance over a slanted source, against
+/// a difference quotient.
 #[test]
 fn the_rotational_gradient_is_a_derivative() {
     let strata = Strata { rings: 64, sectors: 256 };
-    // A radiance field that depends on the direction in the world only, one cluster for each of 64 steps of height.
+    // A radiance field that depends on the direction in the world only, one cluster for each of 64
+    // steps of height.
     let irradiance: Vec<Vec3> = (0..64).map(|step| Vec3::splat(step as f32)).collect();
     let merging = MergedRayPacking::new((0..64).collect(), Hemisphere { rings: 64, sectors: 256 });
     let sources = Sources {

@@ -1,4 +1,5 @@
-//! Gather rays and clearances: what each ray of a cache point finds, and its weight in the translational gradient.
+//! Gather rays and clearances: what each ray of a cache point finds, and its weight in
+//! the translational gradient.
 
 use crate::common::assert_silent;
 use crate::world::{Random, World, room, textured};
@@ -92,7 +93,8 @@ fn targets_and_gradient_weights_equal_the_reference_in(world: &World) {
             other_colours += found.iter().enumerate().filter(is_apart).count();
             let distances: Vec<_> = found.iter().map(|found| found.distance).collect();
             for ray in 0..per_point {
-                // The gradient is linear in the radiances: a ray's weight is its gradient when it alone is bright.
+                // The gradient is linear in the radiances: a ray's weight is its gradient when it
+                // alone is bright.
                 let alone = |other: u32| f64::from(u8::from(other == ray));
                 let min_distance = f64::from(packing.min_distance);
                 let weight =

@@ -386,7 +386,8 @@ fn light_on_glossy_surfaces_equals_the_reference_in(world: World) {
     assert_silent(&world.context);
 }
 
-/// A light of so many point samples that a cluster's vertices are taken in several dispatches: later ones add to what the first found.
+/// A light of so many point samples that a cluster's vertices are taken in several dispatches:
+/// later ones add to what the first found.
 #[test]
 fn a_light_of_many_samples_adds_up_over_dispatches() {
     let glossy = Glossy::new(World::glossy_room());

@@ -1,4 +1,5 @@
-//! Who reads what surfaces send by their lobes: gather rays, through slots, and rays of glossy pixels.
+//! Who reads what surfaces send by their lobes: gather rays, through slots, and rays
+//! of glossy pixels.
 
 use crate::gloss::{DIRECTIONS, Glossy, HEMISPHERE, SEED};
 use crate::world::{Random, SUM, assert_near};
@@ -21,7 +22,8 @@ use lightpaths::scene::Camera;
 use lightpaths::types::{MergedRay, NO_CLUSTER, NO_TARGET, PixelSurface, Record, View};
 use std::f64::consts::PI;
 
-/// What records gather where rays read slots: albedo times irradiance of the slot's cluster, and what the slot has over its area.
+/// What records gather where rays read slots: albedo times irradiance of the slot's cluster, and
+/// what the slot has over its area.
 pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss, fluxes: &[Vec3]) {
     let (world, context) = (&glossy.world, &glossy.world.context);
     let mut random = Random::new(64);
@@ -83,7 +85,8 @@ pub(crate) fn gathered_slots_equal_the_reference(glossy: &Glossy, gloss: &Gloss,
     }
 }
 
-/// What glossy pixels see where their rays meet glossy surfaces, and nothing else is lit: the vertices there, asked one by one.
+/// What glossy pixels see where their rays meet glossy surfaces, and nothing else is lit: the
+/// vertices there, asked one by one.
 pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
     glossy: &Glossy,
     gloss: &Gloss,
@@ -151,8 +154,9 @@ pub(crate) fn pixels_of_glossy_surfaces_equal_the_reference(
     assert!(lit > 20, "{lit} pixels see glossy surfaces");
 }
 
-/// Rays of glossy pixels that meet broad lobes read the slots that gather rays read, of the cluster that they meet or of one that holds it,
-/// towards where they come from; and their pixels show what these hold.
+/// Rays of glossy pixels that meet broad lobes read the slots that gather rays read, of the
+/// cluster that they meet or of one that holds it, towards where they come from; and their pixels
+/// show what these hold.
 pub(crate) fn pixels_read_the_slots_of_broad_lobes(
     glossy: &Glossy,
     gloss: &Gloss,

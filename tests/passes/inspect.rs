@@ -24,7 +24,8 @@ fn the_box() -> Scene {
     scene
 }
 
-/// With a teapot that may be edited, so that paths stand in another order than they were traced in, and that is glossy.
+/// With a teapot that may be edited, so that paths stand in another order than they were traced in,
+/// and that is glossy.
 fn glossy_box() -> Scene {
     let mut scene = the_box();
     let teapot = scene.materials.iter_mut().find(|material| material.name == "teapot").unwrap();
@@ -114,7 +115,8 @@ fn stored(renderer: &Renderer, point: u32) -> BTreeMap<u32, u32> {
     counts
 }
 
-/// Where nothing but clusters is read, those that rays meet when they are traced again are those of the merged rays.
+/// Where nothing but clusters is read, those that rays meet when they are traced again are those of
+/// the merged rays.
 #[test]
 fn gather_rays_meet_the_clusters_that_merged_rays_name() {
     let mut scene = the_box();
@@ -150,10 +152,12 @@ fn gather_rays_meet_the_clusters_that_merged_rays_name() {
     assert_silent(&context());
 }
 
-/// Proxies, parts and slots take the place of clusters: the irradiance of a record is the sum of what its rays bring all the same.
+/// Proxies, parts and slots take the place of clusters: the irradiance of a record is the sum of
+/// what its rays bring all the same.
 #[test]
 fn gather_rays_bring_what_records_gathered() {
-    // So fine that surface hides other surface in a cell of some level, and is near some cache points.
+    // So fine that surface hides other surface in a cell of some level, and is near some cache
+    // points.
     let quality = Quality { entry_points: 60_000, cells: 64, gap_rounds: 2, ..SMALL };
     for (what, mut scene) in [("diffuse", the_box()), ("glossy", glossy_box())] {
         scene.quality = quality.clone();

@@ -32,7 +32,8 @@ fn entry_points(world: &World, count: usize) -> Vec<PathVertex> {
     points
 }
 
-/// Extends live paths on the device; returns the vertices of each, with the packed colour of the vertex before.
+/// Extends live paths on the device; returns the vertices of each, with the packed colour of
+/// the vertex before.
 fn extend(world: &World, states: &mut Vec<PathState>) -> Vec<Vec<(PathVertex, u32)>> {
     let paths = Buffer::from_slice(&world.context, "paths", states).unwrap();
     let bytes = states.len() * STEPS * size_of::<PathVertex>();
@@ -72,8 +73,8 @@ fn extend(world: &World, states: &mut Vec<PathState>) -> Vec<Vec<(PathVertex, u3
     vertices.chunks_exact(STEPS).zip(counts).map(|(row, count)| row[..count as usize].to_vec()).collect()
 }
 
-/// Walks along what the device found; true if device and reference part somewhere. After each step the reference goes on from the
-/// device's vertex, so that errors do not add up.
+/// Walks along what the device found; true if device and reference part somewhere. After each step
+/// the reference goes on from the device's vertex, so that errors do not add up.
 fn parts(walk: &Walk<'_>, walker: &mut Walker, found: &[(PathVertex, u32)], goes_on: bool) -> bool {
     for (vertex, colour) in found {
         let reference_colour = walk.geometry.colour_at(walker.side, walker.position);
@@ -223,7 +224,8 @@ fn paths_are_stored_whole_in(world: &World) {
             }
             states.retain(|state| state.is_alive == 1);
         }
-        // Material 1 is the editable one: the paths that it reflects behind their entry points come last.
+        // Material 1 is the editable one: the paths that it reflects behind their entry points come
+        // last.
         let is_edited = |vertices: &Vec<(PathVertex, u32)>| {
             let targets = vertices.get(1..vertices.len() - 1).unwrap_or(&[]);
             let material = |vertex: &PathVertex| world.surfaces[vertex.side as usize / 2].material;
@@ -288,7 +290,8 @@ fn paths_are_stored_whole_in(world: &World) {
     assert_silent(&world.context);
 }
 
-/// What the reference's samples promise: 256 of them fall evenly into any 256 boxes of one shape in two neighbouring axes.
+/// What the reference's samples promise: 256 of them fall evenly into any 256 boxes of one shape in
+/// two neighbouring axes.
 #[test]
 fn samples_are_stratified() {
     for seed in [0, 9] {
@@ -301,7 +304,8 @@ fn samples_are_stratified() {
                     let cell = |value: f32, cells: u32| (value * cells as f32) as u32;
                     counts[(cell(point[a], columns) * rows + cell(point[b], rows)) as usize] += 1;
                 }
-                // The first two dimensions make perfect nets, the second and third nets of quality 1.
+                // The first two dimensions make perfect nets, the second and third nets of quality
+                // 1.
                 let bound = if a == 0 { 1 } else { 2 };
                 assert!(counts.iter().all(|&count| count <= bound), "axes {a} and {b}, {columns}×{rows}");
             }

@@ -12,7 +12,8 @@ use lightpaths::scene::{Light, LightKind};
 use lightpaths::types::{LIGHT_AREA, LIGHT_DIRECTIONAL, LightSource, NO_SIDE, PathVertex};
 use std::sync::Arc;
 
-/// One in so many points sees a light past an edge that f32 moves to the other side; in practice hardly one does.
+/// One in so many points sees a light past an edge that f32 moves to the other side; in practice
+/// hardly one does.
 const GRAZING: usize = 250;
 
 /// Lights of each kind, and one more area light of more samples than a dispatch takes.
@@ -26,8 +27,8 @@ fn lights() -> Vec<LightSource> {
     light_sources(&lights)
 }
 
-/// What a light would send to a surface that faces it if it faced that surface: what errors are measured against, for cosines
-/// cancel where light grazes.
+/// What a light would send to a surface that faces it if it faced that surface: what errors are
+/// measured against, for cosines cancel where light grazes.
 fn overhead(light: &LightSource, position: Vec3) -> f64 {
     let distance = |number| {
         let u = cpu::lights::lattice_point(light, number).as_vec2();
@@ -195,7 +196,8 @@ fn sums_over_lights_equal_the_reference() {
     assert_silent(&context);
 }
 
-/// A light that is off is left out of the sum: to the bit what it is with a light that emits nothing.
+/// A light that is off is left out of the sum: to the bit what it is with a light
+/// that emits nothing.
 #[test]
 fn sums_do_not_depend_on_places() {
     let context = context();

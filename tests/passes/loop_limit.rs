@@ -1,4 +1,5 @@
-//! Kernels that follow rays say when the device has ended their loops: lavapipe does, of each invocation, after 65 535 iterations.
+//! Kernels that follow rays say when the device has ended their loops: lavapipe does, of each
+//! invocation, after 65 535 iterations.
 
 use crate::common::assert_silent;
 use crate::common::needles::box_of_needles;

@@ -15,7 +15,8 @@ use std::collections::BTreeMap;
 /// Rays, gradient and turn, and what these would be were all signs alike.
 type Sums = (u32, [DVec2; 2], [DVec2; 2]);
 
-/// Merged rays hold all rays that meet anything, each once, and the sums of what they count for, but for the rounding.
+/// Merged rays hold all rays that meet anything, each once, and the sums of what they count for,
+/// but for the rounding.
 #[test]
 fn merged_rays_add_up_the_rays_that_meet_one_target() {
     let mut random = Random::new(37);
@@ -57,8 +58,8 @@ fn merged_rays_add_up_the_rays_that_meet_one_target() {
                 let unit = f64::from(packing.rotation_unit);
                 let shares = [(movement, 63.5, 2f64.powi(-26)), (unit * turn, 3.5, unit)];
                 for (k, (packed, half_full, unit)) in shares.iter().enumerate() {
-                    // Half a step: the larger number takes more than half of the steps there are, or a step is the unit. And f32's of
-                    // the terms.
+                    // Half a step: the larger number takes more than half of the steps there are,
+                    // or a step is the unit. And f32's of the terms.
                     let step = (sum[k].abs().max_element() / half_full).max(*unit);
                     let bound = DVec2::splat(0.5 * step) + size[k] * 1e-6;
                     let apart = (*packed - sum[k]).abs();

@@ -57,7 +57,8 @@ fn irradiance_of_near_clusters_equals_the_reference() {
         };
         let parts: Vec<NearCluster> = (0..count).map(part).collect();
         let pass = NearField::new(&world.context, &near, &parts).unwrap();
-        // Before records exist, a near-field patch reads its entry and its cluster's irradiance, and writes its own.
+        // Before records exist, a near-field patch reads its entry and its cluster's irradiance,
+        // and writes its own.
         let moved = u64::from(count) * (size_of::<NearCluster>() + 2 * size_of::<Vec3>()) as u64;
         assert_eq!(pass.bytes(std::iter::empty()), moved);
         let mut pyramid = Pyramid::new(&world.context, &world.hvds, &lists, min_area_m2, false).unwrap();
@@ -163,7 +164,8 @@ fn near_clusters_have_the_nearest_record_that_sees_what_they_see() {
 fn near_clusters_of(extent: Extent) {
     let world = World::room();
     let mut random = Random::new(92);
-    // The nearest surfaces on one side of the room are within three cells of 0.1 m, on the other within six.
+    // The nearest surfaces on one side of the room are within three cells of 0.1 m, on the other
+    // within six.
     const CELL_SIZE: f32 = 0.1;
     let clearance = |fragment: &Fragment| if fragment.corners[0].x > 0.0 { 0.2 } else { 0.5 };
     let clearances: Vec<f32> = world.hvds.fragments.iter().map(clearance).collect();

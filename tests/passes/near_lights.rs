@@ -17,7 +17,8 @@ const AREA_M2: f32 = SPACING * SPACING;
 /// Height of the floor, metres.
 const FLOOR: f32 = -0.5;
 
-/// A room of two metres that a wall of a millimetre parts, with entry points on its floor around the middle of the wall's foot.
+/// A room of two metres that a wall of a millimetre parts, with entry points on its floor around
+/// the middle of the wall's foot.
 fn world() -> (World, Vec<PathVertex>) {
     let world = World::new(&shapes::thin_wall(), 16);
     let side = world.triangles.iter().position(|t| t.geometric_normal().y > 0.9).unwrap() as u32 * 2;
@@ -70,7 +71,8 @@ fn form_factors_change_as_the_reference_says() {
     assert_silent(&context());
 }
 
-/// What the entry points get of a light over the floor at that height, per unit of its intensity: in all, and at most of those behind the wall, sr.
+/// What the entry points get of a light over the floor at that height, per unit of its intensity:
+/// in all, and at most of those behind the wall, sr.
 fn received(world: &World, points: &[PathVertex], near: &NearLights, light: &LightSource) -> [f64; 2] {
     let mut factors: Vec<f64> = Vec::new();
     for point in points {
@@ -96,7 +98,8 @@ fn a_light_beside_a_floor_lights_it_wherever_entry_points_are() {
         let position = Vec3::new(-0.25, FLOOR + height, 0.02);
         let light = LightSource::point(position, Vec3::ONE);
         let [all, behind] = received(&world, &points, &near, &light);
-        // What goes down, less what goes further than the entry points; the wall takes little of what is so near to the floor.
+        // What goes down, less what goes further than the entry points; the wall takes little of
+        // what is so near to the floor.
         let far = PI * f64::from(height) / 0.25;
         println!("{height:e} m: {:.4} of 2π, {:.4} beyond", all / TAU, far / TAU);
         assert!(all < 1.01 * TAU && all > 0.99 * TAU - 2.0 * far, "{height:e} m: {all} sr of {TAU}");
@@ -107,7 +110,8 @@ fn a_light_beside_a_floor_lights_it_wherever_entry_points_are() {
         let expected = TAU * (1.0 - 0.3_f64.cos());
         assert!(height > 1e-2 || (all / expected - 1.0).abs() < 0.02, "{height:e} m: {all} sr of {expected}");
     }
-    // Close to the foot of the wall: half of what goes down meets the wall or comes back from there, and nothing comes through.
+    // Close to the foot of the wall: half of what goes down meets the wall or comes back from
+    // there, and nothing comes through.
     let light = LightSource::point(Vec3::new(-1.5e-3, FLOOR + 1e-3, 0.02), Vec3::ONE);
     let [all, behind] = received(&world, &points, &near, &light);
     println!("beside the wall: {:.4} of 2π", all / TAU);

@@ -9,7 +9,8 @@ use lightpaths::gpu::Buffer;
 use lightpaths::passes::frame::path_scan::{FROM_ENTRY, HEAD, PathScan, PathStep};
 use lightpaths::types::{Contribution, OPEN, Reflectance};
 
-/// Steps of paths of those lengths; slots are a permutation. A stride that no length here shares a factor with.
+/// Steps of paths of those lengths; slots are a permutation. A stride that no length here shares
+/// a factor with.
 fn steps(lengths: &[usize], mut step: impl FnMut() -> (u32, f32)) -> Vec<PathStep> {
     let count: usize = lengths.iter().sum();
     let mut steps = Vec::new();
@@ -32,7 +33,8 @@ fn scan(albedos: &[Vec3], steps: &[PathStep], colours: &[u32]) -> Vec<Vec3> {
     scan_among(&materials, steps, colours, &[])
 }
 
-/// Scans on the device, twice because the result must not depend on what was there: throughputs in path order.
+/// Scans on the device, twice because the result must not depend on what was there: throughputs
+/// in path order.
 fn scan_among(materials: &[Reflectance], steps: &[PathStep], colours: &[u32], lobes: &[f32]) -> Vec<Vec3> {
     const UNTOUCHED: Vec3 = Vec3::splat(-7.0);
     let context = context();
@@ -82,7 +84,8 @@ fn lengths(random: &mut Random, count: usize, longest: u32) -> Vec<usize> {
     lengths
 }
 
-/// Around an invocation's 4 or 128 vertices, a block's 1024, two blocks, and the 256 blocks that one round carries over on a GPU.
+/// Around an invocation's 4 or 128 vertices, a block's 1024, two blocks, and the 256 blocks that
+/// one round carries over on a GPU.
 const COUNTS: [usize; 17] =
     [0, 1, 3, 4, 5, 127, 128, 129, 1023, 1024, 1025, 2048, 2053, 9_973, 262_144, 262_145, 300_007];
 
@@ -127,7 +130,8 @@ fn paths_among_glossy_surfaces_equal_the_reference() {
             let material = random.below(5);
             (if material == 4 { FROM_ENTRY } else { material }, 0.5 + random.unit())
         });
-        // From the mirror direction itself, by way of where a sharp lobe falls off, to the opposite direction.
+        // From the mirror direction itself, by way of where a sharp lobe falls off, to the opposite
+        // direction.
         let lobes: Vec<f32> =
             (0..count).map(|_| 2.0 * random.unit().powi(1 + random.below(12) as i32)).collect();
         let found = scan_among(&materials, &steps, &[], &lobes);
@@ -187,7 +191,8 @@ fn long_paths_equal_the_reference_exactly() {
 
 #[test]
 fn a_path_of_many_blocks_carries_its_throughput_through_all() {
-    // More blocks than two rounds of the carry step hold, in a single path: one factor in the first block only.
+    // More blocks than two rounds of the carry step hold, in a single path: one factor in the first
+    // block only.
     let count = 2 * 256 * 1024 + 2_500;
     let albedos = [Vec3::ONE, Vec3::new(0.5, 0.0, 0.25)];
     let mut index = 0;

@@ -125,7 +125,8 @@ fn samples_equal_the_reference_in(world: &World) {
             differ += u32::from(!is_same);
             bright += u32::from(scale > 0.1);
         }
-        // A path that grazes an edge goes another way, and eleven paths of some ten rays each have a share in a pixel.
+        // A path that grazes an edge goes another way, and eleven paths of some ten rays each have
+        // a share in a pixel.
         println!("{differ} of {pixels} pixels differ, {bright} are bright");
         assert!(differ * 50 <= pixels, "{light_count} lights: {differ} of {pixels} pixels differ");
         assert!(light_count == 0 || bright * 2 > pixels, "{bright}");

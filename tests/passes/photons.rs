@@ -118,7 +118,8 @@ fn photons_equal_the_reference_in(world: &World) {
             }
             first += live.len() * STEPS as usize;
             live = survivors;
-            // A path that lives on the device only, or by the reference only, would put all others out of step.
+            // A path that lives on the device only, or by the reference only, would put all others
+            // out of step.
             if parted > 0 {
                 break;
             }
@@ -245,8 +246,8 @@ fn irradiances_equal_the_reference() {
             let mass = masses[index].as_dvec3();
             let reference =
                 cpu::photon_irradiance::photon_irradiance(*point, reaches[index], &listed, mass, radius);
-            // Photons on a border of the kernel's support may be in or out: it is continuous at the rim, and at the rims of
-            // sectors and planes random photons do not lie.
+            // Photons on a border of the kernel's support may be in or out: it is continuous at the
+            // rim, and at the rims of sectors and planes random photons do not lie.
             assert_near(irradiances[index], reference, SUM, 1.0, "irradiance");
             bright += usize::from(reference.max_element() > 0.0);
         }

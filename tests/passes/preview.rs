@@ -1,4 +1,5 @@
-//! Direct light before there are light paths: to the bit what the renderer shows of direct light alone.
+//! Direct light before there are light paths: to the bit what the renderer shows of
+//! direct light alone.
 
 use crate::common::{assert_silent, context};
 use crate::world::textured;

@@ -53,7 +53,8 @@ fn disagreements(world: &World, queries: &[RayQuery], answers: &[RayAnswer]) -> 
     let disagrees = |(query, answer): (&RayQuery, &RayAnswer)| {
         let direction = query.direction.as_dvec3();
         let Some(hit) = geometry.closest(query.origin, direction) else { return answer.side != NO_SIDE };
-        // The distance from the reference's plane to the device's hit: t itself grows inexact as the ray grazes the plane.
+        // The distance from the reference's plane to the device's hit: t itself grows inexact as
+        // the ray grazes the plane.
         let normal = world.surfaces[hit.triangle as usize].normal.as_dvec3();
         let off_plane = ((f64::from(answer.t) - hit.t) * direction.dot(normal)).abs();
         let same_side = answer.side == geometry.side(hit.triangle, direction);
@@ -139,7 +140,8 @@ fn edges_and_corners_of_a_box_are_hit() {
     assert_silent(&world.context);
 }
 
-/// Rays from inside the sphere around `centre`: towards every corner and the middle of every edge, then at random.
+/// Rays from inside the sphere around `centre`: towards every corner and the middle of every edge,
+/// then at random.
 fn inside_out(world: &World, centre: Vec3, radius: f32, count: usize) -> Vec<RayQuery> {
     let mut random = Random::new(11);
     let mut queries = Vec::with_capacity(count);
@@ -203,8 +205,9 @@ fn to_edges(centre: Vec3, size: Vec3, count: usize) -> Vec<RayQuery> {
     (0..count).map(ray).collect()
 }
 
-/// Walls in the planes of the axes have boxes of no thickness. A ray to an edge enters one wall's box where it leaves the
-/// other's, so that rounding alone decides whether it meets both, one, or, were boxes not widened, none.
+/// Walls in the planes of the axes have boxes of no thickness. A ray to an edge enters one wall's
+/// box where it leaves the other's, so that rounding alone decides whether it meets both, one, or,
+/// were boxes not widened, none.
 #[test]
 fn no_ray_escapes_from_a_closed_box() {
     for (size, centre) in

@@ -1,4 +1,5 @@
-//! What of the hierarchy is read: against brute force; and that working out no more than that changes no bit of it.
+//! What of the hierarchy is read: against brute force; and that working out no more than that
+//! changes no bit of it.
 
 use crate::common::{assert_silent, context};
 use crate::world::{Random, World};

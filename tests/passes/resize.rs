@@ -73,7 +73,8 @@ fn a_picture_of_another_size_is_that_of_a_cold_start() {
         renderer.set_light(0, light).unwrap();
         renderer.frame().unwrap();
         assert!(bits(&renderer) == at_odd, "{what}: {odd:?} as a cold start has it");
-        // A light that comes later has room for this picture; one that is off is traced when it comes on.
+        // A light that comes later has room for this picture; one that is off is traced when it
+        // comes on.
         renderer.add_light(third.clone()).unwrap();
         renderer.frame().unwrap();
         if what == "glossy" {

@@ -117,7 +117,8 @@ fn nothing_that_hides_a_light_is_missed() {
                     (hiding, kept) = (hiding + hiders.len(), kept + own.len());
                 }
             }
-            // Of narrow shafts little is kept that hides nothing, where all would be sixty triangles and more a batch.
+            // Of narrow shafts little is kept that hides nothing, where all would be sixty
+            // triangles and more a batch.
             assert!(kept <= 3 * hiding + 80 * 3, "light {index}: {kept} kept, {hiding} hide something");
         }
     }

@@ -83,7 +83,8 @@ const KEPT: usize = 8;
 /// Weights this small may round to nothing on one side.
 const HAIR: f32 = 1e-4;
 
-/// Checks the list of one pixel; says what became of it: covered, reached by a relaxed record, or uncovered and served by the record that fits best.
+/// Checks the list of one pixel; says what became of it: covered, reached by a relaxed record, or
+/// uncovered and served by the record that fits best.
 fn check_pixel(
     world: &World,
     pixel: &PixelSurface,
@@ -129,7 +130,8 @@ fn check_pixel(
     let sign = if is_covered { 1.0 } else { -1.0 };
     for share in shares {
         let weight = f64::from(weight_of(share.record)) / sum;
-        // The metric's square root of 1 - cos keeps seven bits less than its cosine near its own zero.
+        // The metric's square root of 1 - cos keeps seven bits less than its cosine near its own
+        // zero.
         let bound = 1e-3 / sum.max(1e-3);
         assert!(
             (sign * f64::from(share.weight) - weight).abs() < bound,
@@ -205,8 +207,8 @@ fn many_uncovered_pixels_among_many_records_have_the_one_that_fits_best() {
     assert_silent(&world.context);
 }
 
-/// Where smooth shading hides a sharp edge, the horizon is that of the facet: a record on a facet that is turned away says nothing,
-/// though its shading normal is the same.
+/// Where smooth shading hides a sharp edge, the horizon is that of the facet: a record on a facet
+/// that is turned away says nothing, though its shading normal is the same.
 #[test]
 fn facets_at_a_sharp_edge_share_no_records() {
     let normal = Vec3::new(0.0, 0.8, 0.6);

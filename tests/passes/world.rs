@@ -21,7 +21,8 @@ pub(crate) const FLOAT: f64 = 1e-5;
 /// Relative tolerance of a sum.
 pub(crate) const SUM: f64 = 1e-4;
 
-/// Entry points that clusters are judged by: so few that many base clusters hold less than gather rays trust.
+/// Entry points that clusters are judged by: so few that many base clusters hold less than
+/// gather rays trust.
 const ENTRY_POINTS: u32 = 5_000;
 
 /// Reproducible numbers in [0, 1).
@@ -124,7 +125,8 @@ impl World {
         }
     }
 
-    /// A closed room of 2×1.5×1 m with sixty triangles adrift in it, whose shading normals lean away from their planes.
+    /// A closed room of 2×1.5×1 m with sixty triangles adrift in it, whose shading normals lean
+    /// away from their planes.
     pub(crate) fn room() -> Self {
         Self::new(&room(), 16)
     }
@@ -232,7 +234,8 @@ pub(crate) fn room() -> Scene {
     scene
 }
 
-/// Images on all but every third material: one that repeats, and one that does not; noise of all codes.
+/// Images on all but every third material: one that repeats, and one that does not; noise
+/// of all codes.
 pub(crate) fn textured(mut scene: Scene) -> Scene {
     let mut random = Random::new(17);
     for (index, material) in scene.materials.iter_mut().enumerate().filter(|(index, _)| index % 3 != 1) {
@@ -245,7 +248,8 @@ pub(crate) fn textured(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Fails unless all components agree to `tolerance` relative to the larger of the reference's largest one and `scale`.
+/// Fails unless all components agree to `tolerance` relative to the larger of the reference's
+/// largest one and `scale`.
 #[track_caller]
 pub(crate) fn assert_near(device: Vec3, reference: DVec3, tolerance: f64, scale: f64, what: &str) {
     let bound = tolerance * reference.abs().max_element().max(scale);

@@ -7,7 +7,8 @@ use lightpaths::renderer::Layer;
 use lightpaths::scene::{LightKind, Material, Quality, Scene, Triangle, shapes};
 use std::f64::consts::PI;
 
-/// Albedos: so dark a floor that what it sends back to the wall does not count, 0.01·0.8·0.2 of its own light.
+/// Albedos: so dark a floor that what it sends back to the wall does not count, 0.01·0.8·0.2 of
+/// its own light.
 const FLOOR: f64 = 0.01;
 const WALL: f64 = 0.8;
 const LIGHT: DVec3 = DVec3::new(0.1, 0.6, 0.3);

@@ -1,4 +1,5 @@
-//! Direct light: inverse square law and Lambert's cosine, and no singularity where a light touches a surface.
+//! Direct light: inverse square law and Lambert's cosine, and no singularity where a light
+//! touches a surface.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_close, render};
@@ -78,7 +79,8 @@ fn lights_on_surfaces_are_bounded_and_leave_the_far_field_alone() {
         renderer.frame().unwrap();
         let direct = irradiance(&renderer);
         assert!(direct.iter().all(|value| value.is_finite() && *value >= 0.0), "light at {light}");
-        // In a black room, what enters the paths is all that they contribution; clusters near edges hold some of it twice.
+        // In a black room, what enters the paths is all that they contribution; clusters near edges
+        // hold some of it twice.
         black.move_light(0, light).unwrap();
         black.frame().unwrap();
         let flux = black.path_flux().unwrap();

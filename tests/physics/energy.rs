@@ -1,4 +1,5 @@
-//! Energy balance: what a closed sphere absorbs is what the light emits, at every level of the hierarchy.
+//! Energy balance: what a closed sphere absorbs is what the light emits, at every level
+//! of the hierarchy.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_close, render};
@@ -90,7 +91,8 @@ fn all_light_enters_the_paths_and_is_absorbed_in_the_end() {
     assert_silent(&context());
 }
 
-/// In a wedge, entry points stand the denser the lower it is: what they stand for must add up all the same.
+/// In a wedge, entry points stand the denser the lower it is: what they stand for must add up
+/// all the same.
 #[test]
 fn unequally_dense_entry_points_take_in_all_light() {
     let mut scene = shapes::closed_box(Vec3::new(1.0, 0.2, 1.0), ALBEDO);
@@ -139,13 +141,15 @@ fn parents_hold_the_sums_of_their_children_and_levels_the_whole() {
         let sum: DVec3 = flux[clusters.clone()].iter().map(|[direct, indirect]| *direct + *indirect).sum();
         assert_all_close(&format!("level {depth}"), sum, whole.x, 1e-5);
         for cluster in clusters {
-            // No root is divided by less than the area of an entry point; indirect light may be that of a cluster around.
+            // No root is divided by less than the area of an entry point; indirect light may be
+            // that of a cluster around.
             let irradiance = irradiance[cluster].as_dvec3();
             let mut source = cluster;
             let stored = |source: usize| flux[cluster][0] / area(cluster) + flux[source][1] / area(source);
             while !irradiance.abs_diff_eq(stored(source), 2e-6 * irradiance.x) {
                 if hvds.parents[source] == NO_CLUSTER {
-                    // Then it is small, near others, and has the light of a record: everywhere the same in here.
+                    // Then it is small, near others, and has the light of a record: everywhere the
+                    // same in here.
                     let lent = irradiance - flux[cluster][0] / area(cluster);
                     assert!(depth < 2, "cluster {cluster} of level {depth}: {irradiance} of no source");
                     assert!(lent.abs_diff_eq(everywhere, 0.1 * everywhere.x), "{lent} where {everywhere} is");

@@ -1,4 +1,5 @@
-//! Surfaces of many flat facets, as meshes without normals are: their direct light is the path tracer's, also where facets meet.
+//! Surfaces of many flat facets, as meshes without normals are: their direct light is the path
+//! tracer's, also where facets meet.
 
 use crate::common::{assert_silent, context};
 use crate::path_tracer::trace;

@@ -16,8 +16,8 @@ use lightpaths::scene::{Scene, bvh::Bvh, grid, hvds::Hvds, shapes, surfaces};
 const PATHS: u32 = 200_000;
 const CELLS: u32 = 16;
 
-/// Targets of each path in order, then one entry for its last vertex: material of every vertex but the last, whose
-/// surface nothing left any more.
+/// Targets of each path in order, then one entry for its last vertex: material of every vertex but
+/// the last, whose surface nothing left any more.
 struct Walks {
     /// Material where each path starts.
     starts: Vec<u32>,
@@ -26,7 +26,8 @@ struct Walks {
     lost: u64,
 }
 
-/// Traces the light paths of a scene as the precomputation does, all sides that see something taking part.
+/// Traces the light paths of a scene as the precomputation does, all sides that see
+/// something taking part.
 fn walk(context: &Arc<Context>, scene: &mut Scene) -> Walks {
     let bvh = Bvh::build(&scene.triangles).unwrap();
     scene.triangles = bvh.order.iter().map(|&index| scene.triangles[index as usize]).collect();
@@ -72,14 +73,15 @@ fn tell_rectangles_apart(scene: &mut Scene) {
     scene.triangles.iter_mut().enumerate().for_each(|(index, t)| t.material = index as u32 / 2);
 }
 
-/// Form factor of a point at height 1 over the corner of an x × y rectangle that lies parallel to its surface.
+/// Form factor of a point at height 1 over the corner of an x × y rectangle that lies parallel
+/// to its surface.
 fn corner_form_factor(x: f64, y: f64) -> f64 {
     let term = |a: f64, b: f64| a / (1.0 + a * a).sqrt() * (b / (1.0 + a * a).sqrt()).atan();
     (term(x, y) + term(y, x)) / std::f64::consts::TAU
 }
 
-/// Form factor from one square to a parallel, coaxial one, the distance between them 1: the exact form factor of a point,
-/// averaged over the first square by the midpoint rule.
+/// Form factor from one square to a parallel, coaxial one, the distance between them 1: the exact
+/// form factor of a point, averaged over the first square by the midpoint rule.
 fn square_form_factor(from: f64, to: f64) -> f64 {
     const STEPS: u32 = 400;
     let middle = |i: u32| from * ((f64::from(i) + 0.5) / f64::from(STEPS) - 0.5);
@@ -152,7 +154,8 @@ fn rows_of_a_closed_box_sum_to_one() {
     tell_rectangles_apart(&mut scene);
     let walks = walk(&context(), &mut scene);
     assert_eq!(walks.lost, 0);
-    // Roulette starts after six reflections at the earliest (0.9⁶ > ½): a shorter path has found a way out of the box.
+    // Roulette starts after six reflections at the earliest (0.9⁶ > ½): a shorter path has found a
+    // way out of the box.
     assert!(walks.targets.iter().all(|targets| targets.len() >= 6), "no path escapes");
     for from in 0..6 {
         let mut row = [0_u32; 6];

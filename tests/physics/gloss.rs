@@ -1,4 +1,5 @@
-//! Glossy surfaces, against the path tracer: seen by the camera, by other surfaces, and by each other.
+//! Glossy surfaces, against the path tracer: seen by the camera, by other surfaces, and
+//! by each other.
 
 use crate::common::{assert_silent, context};
 use crate::lights::room;
@@ -111,8 +112,9 @@ impl Case {
 static CASES: LazyLock<[Case; 3]> =
     LazyLock::new(|| [1.0, 40.0, 200.0].map(|exponent| Case::new(glossy(exponent, false), 256, QUALITY)));
 
-/// [Yue §5]: up to 40 without a visible difference. Sharper lobes show an error that grows: what they send to other surfaces is
-/// blurred, and the reference's own noise with it; their energy is right.
+/// [Yue §5]: up to 40 without a visible difference. Sharper lobes show an error that grows:
+/// what they send to other surfaces is blurred, and the reference's own noise with it; their
+/// energy is right.
 #[track_caller]
 fn check_lobe(case: &Case, tolerance: f64) {
     let exponent = case.exponent;
@@ -123,7 +125,8 @@ fn check_lobe(case: &Case, tolerance: f64) {
     assert!((indirect - 1.0).abs() < tolerance, "exponent {exponent}: {indirect} of the indirect light");
 }
 
-/// Over seeds, indirect light of 50 000 entry points scatters by 0.65 %: the bound is three times that.
+/// Over seeds, indirect light of 50 000 entry points scatters by 0.65 %: the bound is
+/// three times that.
 #[test]
 fn lobes_broad_and_sharp_hold_against_the_path_tracer() {
     CASES.iter().for_each(|case| check_lobe(case, 0.02));
@@ -140,7 +143,8 @@ fn check_sent_on(case: &Case, directions: u64, bound: f64, tolerance: f64) {
     assert!(relmse < bound && (energy - 1.0).abs() < tolerance, "{exponent}: {relmse:.2e}, {energy}");
 }
 
-/// Over three seeds relMSE at an exponent of 200 is 3e-4 to 5e-4. The number of directions shows a blur.
+/// Over three seeds relMSE at an exponent of 200 is 3e-4 to 5e-4. The number of directions
+/// shows a blur.
 #[test]
 fn light_sent_on_is_as_sharp_as_its_lobe() {
     check_sent_on(&CASES[1], 144, 5e-4, 0.02);
@@ -161,7 +165,8 @@ fn sharp_lobes_hold_against_the_path_tracer() {
     assert_silent(&context());
 }
 
-/// The sharper the lobe, the more directions; an editable one has to do with those of the settings, and that is told.
+/// The sharper the lobe, the more directions; an editable one has to do with those of the settings,
+/// and that is told.
 #[test]
 fn directions_follow_the_sharpest_lobe() {
     for (exponent, editable, directions) in [(1000.0, false, 2916), (200.0, true, 144)] {
@@ -170,7 +175,8 @@ fn directions_follow_the_sharpest_lobe() {
         let is_blurred = renderer.scene().warnings.iter().any(|warning| warning.contains("blurred"));
         assert_eq!(is_blurred, editable);
     }
-    // Without cache points no surface reads the outgoing light of another, so that nothing is blurred.
+    // Without cache points no surface reads the outgoing light of another, so that nothing is
+    // blurred.
     let renderer = render(glossy(200.0, true), Quality { cache_points: 0, ..SKETCH });
     assert_eq!(renderer.scene().warnings, [""; 0]);
     assert_silent(&context());
@@ -186,7 +192,8 @@ fn check_editable(entry_points: u32, tolerance: f64) {
     assert_silent(&context());
 }
 
-/// Over six seeds of 50 000 entry points indirect light has a mean of 0.9999 and scatters by 0.65 %: the bound is three times that.
+/// Over six seeds of 50 000 entry points indirect light has a mean of 0.9999 and scatters by 0.65
+/// %: the bound is three times that.
 #[test]
 fn editable_surfaces_reflect_alike() {
     check_editable(50_000, 0.02);
@@ -215,8 +222,8 @@ fn surfaces_edited_from_diffuse_to_glossy_are_as_good_as_loaded() {
     assert_silent(&context());
 }
 
-/// Without light paths nothing is known of what surfaces send to each other: highlights are all that a glossy surface adds, and they are
-/// those of the whole picture.
+/// Without light paths nothing is known of what surfaces send to each other: highlights are all
+/// that a glossy surface adds, and they are those of the whole picture.
 #[test]
 fn direct_light_alone_is_that_of_the_whole_picture() {
     for case in &*CASES {

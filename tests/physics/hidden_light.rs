@@ -1,4 +1,5 @@
-//! A light just behind a screen, both in one cell with the wall: what gather rays read where they meet the screen. [Yue §5, Figure 3]
+//! A light just behind a screen, both in one cell with the wall: what gather rays read where they
+//! meet the screen. [Yue §5, Figure 3]
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, render};
@@ -54,7 +55,8 @@ fn light_behind_a_screen_stays_there() {
         println!("occlusion {occlusion}: mean and RMS error facing, beside: {kinds:.3?}");
         kinds
     });
-    // Wrong by more than there is of it; then right in the mean, and in each point but for the noise of sixteen rays.
+    // Wrong by more than there is of it; then right in the mean, and in each point but for the
+    // noise of sixteen rays.
     assert!(without[0][0] > 0.8, "without proxies the hidden light leaks: {without:?}");
     assert!(with[0][0].abs() < 0.12 && with[1][0].abs() < 0.12, "{with:?}");
     assert!(with[0][1] < 0.6 && with[1][1] < 0.6, "{with:?}");
@@ -64,7 +66,8 @@ fn light_behind_a_screen_stays_there() {
     assert_silent(&context());
 }
 
-/// The paper's Figure 3 in gaps that hold both surfaces in one cell of the finest level: found at precompute, and refined.
+/// The paper's Figure 3 in gaps that hold both surfaces in one cell of the finest level: found at
+/// precompute, and refined.
 fn check_gaps(gaps: &[f32]) {
     for &gap in gaps {
         let quality = Quality { entry_points: 200_000, gather_rays: 144, ..SMALL };
@@ -74,7 +77,8 @@ fn check_gaps(gaps: &[f32]) {
         let exact = renderer.exact_irradiance(exact).unwrap();
         let kinds = [errors(&renderer, &exact, faces_the_screen), errors(&renderer, &exact, stands_beside)];
         println!("gap {gap}: mean and RMS error facing, beside: {kinds:.3?}");
-        // Before there was any of it: +2 443 % and +662 % in the narrower one, +58 % and +20 % in the other.
+        // Before there was any of it: +2 443 % and +662 % in the narrower one, +58 % and +20 % in
+        // the other.
         for [mean, rms] in kinds {
             assert!(mean.abs() < 0.12 && rms < 0.4, "{kinds:?}");
         }
@@ -93,7 +97,8 @@ fn gaps_nearly_as_wide_as_a_cell_are_refined() {
     check_gaps(&[0.1]);
 }
 
-/// The same at the paper's settings; of their cache points every twentieth, for each ray's hit is path traced.
+/// The same at the paper's settings; of their cache points every twentieth, for each ray's hit
+/// is path traced.
 #[test]
 #[ignore = "full size: make stress"]
 fn a_gap_at_the_papers_settings_keeps_its_light() {
@@ -116,7 +121,8 @@ fn a_gap_at_the_papers_settings_keeps_its_light() {
     assert_silent(&context());
 }
 
-/// Where few entry points are as near to a light as its gap is wide, the number that is told is enough.
+/// Where few entry points are as near to a light as its gap is wide, the number that is
+/// told is enough.
 #[test]
 fn a_light_in_too_narrow_a_gap_is_told() {
     let warning = |gap, entry_points| {
@@ -136,7 +142,8 @@ fn a_light_in_too_narrow_a_gap_is_told() {
     assert_silent(&context());
 }
 
-/// Gaps are found wherever the lights are: one that moves in gives the picture of a cold start with it there.
+/// Gaps are found wherever the lights are: one that moves in gives the picture of a cold start
+/// with it there.
 #[test]
 fn a_light_that_moves_into_a_gap_is_as_good_as_loaded() {
     let quality = Quality { entry_points: 20_000, ..SMALL };

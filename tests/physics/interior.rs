@@ -8,8 +8,8 @@ use lightpaths::renderer::{Exact, Layer, Stage};
 use lightpaths::scene::{Quality, Scene, Triangle, shapes};
 use lightpaths::types::Record;
 
-/// A cube of 2 m from inside, on whose floor a slab of 2 cm lies, sunk to half its height: nearly all of the floor is inside, in the
-/// same cells as the slab's top.
+/// A cube of 2 m from inside, on whose floor a slab of 2 cm lies, sunk to half its height: nearly
+/// all of the floor is inside, in the same cells as the slab's top.
 fn tiled_room() -> Scene {
     let mut scene = shapes::closed_box(Vec3::splat(2.0), 0.5);
     let slab = shapes::closed_box(Vec3::new(1.9, 0.02, 1.9), 0.5).triangles;
@@ -20,7 +20,8 @@ fn tiled_room() -> Scene {
     scene
 }
 
-/// The same with another slab inside the first: what lies under both sees the outside of the inner one first.
+/// The same with another slab inside the first: what lies under both sees the outside of the
+/// inner one first.
 fn nested_room() -> Scene {
     let mut scene = tiled_room();
     let inner = shapes::closed_box(Vec3::new(1.88, 0.004, 1.88), 0.5).triangles;
@@ -70,7 +71,8 @@ fn what_is_inside_a_solid_takes_no_light_away() {
 /// Records on a floor say nothing about the top of a slab that covers it.
 #[test]
 fn what_is_covered_does_not_speak_for_what_covers_it() {
-    // Too wide for its floor to count as covered; so many records that the corner around the slab is well resolved.
+    // Too wide for its floor to count as covered; so many records that the corner around the slab
+    // is well resolved.
     let mut scene = covered_room(0.012);
     scene.cameras[0].target = Vec3::new(0.0, -1.0, 0.2);
     let renderer =
@@ -84,7 +86,8 @@ fn what_is_covered_does_not_speak_for_what_covers_it() {
     assert_silent(&context());
 }
 
-/// However small the clusters are beside what an entry point stands for, they hold all light that there is.
+/// However small the clusters are beside what an entry point stands for, they hold all light
+/// that there is.
 #[test]
 fn irradiance_times_area_is_the_flux_of_every_cluster() {
     let scene = shapes::closed_box(Vec3::new(2.0, 1.5, 1.0), 0.0);

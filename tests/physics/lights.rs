@@ -1,5 +1,6 @@
-//! Every kind of light in the light paths' method: direct light against closed forms and the path tracer, form factors by the
-//! power that enters a closed sphere, and all light of a room against the path tracer.
+//! Every kind of light in the light paths' method: direct light against closed forms and the path
+//! tracer, form factors by the power that enters a closed sphere, and all light of a room against
+//! the path tracer.
 
 use crate::common::{assert_silent, context};
 use crate::path_tracer::{square, trace};
@@ -18,7 +19,8 @@ const AREA: LightKind = LightKind::Area {
     samples: 10,
 };
 
-/// Direct irradiance of each pixel of the square of albedo 1/2, first channel, W/m², and where it is.
+/// Direct irradiance of each pixel of the square of albedo 1/2, first channel, W/m², and
+/// where it is.
 fn direct(kind: LightKind) -> Vec<(DVec3, f64)> {
     let mut scene = square(kind);
     scene.cameras[0].size = [48, 32];

@@ -38,7 +38,8 @@ const SMALL: Quality = Quality {
     ..Quality::DRAFT
 };
 
-/// A renderer after its first frame. It leaves nothing out, so that all that is between the stages can be asked about.
+/// A renderer after its first frame. It leaves nothing out, so that all that is between the stages
+/// can be asked about.
 fn render(mut scene: Scene, quality: Quality) -> Renderer {
     scene.quality = quality;
     let mut renderer = Renderer::new(&context(), scene, &mut Silent).unwrap();

@@ -68,7 +68,8 @@ fn the_same_samples_give_the_same_bytes_however_they_are_asked_for() {
     assert_silent(&context());
 }
 
-/// The mean of equal samples equals one sample. A plain sum of as many as each half of the picture has is off by more than `plain_error`.
+/// The mean of equal samples equals one sample. A plain sum of as many as each half of the picture
+/// has is off by more than `plain_error`.
 fn check_many_samples(samples: u32, plain_error: f32) {
     // A plane under a sun: every sample is the same.
     let mut scene = shapes::facing_squares(100.0, 0.0, 0.7);

@@ -43,7 +43,8 @@ pub(crate) fn square(kind: LightKind) -> Scene {
     scene
 }
 
-/// Compares the direct light of all pixels of [`square`] with an irradiance, to `tolerance` of the largest.
+/// Compares the direct light of all pixels of [`square`] with an irradiance, to `tolerance`
+/// of the largest.
 fn check_direct(kind: LightKind, samples: u32, tolerance: f64, irradiance: impl Fn(DVec3) -> f64) {
     let tracer = trace(square(kind), [32, 32], samples);
     compare_direct(kind, &tracer.picture().unwrap(), tracer.traced_scene(), tolerance, irradiance);
@@ -58,7 +59,8 @@ pub(crate) fn compare_direct(
     irradiance: impl Fn(DVec3) -> f64,
 ) {
     let positions = positions(scene);
-    // The mean over the pixel: image x runs along x, image y along z, and the plane is a metre away.
+    // The mean over the pixel: image x runs along x, image y along z, and the plane is a metre
+    // away.
     let pixel = 2.0 * 25.0_f64.to_radians().tan() / 32.0;
     let inside = |i: u32| pixel * (f64::from(i) - 3.5) / 8.0;
     let mean = |at: DVec3| {
@@ -114,7 +116,8 @@ fn directional_light_follows_the_cosine() {
     check_direct(LightKind::Directional { direction, irradiance: Vec3::splat(3.0) }, 4, 0.0, |_| 0.0);
 }
 
-/// Irradiance of an upward surface from a polygon of unit radiance above it: Lambert's sum over its edges.
+/// Irradiance of an upward surface from a polygon of unit radiance above it: Lambert's sum
+/// over its edges.
 fn polygon_irradiance(at: DVec3, corners: &[DVec3]) -> f64 {
     let term = |i: usize| {
         let [a, b] = [i, (i + 1) % corners.len()].map(|i| (corners[i] - at).normalize());
@@ -136,7 +139,8 @@ fn area_light_follows_the_polygon_formula_and_emits_on_one_side() {
     check_direct(light(edge_v, edge_u), 4, 0.0, |_| 0.0);
 }
 
-/// Mean of a channel over pixels, and the standard deviation of that mean that the variances of the pixels state.
+/// Mean of a channel over pixels, and the standard deviation of that mean that the variances of
+/// the pixels state.
 fn mean_and_noise(values: &[[f32; 3]], variance: &[[f32; 3]]) -> [f64; 2] {
     let count = values.len() as f64;
     let sum = |of: &[[f32; 3]]| of.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>();
@@ -170,7 +174,8 @@ fn check_sphere(cases: &[(f32, u32, u32, f64)]) {
     assert_silent(&context());
 }
 
-/// Stated noise: 0.4 % at an albedo of one half, 0.8 % at 0.99. The bounds are three and two and a half times that.
+/// Stated noise: 0.4 % at an albedo of one half, 0.8 % at 0.99. The bounds are three and two and a
+/// half times that.
 #[test]
 fn indirect_light_of_the_integrating_sphere() {
     check_sphere(&[(0.0, 8, 4, 0.0), (0.5, 32, 16, 0.012), (0.99, 16, 16, 0.02)]);
@@ -192,8 +197,8 @@ fn light_bounces_between_two_plates() {
     assert_silent(&context());
 }
 
-/// Form factor from a surface element to a rectangle that stands upright on its plane at a distance of `a`, `height` tall, from
-/// the foot of the perpendicular to `b` aside.
+/// Form factor from a surface element to a rectangle that stands upright on its plane at a distance
+/// of `a`, `height` tall, from the foot of the perpendicular to `b` aside.
 fn upright(a: f64, b: f64, height: f64) -> f64 {
     let slant = a.hypot(height);
     ((b / a).atan() - a / slant * (b / slant).atan()) / (2.0 * PI)
@@ -201,11 +206,13 @@ fn upright(a: f64, b: f64, height: f64) -> f64 {
 
 #[test]
 fn a_wall_lights_the_floor_beside_it() {
-    // The floor is seen; the wall at z = -1/2 has the light of a sun along the floor and straight on it.
+    // The floor is seen; the wall at z = -1/2 has the light of a sun along the floor and straight
+    // on it.
     let irradiance = Vec3::ONE;
     let mut scene = square(LightKind::Directional { direction: Vec3::NEG_Z, irradiance });
     scene.materials.push(Material { diffuse: Vec3::splat(0.8), ..scene.materials[0].clone() });
-    // In red so dark that what it sends back to the wall does not count: 0.01·0.8·0.2. Green keeps the paths going.
+    // In red so dark that what it sends back to the wall does not count: 0.01·0.8·0.2. Green keeps
+    // the paths going.
     scene.materials[0].diffuse = Vec3::new(0.01, 0.9, 0.0);
     let corners = [(-0.5, 0.0), (0.5, 0.0), (0.5, 1.0), (-0.5, 1.0)].map(|(x, y)| Vec3::new(x, y, -0.5));
     for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
@@ -227,7 +234,8 @@ fn a_wall_lights_the_floor_beside_it() {
     assert_silent(&context());
 }
 
-/// In a sphere whose wall emits evenly, a small glossy mirror shows the wall's radiance times its albedo.
+/// In a sphere whose wall emits evenly, a small glossy mirror shows the wall's radiance
+/// times its albedo.
 #[test]
 fn a_glossy_surface_in_even_light_shows_its_albedo() {
     let (radius, flux, wall) = (1.5, 10.0, 0.8);
@@ -283,7 +291,8 @@ fn albedo(material: &Reflectance, outgoing: DVec3) -> f64 {
     2.0 * PI * sum / f64::from(steps * steps)
 }
 
-/// Nothing ends paths between walls that absorb nothing: the clock does. Every pixel has something to show by then.
+/// Nothing ends paths between walls that absorb nothing: the clock does. Every pixel has something
+/// to show by then.
 #[test]
 fn a_deadline_ends_paths_that_never_end() {
     for albedo in [1.0, 0.5] {
@@ -304,7 +313,8 @@ fn a_deadline_ends_paths_that_never_end() {
     assert_silent(&context());
 }
 
-/// A deadline that comes while samples are taken leaves pixels with different numbers of them, each of which is right in the mean.
+/// A deadline that comes while samples are taken leaves pixels with different numbers of them, each
+/// of which is right in the mean.
 #[test]
 fn a_deadline_between_samples_keeps_the_mean() {
     let mut scene = shapes::closed_box(Vec3::ONE, 0.5);

@@ -24,8 +24,9 @@ fn mean(layer: &[[f32; 3]]) -> f64 {
     layer.iter().flatten().map(|value| f64::from(*value)).sum::<f64>() / (3 * layer.len()) as f64
 }
 
-/// What arrives in a closed sphere is the light's flux, and each bounce's share of it: Φ/(1-ρ). Spheres by albedo and tolerance.
-/// The mean of a map's flux is as noisy as the lengths of its paths are: 0.2 %, 0.4 % and 0.8 % at albedos of 0.5, 0.9 and 0.99.
+/// What arrives in a closed sphere is the light's flux, and each bounce's share of it: Φ/(1-ρ).
+/// Spheres by albedo and tolerance. The mean of a map's flux is as noisy as the lengths of its
+/// paths are: 0.2 %, 0.4 % and 0.8 % at albedos of 0.5, 0.9 and 0.99.
 fn check_sphere(cases: &[(f32, f64)]) {
     let (radius, flux) = (1.5, 10.0);
     for &(albedo, tolerance) in cases {
@@ -114,13 +115,15 @@ static PLATES: LazyLock<(Vec<Option<DVec3>>, Picture)> = LazyLock::new(|| {
     (positions(mapper.traced_scene()), mapper.picture().unwrap())
 });
 
-/// The photon map ends at the plates' edges: a kernel that reached past them would lose a tenth of the light there.
+/// The photon map ends at the plates' edges: a kernel that reached past them would lose a tenth of
+/// the light there.
 #[test]
 fn light_bounces_between_two_plates() {
     let (positions, picture) = &*PLATES;
     let (ratio, pixels) = plates::ratio(positions, &picture.indirect);
     assert!(pixels > 600, "{pixels}");
-    // Half of a percent is noise: three gather rays in four leave the plates. Two seeds were off by -0.3 % and 0.6 %.
+    // Half of a percent is noise: three gather rays in four leave the plates. Two seeds were off by
+    // -0.3 % and 0.6 %.
     assert_close("mean indirect light", ratio, 1.0, 0.015);
     assert_silent(&context());
 }
@@ -132,7 +135,8 @@ fn the_same_samples_give_the_same_bytes_however_they_are_asked_for() {
     assert_silent(&context());
 }
 
-/// Light stays on its side of a wall of a millimetre, though the photons beyond are well within the kernel.
+/// Light stays on its side of a wall of a millimetre, though the photons beyond are well
+/// within the kernel.
 #[test]
 fn no_light_leaks_past_a_thin_wall() {
     let scene = shapes::thin_wall();
@@ -148,7 +152,8 @@ fn no_light_leaks_past_a_thin_wall() {
     assert_silent(&context());
 }
 
-/// Compares the mean of both layers with the path tracer's. Returns relative differences of direct and indirect light.
+/// Compares the mean of both layers with the path tracer's. Returns relative differences of direct
+/// and indirect light.
 fn differences(scene: Scene, size: u32, samples: [u32; 2]) -> [f64; 2] {
     let mut scene = scene;
     scene.cameras[0].size = [size; 2];
@@ -198,13 +203,15 @@ fn glossy_walls_and_all_lights_have_the_energy_of_the_path_tracer() {
         scene.lights =
             kinds.iter().map(|&kind| Light { name: kind.word().to_owned(), kind, is_on: true }).collect();
         let [direct, indirect] = differences(scene.clone(), 48, [96, 32]);
-        // Both are noisy: some 0.6 % of the photon mapper's indirect light, and 0.4 % of the path tracer's.
+        // Both are noisy: some 0.6 % of the photon mapper's indirect light, and 0.4 % of the path
+        // tracer's.
         assert!(direct.abs() < 0.01 && indirect.abs() < 0.02, "direct {direct}, indirect {indirect}");
     }
     assert_silent(&context());
 }
 
-/// All photons of a narrow beam arrive in a few cells, more than an estimate looks at. They carry a tenth of the light.
+/// All photons of a narrow beam arrive in a few cells, more than an estimate looks at. They carry a
+/// tenth of the light.
 #[test]
 fn a_narrow_beam_keeps_its_energy() {
     let (albedo, angle) = (0.9_f32, 0.02_f32);

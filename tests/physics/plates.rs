@@ -31,7 +31,8 @@ pub(crate) fn scene() -> Scene {
     scene
 }
 
-/// Ratio of a picture's indirect light on the lower plate to what it should be, and over how many pixels.
+/// Ratio of a picture's indirect light on the lower plate to what it should be, and over
+/// how many pixels.
 pub(crate) fn ratio(positions: &[Option<DVec3>], indirect: &[[f32; 3]]) -> (f64, u32) {
     let plates = [-0.5, 0.5].map(middles);
     let [_, upper] = radiosities(&plates);

@@ -11,10 +11,12 @@ use lightpaths::types::Record;
 const FLUX_W: f32 = 10.0;
 const RADIUS_M: f32 = 1.5;
 
-/// The paper's entry points, gather rays and cells; 1 000 cache points are as good a sample of the wall as 40 000.
+/// The paper's entry points, gather rays and cells; 1 000 cache points are as good a sample of the
+/// wall as 40 000.
 const PAPER: Quality = Quality { cache_points: 1_000, ..Quality::PAPER };
 
-/// Mean error and RMS of the indirect irradiance in all records, relative to the closed form, all channels.
+/// Mean error and RMS of the indirect irradiance in all records, relative to the closed
+/// form, all channels.
 fn errors(renderer: &Renderer, records: &Buffer, albedo: f64) -> [f64; 2] {
     // Flux and albedo are the polyhedron's exactly; so must its area be.
     let expected = f64::from(FLUX_W) / renderer.scene().area_m2() * albedo / (1.0 - albedo);
@@ -29,7 +31,8 @@ fn errors(renderer: &Renderer, records: &Buffer, albedo: f64) -> [f64; 2] {
     [mean(&|e| e), mean(&|e| e * e).sqrt()]
 }
 
-/// One precomputation, the light at the centre and then half-way to the wall. Mean errors stay within `tolerance`.
+/// One precomputation, the light at the centre and then half-way to the wall. Mean errors
+/// stay within `tolerance`.
 fn check(albedo: f32, quality: Quality, tolerance: f64) {
     let scene = shapes::integrating_sphere(RADIUS_M, 4, albedo, Vec3::ZERO, FLUX_W);
     let mut renderer = render(scene, quality);
@@ -52,7 +55,8 @@ fn check(albedo: f32, quality: Quality, tolerance: f64) {
     assert_silent(&context());
 }
 
-/// As many entry points to a cluster as at the paper's settings. Over three seeds the mean scatters by 0.25 %: the bound is three times that.
+/// As many entry points to a cluster as at the paper's settings. Over three seeds the mean scatters
+/// by 0.25 %: the bound is three times that.
 #[test]
 fn indirect_irradiance_is_uniform() {
     let quality = Quality { entry_points: 25_000, cells: 16, cache_points: 400, ..PAPER };
@@ -69,7 +73,8 @@ fn indirect_irradiance_is_uniform_at_the_papers_settings() {
     }
 }
 
-/// Where hardly any cluster holds as many vertices as it takes to reach the minimum count, chance must not decide which of them are.
+/// Where hardly any cluster holds as many vertices as it takes to reach the minimum count, chance
+/// must not decide which of them are.
 fn check_few_vertices(entry_points: u32, cells: u32, tolerance: f64) {
     let quality = Quality { entry_points, cells, cache_points: 400, ..PAPER };
     let scene = shapes::integrating_sphere(RADIUS_M, 4, 0.5, Vec3::ZERO, FLUX_W);
@@ -80,7 +85,8 @@ fn check_few_vertices(entry_points: u32, cells: u32, tolerance: f64) {
     assert_silent(&context());
 }
 
-/// As many entry points to a cluster as in small cells. Over three seeds the mean scatters by 0.33 %: the bound is three times that.
+/// As many entry points to a cluster as in small cells. Over three seeds the mean scatters by 0.33
+/// %: the bound is three times that.
 #[test]
 fn clusters_of_few_vertices_bring_no_bias() {
     check_few_vertices(25_000, 32, 0.01);
@@ -92,7 +98,8 @@ fn clusters_of_few_vertices_bring_no_bias_in_small_cells() {
     check_few_vertices(100_000, 64, 0.003);
 }
 
-/// The ends of the range at a fraction of the cost: where nothing is reflected, and where it takes a hundred bounces.
+/// The ends of the range at a fraction of the cost: where nothing is reflected, and where it takes
+/// a hundred bounces.
 fn check_ends(entry_points: u32, tolerance: f64) {
     let quality = Quality { entry_points, cache_points: 400, cells: 16, gather_rays: 144, ..PAPER };
     for albedo in [0.0_f32, 0.99] {
@@ -124,8 +131,8 @@ fn indirect_irradiance_where_walls_are_nearly_white_of_many_paths() {
     check_ends(30_000, 0.02);
 }
 
-/// The wall of a millimetre is open at its ends, so that all of its sides show, and clusters are split along it at every setting: hardly any light
-/// leaks past it, whatever the cells.
+/// The wall of a millimetre is open at its ends, so that all of its sides show, and clusters are
+/// split along it at every setting: hardly any light leaks past it, whatever the cells.
 #[test]
 fn hardly_any_light_leaks_past_a_thin_wall() {
     let mean = |renderer: &Renderer| {

@@ -26,7 +26,8 @@ fn exact_irradiance_in_the_integrating_sphere_is_the_closed_form() {
             let mean = errors.iter().sum::<f64>() / count;
             let rms = (errors.iter().map(|error| error * error).sum::<f64>() / count).sqrt();
             println!("{stage:?}: mean {:+.3} %, RMS {:.3} %", 100.0 * mean, 100.0 * rms);
-            // The mean of some hundred points' estimates, by the spread of one; at most a tenth off in each.
+            // The mean of some hundred points' estimates, by the spread of one; at most a tenth off
+            // in each.
             assert!(mean.abs() <= 4.0 * rms / count.sqrt() && rms <= 0.1, "{stage:?}: {mean}, {rms}");
             mean
         });

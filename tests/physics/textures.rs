@@ -1,4 +1,5 @@
-//! Images on walls: all methods against a closed form, and ours against the path tracer where borders of an image must stay sharp.
+//! Images on walls: all methods against a closed form, and ours against the path tracer where
+//! borders of an image must stay sharp.
 
 use crate::common::{assert_silent, context};
 use crate::path_tracer::trace;
@@ -73,7 +74,8 @@ fn assert_layer(renderer: &Renderer, layer: Layer, expected: &[[f32; 3]], bound:
     assert!(relmse <= bound, "{layer:?}: {relmse:.2e}");
 }
 
-/// Light that is reflected more than once against light that is reflected once: ρ/(1−ρ) for the mean albedo ρ, in every pixel.
+/// Light that is reflected more than once against light that is reflected once: ρ/(1−ρ) for the
+/// mean albedo ρ, in every pixel.
 #[track_caller]
 fn check_ratio(what: &str, layers: [&[[f32; 3]]; 2], albedo: DVec3, tolerance: f64) {
     let [direct, indirect] = layers.map(sum);
@@ -168,7 +170,8 @@ fn a_room_with_images_equals_the_path_tracer() {
     ] {
         assert_layer(&renderer, layer, expected, bound);
     }
-    // Colours follow the camera, and the samples of edges the light: there and back again, all is as before.
+    // Colours follow the camera, and the samples of edges the light: there and back again, all is
+    // as before.
     let first = renderer.layer(Layer::Beauty).unwrap();
     let view = renderer.scene().cameras[0].clone();
     renderer.move_camera(Vec3::new(0.3, 0.2, 0.4), Vec3::ZERO);
@@ -192,7 +195,8 @@ fn a_room_with_images_equals_the_path_tracer() {
     assert_silent(&context());
 }
 
-/// Images multiply what a wall scatters, and not glossy surfaces on it: every way that light takes in a glossy room.
+/// Images multiply what a wall scatters, and not glossy surfaces on it: every way that light takes
+/// in a glossy room.
 #[test]
 fn a_glossy_room_with_images_equals_the_path_tracer() {
     let mut scene = room();

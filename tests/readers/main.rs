@@ -1,5 +1,6 @@
-//! Files that are damaged or made up, by the thousand: readers come to an end, let no index out that leads nowhere, and take memory in
-//! proportion to what they are given. The same functions are fuzzed (`make fuzz`), and what that found is in `fuzz/corpus`.
+//! Files that are damaged or made up, by the thousand: readers come to an end, let no index out
+//! that leads nowhere, and take memory in proportion to what they are given. The same functions are
+//! fuzzed (`make fuzz`), and what that found is in `fuzz/corpus`.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod memory;
@@ -28,13 +29,15 @@ fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
 /// Memory that a reader may take: bytes for each byte of its input, and bytes.
 type Bound = (usize, usize);
 
-/// Lists that grow by doubling, and are there twice where one is made from another; whatever a scene has beside what is tried.
+/// Lists that grow by doubling, and are there twice where one is made from another; whatever a
+/// scene has beside what is tried.
 const TEXTS: Bound = (600, 4 << 20);
-/// What the largest growth of an image can be, four times: decoded, as colours, with its transparency and as the scene has it.
+/// What the largest growth of an image can be, four times: decoded, as colours, with its
+/// transparency and as the scene has it.
 const IMAGES: Bound = (4 * 8256, 4 << 20);
 
-/// Reads the corpus of a target, whose files named `good` are good, and files made from it. So many of a thousand shall be good: with
-/// fewer or more the test would try too little.
+/// Reads the corpus of a target, whose files named `good` are good, and files made from it. So many
+/// of a thousand shall be good: with fewer or more the test would try too little.
 fn hold(
     target: &str,
     read: impl Fn(&[u8]) -> bool,
@@ -121,8 +124,8 @@ fn textures() {
     hold("texture", readers::texture, 400, make, IMAGES, 100..800);
 }
 
-/// A colour profile of zeros, packed a thousandfold, which no pixel needs: as a texture it takes no
-/// memory.
+/// A colour profile of zeros, packed a thousandfold, which no pixel needs: as a texture it
+/// takes no memory.
 #[test]
 fn a_packed_colour_profile_takes_no_memory() {
     let mut info = png::Info::with_size(2, 2);

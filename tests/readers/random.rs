@@ -171,7 +171,8 @@ pub(super) fn mtl(random: &mut Random) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// A scene file, or a film, made of `good`'s tables in another order, with some keys of theirs, and other values.
+/// A scene file, or a film, made of `good`'s tables in another order, with some keys of theirs,
+/// and other values.
 pub(super) fn toml(random: &mut Random, good: &str) -> Vec<u8> {
     let tables: Vec<&str> = good.split("\n\n").collect();
     let mut text = String::new();

@@ -34,7 +34,8 @@ fn at(folder: &TempDir, path: &str) -> String {
     folder.path().join(path).to_str().unwrap().to_owned()
 }
 
-/// What becomes of a scene whose model is that file: nothing where it loads, else what is said. With leave, all must load.
+/// What becomes of a scene whose model is that file: nothing where it loads, else what is said.
+/// With leave, all must load.
 fn outcome(folder: &TempDir, model: &str) -> Option<String> {
     write(folder, "scene/s.toml", &format!("[[model]]\nfile = {model:?}\n{CAMERA}{LIGHT}"));
     let spec = at(folder, "scene/s.toml");

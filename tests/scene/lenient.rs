@@ -187,8 +187,8 @@ fn numbers_of_materials_stand_for_what_they_can() {
     assert!(close(material("Kd 255 51 0\n").diffuse, Vec3::new(0.99, 0.198, 0.0)));
 }
 
-/// The specular albedo gives way, so that exporters' defaults leave light an end and colours their
-/// own.
+/// The specular albedo gives way, so that exporters' defaults leave light an end and
+/// colours their own.
 #[test]
 fn materials_reflect_less_than_they_receive() {
     let scene = with_mtl(
@@ -312,8 +312,8 @@ fn files_of_other_kinds_are_named() {
     );
 }
 
-/// The face of the letter C, whichever corner comes first; each is closed to a square where it is a
-/// fan.
+/// The face of the letter C, whichever corner comes first; each is closed to a square where it
+/// is a fan.
 #[test]
 fn concave_faces_keep_their_notch() {
     let corners = [[0, 0], [3, 0], [3, 1], [1, 1], [1, 2], [3, 2], [3, 3], [0, 3]];

@@ -1,4 +1,5 @@
-//! What is too much is refused, in a line that says how much it is, and before there is memory for it.
+//! What is too much is refused, in a line that says how much it is, and before there is
+//! memory for it.
 
 use lightpaths::scene::limits::{
     self, CAMERAS, FILM_KEYS, IMAGE_BYTES, IMAGE_SIDE, LIBRARIES, LIGHTS, MATERIALS, MODELS, MTL_BYTES,
@@ -219,7 +220,8 @@ fn films_are_not_too_long() {
 /// A transform that leaves no number in any coordinate of a vertex.
 #[test]
 fn numbers_stay_numbers_under_transforms() {
-    // The others are as large as they may be. What is no number is in no bounding box as long as others follow, in the order of the faces.
+    // The others are as large as they may be. What is no number is in no bounding box as long as
+    // others follow, in the order of the faces.
     let huge = "v 1e308 1e308 1e308\nv 0 0 0\nv 1e-9 0 0\nv 0 1e-9 0\nf 1 2 3\nf 2 3 4\n";
     let mut refused = 0;
     for (x, y) in (0..24).flat_map(|x| (0..24).map(move |y| (15 * x, 15 * y))) {

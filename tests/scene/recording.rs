@@ -11,7 +11,8 @@ use super::{CAMERA, LIGHT};
 
 const FPS: f64 = 30.0;
 
-/// A scene of two materials with a lamp, a spot that is off, and a panel, around an offset; its folder.
+/// A scene of two materials with a lamp, a spot that is off, and a panel, around an
+/// offset; its folder.
 fn scene(offset: f64) -> (tempfile::TempDir, String, Scene) {
     let folder = tempfile::tempdir().unwrap();
     let corner = |x: f64, z: f64| format!("v {} {} {}\n", x + offset, 0.1 - offset, z + 0.5 * offset);
@@ -54,7 +55,8 @@ fn expect_camera(wanted: &Camera, found: &Camera) {
     assert!((wanted.fov_y_degrees / found.fov_y_degrees - 1.0).abs() < 1.01e-3);
 }
 
-/// A light that is off may be anywhere; what it was called before a light of another kind got its name does not matter.
+/// A light that is off may be anywhere; what it was called before a light of another kind got its
+/// name does not matter.
 fn expect_lights(wanted: &[Light], state: &State, scene: &Scene) {
     let changed = |index: usize| state.lights.iter().find(|(light, ..)| *light == index);
     let as_filmed = |(index, light): (usize, &Light)| match changed(index) {

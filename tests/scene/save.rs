@@ -1,4 +1,5 @@
-//! Scenes saved and loaded again: the same to the bit, and the text left alone where nothing has changed.
+//! Scenes saved and loaded again: the same to the bit, and the text left alone where
+//! nothing has changed.
 
 use std::path::{Path, PathBuf};
 
@@ -124,7 +125,8 @@ fn edit(scene: &mut Scene, dice: &mut Dice) {
     material.bound_albedo();
 }
 
-/// Edits a scene over and over, saving and loading after each time; every other time what was loaded first is saved again.
+/// Edits a scene over and over, saving and loading after each time; every other time what was
+/// loaded first is saved again.
 fn edit_often(spec: &str, options: &LoadOptions, times: usize) {
     let folder = tempfile::tempdir().unwrap();
     let to = folder.path().join("saved.toml");

@@ -1,4 +1,5 @@
-//! Many at once, and for long. `make soak` takes the full sizes; `LIGHTPATHS_SOAK_SECONDS` says how long, an hour unless told.
+//! Many at once, and for long. `make soak` takes the full sizes; `LIGHTPATHS_SOAK_SECONDS` says how
+//! long, an hour unless told.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 #[path = "../common/mod.rs"]
@@ -30,8 +31,8 @@ fn pictures(renders: Vec<(Child, PathBuf)>) -> Vec<Vec<u8>> {
     renders.into_iter().map(finish).collect()
 }
 
-/// Renders at once make the bytes that one makes: each with a file of its own, then twice with one cache, then all with one file, too.
-/// A short test leaves out the first two rounds.
+/// Renders at once make the bytes that one makes: each with a file of its own, then twice with one
+/// cache, then all with one file, too. A short test leaves out the first two rounds.
 fn many_at_once(at_once: usize, is_short: bool, arguments: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: String| folder.path().join(name);
@@ -101,9 +102,10 @@ fn picture(renderer: &mut Renderer) -> Vec<u32> {
     layers.iter().flat_map(|pixels| pixels.as_flattened()).map(|value| value.to_bits()).collect()
 }
 
-/// Edits and takes them back, again and again: picture and memory are as they were. Without validation layers, as users have it: these take some
-/// hundred bytes an edit for themselves. Round `n` makes the edits of round `n - sequences`. `is_long_enough`: of the rounds so far, and the time that
-/// they took.
+/// Edits and takes them back, again and again: picture and memory are as they were. Without
+/// validation layers, as users have it: these take some hundred bytes an edit for themselves. Round
+/// `n` makes the edits of round `n - sequences`. `is_long_enough`: of the rounds so far, and the
+/// time that they took.
 fn edit_for(sequences: u64, is_long_enough: impl Fn(usize, Duration) -> bool) {
     const EDITS: usize = 40;
     let context = Context::new(&ContextOptions::default()).unwrap();
@@ -144,7 +146,8 @@ fn edit_for(sequences: u64, is_long_enough: impl Fn(usize, Duration) -> bool) {
 
 #[test]
 fn edits_leave_memory_as_it_was() {
-    // The second half repeats the first: it needs no pipeline and no length of a list that was not there before.
+    // The second half repeats the first: it needs no pipeline and no length of a list that was not
+    // there before.
     edit_for(4, |rounds, _| rounds == 8);
 }
 

@@ -1,5 +1,5 @@
-//! Files whose checksums are right and whose contents are not: whatever the device or the host would follow is held against the list that it
-//! points into.
+//! Files whose checksums are right and whose contents are not: whatever the device or the host
+//! would follow is held against the list that it points into.
 
 use crate::common::context;
 use crate::pictures::{glossy, textured, with_gaps};

@@ -73,7 +73,8 @@ fn loaded(scene: Scene, store: &Store) -> Renderer {
     renderer
 }
 
-/// Stores a scene's light paths, and holds every picture from them against one from fresh ones. Returns the statistics' counts.
+/// Stores a scene's light paths, and holds every picture from them against one from fresh ones.
+/// Returns the statistics' counts.
 fn compare(scene: &Scene) -> std::collections::BTreeMap<String, u64> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("scene.paths");

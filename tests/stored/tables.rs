@@ -1,4 +1,5 @@
-//! Takes files apart and puts them together again, with checksums that are right: as somebody would who means harm.
+//! Takes files apart and puts them together again, with checksums that are right: as somebody would
+//! who means harm.
 
 use lightpaths::stored::hash;
 

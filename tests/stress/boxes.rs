@@ -6,7 +6,8 @@ use glam::{DVec3, Vec3};
 use lightpaths::renderer::Layer;
 use lightpaths::scene::{LightKind, LoadOptions, Quality, Scene};
 
-/// The Box with all its lengths times `scale`, moved by `to` metres; its lamp is as bright on the walls as before.
+/// The Box with all its lengths times `scale`, moved by `to` metres; its lamp is as bright on the
+/// walls as before.
 fn placed(scale: f64, to: DVec3, size: u32) -> Scene {
     let still = Scene::load("box", &LoadOptions::default()).unwrap();
     let vector = |v: DVec3| format!("[{:e},{:e},{:e}]", v.x, v.y, v.z);
@@ -26,9 +27,9 @@ fn placed(scale: f64, to: DVec3, size: u32) -> Scene {
     Scene::load("box", &LoadOptions { set: set.to_vec(), ..LoadOptions::default() }).unwrap()
 }
 
-/// Scales, and moves in units of the Box's size at that scale. Points of the surface name their random numbers by the bits of their
-/// positions, so each scale has others, and indirect light differs by what it differs by between two seeds: at most by twice that,
-/// unless a bound is given.
+/// Scales, and moves in units of the Box's size at that scale. Points of the surface name their
+/// random numbers by the bits of their positions, so each scale has others, and indirect light
+/// differs by what it differs by between two seeds: at most by twice that, unless a bound is given.
 fn check(places: &[(f64, f64)], quality: &Quality, size: u32, bound: Option<f64>) {
     let picture = |scale: f64, to: f64, seed: u32| {
         let to = 2.0 * scale * to * DVec3::new(1.0, -1.0, 0.7);

@@ -20,8 +20,8 @@ const SMALL: Quality = Quality {
 const BLOCK: Vec3 = Vec3::new(3.0, 0.0, 0.0);
 const CELL: Vec3 = Vec3::new(-3.0, 0.0, 0.0);
 
-/// The Box without its teapot, open in front, a block that is solid, and a chamber that is a surface wound inwards in a shell that
-/// has a hole in its corner, so that it is none.
+/// The Box without its teapot, open in front, a block that is solid, and a chamber that is a
+/// surface wound inwards in a shell that has a hole in its corner, so that it is none.
 fn scene() -> Scene {
     let mut scene = the_box(&["camera.size=[40,30]".to_owned()]);
     let teapot = scene.materials.iter().position(|material| material.name == "teapot").unwrap();

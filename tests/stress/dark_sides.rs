@@ -1,4 +1,5 @@
-//! Thin walls, and things that stand and lie on others: what leaks to the side that no light reaches, not even after bounces.
+//! Thin walls, and things that stand and lie on others: what leaks to the side that no light
+//! reaches, not even after bounces.
 
 use crate::common::{assert_silent, context};
 use crate::{positions, prepare};
@@ -24,8 +25,9 @@ fn quad(corner: Vec3, u: Vec3, v: Vec3) -> [Triangle; 2] {
 /// Edge of the floor, metres: at the paper's settings a cell is wider than a table's leg.
 const FLOOR: f32 = 5.0;
 
-/// A floor, and a camera that looks from the dark side at what stands on it. The light is a spot from the lit side that falls
-/// on the foot of the thing and the floor before it, so far from its ends that nothing behind it sees what is lit, or what that lights.
+/// A floor, and a camera that looks from the dark side at what stands on it. The light is a spot
+/// from the lit side that falls on the foot of the thing and the floor before it, so far from its
+/// ends that nothing behind it sees what is lit, or what that lights.
 fn on_a_floor(things: Vec<Triangle>, camera: Vec3, spot: Vec3, target: Vec3, radius: f32) -> Scene {
     let mut scene = shapes::facing_squares(FLOOR, 0.0, 0.8);
     scene.triangles.truncate(2);
@@ -45,7 +47,8 @@ fn on_a_floor(things: Vec<Triangle>, camera: Vec3, spot: Vec3, target: Vec3, rad
     scene
 }
 
-/// A block on the floor, black where it faces along x: these faces would take light around the corner.
+/// A block on the floor, black where it faces along x: these faces would take light
+/// around the corner.
 fn block(size: Vec3) -> Vec<Triangle> {
     let turned = |Triangle { positions: [a, b, c], normals, .. }: Triangle| {
         let normals = normals.map(|normal| -normal);
@@ -118,8 +121,8 @@ fn leak(sides: &Sides, quality: Quality) -> f64 {
     dark / mean(&renderer, Layer::Beauty, |p| (sides.is_dark)(turned(p)))
 }
 
-/// What leaks where clusters are split along walls without thickness alone, and where they are along all, is at most so much of each
-/// scene's lit side.
+/// What leaks where clusters are split along walls without thickness alone, and where they are
+/// along all, is at most so much of each scene's lit side.
 fn check(quality: &Quality, bounds: [[f64; 2]; 5]) {
     for (sides, bounds) in scenes().iter().zip(bounds) {
         let found = [0, 1].map(|gap_rounds| leak(sides, Quality { gap_rounds, ..quality.clone() }));

@@ -48,8 +48,8 @@ fn a_light_and_a_camera_edited_are_as_good_as_loaded() {
     assert_silent(&context());
 }
 
-/// Records that no pixel uses and clusters that nothing reads are left out, and come when they are needed: never a bit differs from a
-/// renderer that leaves nothing out.
+/// Records that no pixel uses and clusters that nothing reads are left out, and come when they are
+/// needed: never a bit differs from a renderer that leaves nothing out.
 #[test]
 fn what_no_pixel_uses_and_nothing_reads_is_left_out_to_no_effect() {
     let (mut sparing, mut untiring) = (cold(), cold());

@@ -7,7 +7,8 @@ use lightpaths::scene::Quality;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-/// Of each pass: milliseconds that a dispatch takes in the mean of a recording, and their number, for each recording.
+/// Of each pass: milliseconds that a dispatch takes in the mean of a recording, and their number,
+/// for each recording.
 fn times(trace: &Trace) -> BTreeMap<&'static str, Vec<(f64, u32)>> {
     let mut times: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for pass in trace.submissions.iter().flat_map(|submission| &submission.passes) {
@@ -47,9 +48,11 @@ fn longest() -> [BTreeMap<&'static str, f64>; 2] {
     })
 }
 
-/// Dispatches aim at 10 ms, by the time of those before, and items differ: none takes more than 50 ms. What else the machine does counts as well, so
-/// this is meant for one on which nothing else runs; a dispatch that is too long is so each time, one that had to wait for others is not, and of three
-/// attempts the best counts for each pass. Of each kernel the first recording may hold its compilation, and is left out.
+/// Dispatches aim at 10 ms, by the time of those before, and items differ: none takes more than 50
+/// ms. What else the machine does counts as well, so this is meant for one on which nothing else
+/// runs; a dispatch that is too long is so each time, one that had to wait for others is not, and
+/// of three attempts the best counts for each pass. Of each kernel the first recording may hold its
+/// compilation, and is left out.
 #[test]
 #[ignore = "full size: make stress"]
 fn precomputation_takes_the_device_for_short_times() {

@@ -1,4 +1,5 @@
-//! Any sequence of edits ends where a cold start does, to the bit; and leaving work out changes no bit.
+//! Any sequence of edits ends where a cold start does, to the bit; and leaving work out
+//! changes no bit.
 
 use crate::common::edits::{Dice, State, TINY, scene};
 use crate::common::{assert_silent, context};
@@ -11,8 +12,9 @@ use lightpaths::scene::Quality;
 /// Enough for lists of several workgroups.
 const TINIER: Quality = Quality { entry_points: 1_000, cache_points: 150, gather_rays: 32, ..TINY };
 
-/// A renderer of the scene as it should stand, ahead of its first frame. Lights that are off are not there. Albedos of materials
-/// that are not editable are set afterwards: paths are traced for those at load.
+/// A renderer of the scene as it should stand, ahead of its first frame. Lights that are off are
+/// not there. Albedos of materials that are not editable are set afterwards: paths are traced for
+/// those at load.
 fn cold(state: &State, quality: &Quality) -> Renderer {
     let mut scene = scene(state.may_be_glossy);
     let on = state.lights.iter().filter(|(_, is_on)| *is_on);
@@ -48,7 +50,8 @@ fn any_long_sequence_of_edits_ends_where_a_cold_start_does() {
     }
 }
 
-/// Checks so often, and renders so many frames before each; `least`: edits that must have been made.
+/// Checks so often, and renders so many frames before each; `least`: edits that must
+/// have been made.
 fn any_sequence_ends_where_a_cold_start_does(
     may_be_glossy: bool,
     quality: &Quality,

@@ -46,7 +46,8 @@ fn pictures_are_linear_in_the_power_of_the_light() {
     assert_silent(&context());
 }
 
-/// Two rooms in one scene that do not see each other, one lit a hundred million times as brightly as the other.
+/// Two rooms in one scene that do not see each other, one lit a hundred million times as brightly
+/// as the other.
 #[test]
 fn light_beside_what_is_much_brighter_is_not_lost() {
     let open = |wall: usize, x: f32| {
@@ -161,7 +162,8 @@ fn black_walls_have_no_indirect_light() {
     assert_silent(&context());
 }
 
-/// No path ends where no surface absorbs. The vertices fill the device's memory before the renderer refuses the scene.
+/// No path ends where no surface absorbs. The vertices fill the device's memory before the renderer
+/// refuses the scene.
 #[test]
 #[ignore = "full size: make stress"]
 fn a_closed_room_that_absorbs_nothing_is_refused() {
@@ -174,8 +176,8 @@ fn a_closed_room_that_absorbs_nothing_is_refused() {
     assert_silent(&context());
 }
 
-/// The integrating sphere with walls nearly white, beside those of `tests/physics/sphere.rs`. A path goes on for a hundred bounces, so the mean
-/// of so many paths is known to a quarter per cent.
+/// The integrating sphere with walls nearly white, beside those of `tests/physics/sphere.rs`. A
+/// path goes on for a hundred bounces, so the mean of so many paths is known to a quarter per cent.
 #[test]
 #[ignore = "full size: make stress"]
 fn a_white_furnace_is_as_bright_as_its_closed_form() {
@@ -264,7 +266,8 @@ fn scenes_without_any_bounce() {
 fn throughputs_are_shares_of_what_paths_start_with() {
     let renderer = render(the_box(&[]), FEW);
     let contributions: Vec<Contribution> = renderer.stages().contributions.read().unwrap();
-    // The weight of an entry point is the mean density over its own; reflection and roulette never raise it.
+    // The weight of an entry point is the mean density over its own; reflection and roulette never
+    // raise it.
     let is_share = |t: Vec3| t.is_finite() && t.cmpge(Vec3::ZERO).all() && t.max_element() <= DENSEST;
     assert!(contributions.iter().all(|contribution| is_share(contribution.throughput)));
     assert_silent(&context());

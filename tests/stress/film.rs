@@ -7,7 +7,8 @@ use lightpaths::renderer::{Layer, Renderer};
 use lightpaths::scene::film::Film;
 use lightpaths::scene::{LoadOptions, Scene};
 
-/// Frames per second: so many that between frames nothing moves by more than a fraction of a pixel. What still jumps, pops.
+/// Frames per second: so many that between frames nothing moves by more than a fraction of a pixel.
+/// What still jumps, pops.
 const FPS: f64 = 384.0;
 
 /// Frames in a row.
@@ -29,7 +30,8 @@ fn shown(renderer: &Renderer) -> Vec<f32> {
     pixels.as_flattened().iter().map(|value| value.powf(1.0 / 2.2)).collect()
 }
 
-/// Second differences of what pixels show from then on: nine in ten values are below the first, 999 in 1000 below the second, all below the third.
+/// Second differences of what pixels show from then on: nine in ten values are below the first, 999
+/// in 1000 below the second, all below the third.
 fn second_differences(renderer: &mut Renderer, film: &Film, seconds: f64) -> [f32; 3] {
     let first = (seconds * FPS) as u32;
     let frames: Vec<Vec<f32>> = (first..first + FRAMES)
@@ -55,8 +57,8 @@ fn second_differences(renderer: &mut Renderer, film: &Film, seconds: f64) -> [f3
 fn pixels_of_consecutive_frames_go_on_as_they_went() {
     let (film, scene) = film();
     let mut renderer = prepare(scene, SMALL);
-    // While the camera walks, edges go over pixels in the steps of their samples; while a light moves, single pixels begin to be averaged over their
-    // area, or cease.
+    // While the camera walks, edges go over pixels in the steps of their samples; while a light
+    // moves, single pixels begin to be averaged over their area, or cease.
     for (what, seconds, most) in [
         ("the camera walks", 4.2, [1e-3, 0.1, 0.5]),
         ("a wall changes its colour", 11.0, [1e-5, 1e-4, 1e-3]),
@@ -72,7 +74,8 @@ fn pixels_of_consecutive_frames_go_on_as_they_went() {
         println!("{what}: second differences {found:?}");
         assert!(found.iter().zip(most).all(|(found, most)| *found <= most), "{what}: {found:?}, {most:?}");
     }
-    // Without edge samples no shadow's edge hides a step of a panel's light: of what is near it, or hidden from it.
+    // Without edge samples no shadow's edge hides a step of a panel's light: of what is near it, or
+    // hidden from it.
     renderer.set_edge_samples(0).unwrap();
     let found = second_differences(&mut renderer, &film, 37.5);
     println!("a panel without edges: second differences {found:?}");

@@ -58,7 +58,8 @@ fn scale_and_place_change_nothing() {
     assert_silent(&context());
 }
 
-/// Flux that all vertices contribution; what base clusters and their unweighted ones should hold of it, as it shows; and what a level does hold, W.
+/// Flux that all vertices contribution; what base clusters and their unweighted ones should hold of
+/// it, as it shows; and what a level does hold, W.
 fn energies(renderer: &Renderer) -> [f64; 3] {
     let stages = renderer.stages();
     let entering = renderer.path_flux().unwrap();
@@ -81,9 +82,10 @@ fn energies(renderer: &Renderer) -> [f64; 3] {
     [contributed, shown, held / levels]
 }
 
-/// Boxes whose walls stand so many whole cells apart, as the grid counts and as a user would: nothing is lost, and their energy is that of
-/// any box. Returns the mean error of the energy, which is noise in each, and the number of boxes that count for it: in narrower ones
-/// the lamp is so near to two walls that entry points find its light by chance, whatever the grid.
+/// Boxes whose walls stand so many whole cells apart, as the grid counts and as a user would:
+/// nothing is lost, and their energy is that of any box. Returns the mean error of the energy,
+/// which is noise in each, and the number of boxes that count for it: in narrower ones the lamp is
+/// so near to two walls that entry points find its light by chance, whatever the grid.
 fn check_walls(steps: impl Iterator<Item = u32>, quality: &Quality) -> (f64, u32) {
     let cells = quality.cells as f32;
     let (mut sum, mut boxes) = (0.0, 0);
@@ -164,8 +166,8 @@ fn slivers_make_no_firefly() {
         is_on: true,
     }];
     let renderer = render(scene, SMALL);
-    // No surface gets more direct light than the nearest point could, nor more indirect light than the brightest surface
-    // gives when it is all around.
+    // No surface gets more direct light than the nearest point could, nor more indirect light than
+    // the brightest surface gives when it is all around.
     let bound = ALBEDO / (1.0 - ALBEDO) / (clear * clear);
     let radiance = renderer.layer(Layer::Indirect).unwrap();
     let brightest = radiance.iter().map(|pixel| pixel[0] * std::f32::consts::PI / ALBEDO).fold(0.0, f32::max);
@@ -175,8 +177,8 @@ fn slivers_make_no_firefly() {
     assert_silent(&context());
 }
 
-/// Needles wide enough to be met by many rays, and too small for many entry points: pictures of three seeds differ by little more than
-/// those of the empty room do.
+/// Needles wide enough to be met by many rays, and too small for many entry points: pictures of
+/// three seeds differ by little more than those of the empty room do.
 #[test]
 fn slivers_make_no_noise() {
     let mut scene = shapes::closed_box(Vec3::ONE, 0.5);
@@ -210,7 +212,8 @@ fn balls(radius: f32, places: &[Vec3]) -> Vec<Triangle> {
     places.iter().flat_map(|&place| ball.iter().map(moved(place))).collect()
 }
 
-/// Records are far too few for the curvature: large balls ask for all of them, and small ones come after these.
+/// Records are far too few for the curvature: large balls ask for all of them, and small ones
+/// come after these.
 #[test]
 fn a_small_budget_reaches_all_surfaces() {
     const SMALL_RADIUS: f32 = 0.03;

@@ -111,7 +111,8 @@ fn one_tile(cache_points: u32) -> Result<Vec<[f32; 3]>> {
     renderer.layer(Layer::Indirect)
 }
 
-/// lavapipe ends no loop early at 200 000 records of a tile, so that a smaller test would show nothing.
+/// lavapipe ends no loop early at 200 000 records of a tile, so that a smaller test
+/// would show nothing.
 #[test]
 #[ignore = "full size: make stress"]
 fn a_tile_of_more_records_than_it_goes_through_is_no_picture() {
@@ -218,7 +219,8 @@ fn more_lights_than_a_vertex_asks_are_no_picture() {
     if let Some(found) = found_or_refused(path(1024), "fewer lights") {
         assert!(relative_mse(&found, &expected) < 1e-6, "a wrong picture without a word");
     }
-    // Photons are swizzled to lights otherwise; nearly all of what is seen comes straight from the lights.
+    // Photons are swizzled to lights otherwise; nearly all of what is seen comes straight from the
+    // lights.
     if let Some(found) = found_or_refused(photon(512), "fewer lights") {
         let energy = |picture: &[[f32; 3]]| picture.as_flattened().iter().map(|v| f64::from(*v)).sum::<f64>();
         let ratio = energy(&found) / energy(&photon(1).unwrap());

@@ -62,7 +62,8 @@ fn the_box(set: &[String]) -> Scene {
     Scene::load("box", &LoadOptions { set: changes, ..LoadOptions::default() }).unwrap()
 }
 
-/// A closed room with a block in it, 64×48 pixels. Few records cover it, for nothing in it is curved.
+/// A closed room with a block in it, 64×48 pixels. Few records cover it, for nothing in
+/// it is curved.
 fn room() -> Scene {
     let mut scene = shapes::closed_box(Vec3::new(1.0, 0.8, 1.2), 0.5);
     let block = shapes::closed_box(Vec3::new(0.3, 0.2, 0.3), 0.5).triangles.into_iter().map(|triangle| {
@@ -75,7 +76,8 @@ fn room() -> Scene {
     scene
 }
 
-/// Scans every stage for NaN, infinity and negative energy. Depth alone is infinite, where the camera sees nothing.
+/// Scans every stage for NaN, infinity and negative energy. Depth alone is infinite, where the
+/// camera sees nothing.
 #[track_caller]
 fn assert_finite(renderer: &Renderer) {
     let stages = renderer.stages();

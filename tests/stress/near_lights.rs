@@ -1,4 +1,5 @@
-//! Lights on walls, in corners and inside solids: finite, and what is far from them takes no notice.
+//! Lights on walls, in corners and inside solids: finite, and what is far from them
+//! takes no notice.
 
 use crate::common::{assert_silent, context};
 use crate::{SMALL, assert_finite, positions, prepare, relative_mse, render, room};
@@ -38,8 +39,9 @@ fn contributed(renderer: &Renderer) -> f64 {
     contributions.iter().map(|d| f64::from(d.throughput.x) * f64::from(entering[d.path() as usize].x)).sum()
 }
 
-/// Pictures of lamps nearer and nearer to a place, without what is within 0.3 m of it: light must be that of a lamp a millimetre off, and all of it has
-/// to be there. A lamp on the wall itself is on neither of its sides, and only its direct light on other walls is asked for.
+/// Pictures of lamps nearer and nearer to a place, without what is within 0.3 m of it: light must
+/// be that of a lamp a millimetre off, and all of it has to be there. A lamp on the wall itself is
+/// on neither of its sides, and only its direct light on other walls is asked for.
 fn check(quality: Quality, size: [u32; 2]) {
     let mut black = prepare_black(&quality);
     let mut renderer = prepare(hall(size, ALBEDO), quality);
@@ -92,7 +94,8 @@ fn check(quality: Quality, size: [u32; 2]) {
     assert_silent(&context());
 }
 
-/// Panels that face a wall nearer and nearer to it: its point samples are no spots there, and what is far takes no notice.
+/// Panels that face a wall nearer and nearer to it: its point samples are no spots there, and what
+/// is far takes no notice.
 fn check_panels(quality: Quality, size: [u32; 2]) {
     let entry_points = f64::from(quality.entry_points);
     let mut black = prepare_black(&quality);
@@ -103,7 +106,8 @@ fn check_panels(quality: Quality, size: [u32; 2]) {
         positions(&renderer).iter().map(|p| p.is_some_and(|p| p.distance(on) > 0.4)).collect();
     let side = 0.3;
     let power = PI * f64::from(side * side);
-    // A part of the entry points around the rim of what is lit is in it by chance: one standard deviation, of the light.
+    // A part of the entry points around the rim of what is lit is in it by chance: one standard
+    // deviation, of the light.
     let noise = (f64::from(side) * (entry_points / AREA_M2).sqrt()).powf(-1.5);
     let mut picture = |distance: f32| {
         let corner = on + Vec3::new(distance, -0.5 * side, -0.5 * side);

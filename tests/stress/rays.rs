@@ -8,8 +8,9 @@ use lightpaths::passes::precompute::rays::{RayQuery, Rays};
 use lightpaths::scene::bvh::Bvh;
 use lightpaths::scene::{Scene, shapes, surfaces};
 
-/// How many of so many rays leave a closed scene: from points of its surface, kept off edges and then off the surface as
-/// `glsl/include/bvh.glsl` does it, into the half-space before it, uniform over its directions.
+/// How many of so many rays leave a closed scene: from points of its surface, kept off edges and
+/// then off the surface as `glsl/include/bvh.glsl` does it, into the half-space before it, uniform
+/// over its directions.
 fn escaped(mut scene: Scene, centre: Vec3, count: u64) -> u64 {
     let context = context();
     for triangle in &mut scene.triangles {

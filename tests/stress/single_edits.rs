@@ -1,5 +1,5 @@
-//! An edit alone ends where a cold start does. Edits that come together hide what one of them forgets. A question
-//! between two frames changes neither.
+//! An edit alone ends where a cold start does. Edits that come together hide what one of them
+//! forgets. A question between two frames changes neither.
 
 use crate::common::edits::{TINY, scene};
 use crate::common::{assert_silent, context};
@@ -48,8 +48,8 @@ const LOOKS: [(&str, Look); 6] = [
 
 const EXACT: Exact = Exact { stage: Stage::Gather, samples: 1, sequence: 0 };
 
-/// Some answers need clusters and records that the last frame left out. Computing these must not change what the next
-/// frame takes for current.
+/// Some answers need clusters and records that the last frame left out. Computing these must not
+/// change what the next frame takes for current.
 #[test]
 fn looking_between_frames_leaves_the_picture() {
     let scene = scene(false);

@@ -96,7 +96,8 @@ fn a_view_of_nothing_is_black() {
     assert_silent(&context());
 }
 
-/// Where records are few, gradients reach too far: below zero, or past what a pixel without a covering record may take. That is counted.
+/// Where records are few, gradients reach too far: below zero, or past what a pixel without a
+/// covering record may take. That is counted.
 #[test]
 fn extrapolations_that_are_limited_are_counted() {
     let limited = |cache_points: u32| {

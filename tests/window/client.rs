@@ -37,8 +37,8 @@ pub struct Client {
 }
 
 impl Client {
-    /// Waits for a window of `process`, or one whose title has "lightpaths" in it, puts it into the screen's corner and gives it
-    /// the keyboard.
+    /// Waits for a window of `process`, or one whose title has "lightpaths" in it, puts it into the
+    /// screen's corner and gives it the keyboard.
     pub fn attach(display: &Display, process: u32, within: Duration) -> Self {
         let (connection, screen) = RustConnection::connect(Some(display.name())).unwrap();
         let root = connection.setup().roots[screen].root;
@@ -99,7 +99,8 @@ impl Client {
         self.release(button);
     }
 
-    /// Moves from one point to the other in `steps` with the button down; the pauses keep moves from being merged.
+    /// Moves from one point to the other in `steps` with the button down; the pauses keep moves
+    /// from being merged.
     pub fn drag(&self, button: u8, from: Point, to: Point, steps: i32) {
         self.move_to(from);
         self.press(button);
@@ -167,8 +168,8 @@ impl Client {
         settle(self.connection.send_event(false, self.window, EventMask::NO_EVENT, event));
     }
 
-    /// Paints the window with a colour that it does not have and tells it that it must be drawn again. Where the colour goes away
-    /// the process has presented since.
+    /// Paints the window with a colour that it does not have and tells it that it must be drawn
+    /// again. Where the colour goes away the process has presented since.
     pub fn blot(&self) {
         let (width, height) = self.size();
         let pixel = u32::from_be_bytes([0, BLOT[0], BLOT[1], BLOT[2]]);
@@ -177,7 +178,8 @@ impl Client {
         let all = Rectangle { x: 0, y: 0, width: width as u16, height: height as u16 };
         settle(self.connection.poly_fill_rectangle(self.window, pen, &[all]));
         settle(self.connection.free_gc(pen));
-        // A window with a background loses the blot here; the tests of the renderer's window have none.
+        // A window with a background loses the blot here; the tests of the renderer's window have
+        // none.
         settle(self.connection.clear_area(true, self.window, 0, 0, 0, 0));
     }
 

@@ -18,7 +18,8 @@ use crate::keys;
 use crate::picture::{Area, changed_pixels};
 use crate::until;
 
-/// Frames that were drawn one after the other and show the same: as many as can be on their way to the screen.
+/// Frames that were drawn one after the other and show the same: as many as can be on their way
+/// to the screen.
 const SAME: usize = 3;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,7 +55,8 @@ impl<'a> Demo<'a> {
         Self::run(Some(display), command)
     }
 
-    /// Runs any command on `display`, or without any display. A point of the window is a pixel whatever the machine's settings say.
+    /// Runs any command on `display`, or without any display. A point of the window is a pixel
+    /// whatever the machine's settings say.
     pub fn run(display: Option<&'a Display>, command: Command) -> Self {
         Self::run_scaled(display, command, "1")
     }
@@ -145,16 +147,17 @@ impl<'a> Demo<'a> {
         self.wait_for_line_since(mark, "lightpaths: settled", HANG);
     }
 
-    /// Presses and releases the button at a point. The window sees the pointer there in a frame before: what lies
-    /// under it is known from that frame.
+    /// Presses and releases the button at a point. The window sees the pointer there in a frame
+    /// before: what lies under it is known from that frame.
     pub fn click(&self, button: u8, at: Point) {
         self.client().move_to(at);
         self.wait_for_answer();
         self.client().click(button, at);
     }
 
-    /// Moves from one point to the other in `steps` with the button down. The window sees the press, moves and the release in frames of
-    /// their own, however slow these are: where all came in one, nothing would be dragged.
+    /// Moves from one point to the other in `steps` with the button down. The window sees the
+    /// press, moves and the release in frames of their own, however slow these are: where all came
+    /// in one, nothing would be dragged.
     pub fn drag(&self, button: u8, from: Point, to: Point, steps: i32) {
         let client = self.client();
         client.move_to(from);
@@ -168,8 +171,8 @@ impl<'a> Demo<'a> {
         client.release(button);
     }
 
-    /// The window, or `area` of it, when it shows all that was asked for. The program says so, each time of another frame; the
-    /// last frames of these are the same.
+    /// The window, or `area` of it, when it shows all that was asked for. The program says so, each
+    /// time of another frame; the last frames of these are the same.
     pub fn settled(&self, area: Option<Area>) -> RgbImage {
         let mut last = None;
         let mut same = 0;

@@ -14,10 +14,12 @@ use crate::{HANG, POLL};
 /// How long a server may take to leave before it is killed, which fails no test.
 const LEAVES: Duration = Duration::from_secs(5);
 
-/// Pixels of the screen, which is at the origin; a window that reaches over its edge cannot be captured.
+/// Pixels of the screen, which is at the origin; a window that reaches over its edge
+/// cannot be captured.
 pub const SCREEN: (u32, u32) = (1600, 1000);
 
-/// An X server of its own for each test: input has one pointer and one focus, which tests must not share.
+/// An X server of its own for each test: input has one pointer and one focus, which tests
+/// must not share.
 pub struct Display {
     name: String,
     server: Child,
@@ -25,7 +27,8 @@ pub struct Display {
 }
 
 impl Display {
-    /// Fails where there is no Xvfb and says what to install: a machine without it must not pass for one that was tested.
+    /// Fails where there is no Xvfb and says what to install: a machine without it must not pass
+    /// for one that was tested.
     pub fn start() -> Self {
         Self::of("Xvfb").unwrap_or_else(|fault| panic!("{fault}"))
     }
@@ -67,8 +70,8 @@ impl Display {
 
 impl Drop for Display {
     fn drop(&mut self) {
-        // Told `-terminate`, the server leaves with its last client and takes its lock and socket along. It does so, too, when
-        // this process is killed.
+        // Told `-terminate`, the server leaves with its last client and takes its lock and socket
+        // along. It does so, too, when this process is killed.
         self.keeper = None;
         let end = Instant::now() + LEAVES;
         while Instant::now() < end {

@@ -1,4 +1,5 @@
-//! Handles of spots, areas and suns, taken hold of where they are drawn and dragged to where they should be.
+//! Handles of spots, areas and suns, taken hold of where they are drawn and dragged to where
+//! they should be.
 
 use std::path::Path;
 
@@ -114,8 +115,8 @@ impl<'a> Room<'a> {
         self.scene.lights[index].kind
     }
 
-    /// Chooses a light and drags its handle; the light as it is saved then. The picture has changed by that, and is what it was when it
-    /// is taken back, as is the scene.
+    /// Chooses a light and drags its handle; the light as it is saved then. The picture has changed
+    /// by that, and is what it was when it is taken back, as is the scene.
     fn drag(&self, index: usize, from: Vec2, to: Vec2) -> LightKind {
         let client = self.demo.client();
         self.demo.click(1, NAMES[index]);

@@ -1,4 +1,5 @@
-//! The window as its user sees it: a screen of its own, input as from a mouse and a keyboard, the pixels that come of it.
+//! The window as its user sees it: a screen of its own, input as from a mouse and a keyboard, the
+//! pixels that come of it.
 //!
 //! A test that fails leaves the window's last picture in `target/window-failures`.
 #![cfg(all(target_os = "linux", feature = "window"))]

@@ -65,7 +65,8 @@ impl Action {
     }
 }
 
-/// Actions that depend on the seed, the window's first size and the list of keys, and on nothing else.
+/// Actions that depend on the seed, the window's first size and the list of keys, and
+/// on nothing else.
 pub struct Actions {
     state: u64,
     size: (u32, u32),
@@ -146,7 +147,8 @@ impl<'a> Monkey<'a> {
         Self { demo, seed, actions, done: Vec::new(), start: Instant::now() }
     }
 
-    /// Acts for so long; the process must outlive it. No button and no key is down afterwards, and the window is shown.
+    /// Acts for so long; the process must outlive it. No button and no key is down afterwards, and
+    /// the window is shown.
     pub fn run(&mut self, seconds: f64) {
         let end = Instant::now() + Duration::from_secs_f64(seconds);
         while Instant::now() < end {

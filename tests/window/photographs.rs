@@ -18,7 +18,8 @@ enum Act {
     Wait(u64),
 }
 
-/// Pictures of the window for the documentation: how to get there from the one before, and the file.
+/// Pictures of the window for the documentation: how to get there from the one before,
+/// and the file.
 const SHOTS: [(&[Act], &str); 9] = [
     (&[], "window-box.png"),
     (&[Act::Key(b'2' as u32)], "window-direct.png"),
@@ -34,7 +35,8 @@ const SHOTS: [(&[Act], &str); 9] = [
     (&[Act::Key(b'm' as u32), Act::Key(keys::function(1))], "window-keys.png"),
 ];
 
-/// Takes pictures of the window for the documentation, after each of which what leads to it was done.
+/// Takes pictures of the window for the documentation, after each of which what leads to
+/// it was done.
 fn photograph(demo: &Demo, shots: &[(&[Act], &str)]) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/images");
     std::fs::create_dir_all(&folder).unwrap();

@@ -39,7 +39,8 @@ pub fn mean_difference(a: &RgbImage, b: &RgbImage, area: Area) -> f64 {
     sum as f64 / (3 * area.pixels()) as f64
 }
 
-/// How many pixels in `area` have a code that differs by more than `codes`: all of them if the sizes differ.
+/// How many pixels in `area` have a code that differs by more than `codes`: all of them if
+/// the sizes differ.
 pub fn changed_pixels(a: &RgbImage, b: &RgbImage, area: Area, codes: u8) -> usize {
     if a.dimensions() != b.dimensions() {
         return area.pixels();

@@ -1,7 +1,7 @@
 //! What a user does with the window.
 //!
-//! Each test starts the program on a screen of its own. The monkey's actions and seed come from `LIGHTPATHS_MONKEY_ACTIONS` and
-//! `LIGHTPATHS_MONKEY_SEED`.
+//! Each test starts the program on a screen of its own. The monkey's actions and seed come from
+//! `LIGHTPATHS_MONKEY_ACTIONS` and `LIGHTPATHS_MONKEY_SEED`.
 
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
@@ -44,12 +44,14 @@ pub const BOX: [&str; 16] = [
     "quality.edge_samples=0",
 ];
 
-/// The part of the picture that nothing covers: neither panels nor numbers that change by themselves.
+/// The part of the picture that nothing covers: neither panels nor numbers that
+/// change by themselves.
 pub const PICTURE: Area = Area { x: 0, y: 160, width: SIDE, height: SIDE - 160 };
 pub const LEFT: Area = Area { width: SIDE / 2, ..PICTURE };
 pub const RIGHT: Area = Area { x: SIDE / 2, ..LEFT };
 
-/// Where the pointer rests while the picture is looked at, so that nothing is lit up under it in one capture and not in the other.
+/// Where the pointer rests while the picture is looked at, so that nothing is lit up under it in
+/// one capture and not in the other.
 pub const ASIDE: Point = (SIDE as i32 - 2, SIDE as i32 - 2);
 
 pub use crate::HANG as READY;
@@ -274,7 +276,8 @@ fn a_monkey_does_no_harm() {
     // The same twice: what is allocated when it is first used is allocated in the first round.
     let mut memory = [0, 1].map(|_| {
         Monkey::new(&demo, setting("LIGHTPATHS_MONKEY_SEED", 1), &CHORDS).act(actions);
-        // Some lists are as long as what the camera has seen asked for, until the picture takes another size.
+        // Some lists are as long as what the camera has seen asked for, until the picture takes
+        // another size.
         demo.client().tap(&[], keys::of('1'));
         demo.client().tap(&[], keys::HOME);
         for width in [SIDE + 64, SIDE] {

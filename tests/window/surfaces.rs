@@ -1,4 +1,5 @@
-//! Surfaces that are lost, go out of date, or come back on another screen: what is shown stays the same to the byte.
+//! Surfaces that are lost, go out of date, or come back on another screen: what is shown stays the
+//! same to the byte.
 
 use std::process::Command;
 

@@ -1,4 +1,5 @@
-//! One window, in which much is done and taken back: what it shows is always the picture of before, to the byte.
+//! One window, in which much is done and taken back: what it shows is always the picture of before,
+//! to the byte.
 
 use std::thread::sleep;
 use std::time::Duration;
@@ -170,12 +171,14 @@ fn sizes_in_quick_succession(demo: &Demo, _: &RgbImage) {
 /// Processor time of a process so far, clock ticks.
 fn ticks(process: u32) -> u64 {
     let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
-    // The name in brackets may hold anything; user and system time are the 12th and 13th fields behind it.
+    // The name in brackets may hold anything; user and system time are the 12th and 13th fields
+    // behind it.
     let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
     fields[11].parse::<u64>().unwrap() + fields[12].parse::<u64>().unwrap()
 }
 
-/// Work is done ahead for the camera first; then a second takes a tenth of one at most. One that never rests hangs here.
+/// Work is done ahead for the camera first; then a second takes a tenth of one at most. One that
+/// never rests hangs here.
 fn left_alone_it_takes_no_time(demo: &Demo, _: &RgbImage) {
     let mut before = ticks(demo.process());
     until("second of rest", SOON, || {

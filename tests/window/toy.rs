@@ -34,7 +34,8 @@ pub enum Seen {
     Close,
 }
 
-/// Runs in a thread. Its colour tells how often a button was pressed and how large it is: see [`colour`].
+/// Runs in a thread. Its colour tells how often a button was pressed and how large it
+/// is: see [`colour`].
 pub struct Toy {
     seen: Arc<Mutex<Vec<Seen>>>,
     is_over: Arc<AtomicBool>,

@@ -1,4 +1,5 @@
-//! Cells of the hierarchy in colours: neighbours differ in hue, and each is as bright as the light that gather rays read in it.
+//! Cells of the hierarchy in colours: neighbours differ in hue, and each is as bright as the light
+//! that gather rays read in it.
 
 use std::f32::consts::PI;
 

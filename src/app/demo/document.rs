@@ -1,5 +1,5 @@
-//! What the user edits: lights, materials, exposure. A plain value: panels change it, the session brings the renderer into line,
-//! and the history keeps copies of it.
+//! What the user edits: lights, materials, exposure. A plain value: panels change it, the session
+//! brings the renderer into line, and the history keeps copies of it.
 
 use glam::Vec3;
 
@@ -96,8 +96,8 @@ impl History {
         true
     }
 
-    /// The scene was loaded again: its documents are `rebased`, and what it was before is one step back. What was taken back can
-    /// still be done again.
+    /// The scene was loaded again: its documents are `rebased`, and what it was before is one step
+    /// back. What was taken back can still be done again.
     pub(super) fn reload(
         &mut self,
         document: &Document,
@@ -126,8 +126,8 @@ impl History {
         }
     }
 
-    /// What was done last could not be had, and the document is what it was before: an edit is no step, and what was taken back is
-    /// done again.
+    /// What was done last could not be had, and the document is what it was before: an edit is no
+    /// step, and what was taken back is done again.
     pub(super) fn refuse(&mut self, document: &Document) {
         if *document == self.now {
             return;

@@ -27,13 +27,15 @@ pub(super) fn save_scene(session: &mut Session, to: &str) -> Result<String> {
     Ok(said)
 }
 
-/// Saves the scene as it is edited beside its file, under a name that is free; returns what to say of it.
+/// Saves the scene as it is edited beside its file, under a name that is free; returns what to
+/// say of it.
 pub(super) fn save_mine(session: &mut Session) -> Result<String> {
     let path = mine(Path::new(&session.source.spec));
     save_scene(session, &path.display().to_string())
 }
 
-/// The name of one's own version of a scene: the first of `NAME-mine.toml`, `NAME-mine-002.toml` … that is free.
+/// The name of one's own version of a scene: the first of `NAME-mine.toml`, `NAME-mine-002.toml` …
+/// that is free.
 fn mine(scene: &Path) -> PathBuf {
     let stem = scene.with_extension("");
     let first = PathBuf::from(format!("{}-mine.toml", stem.display()));
@@ -62,7 +64,8 @@ fn write_scene(session: &Session, path: &Path) -> Result<String> {
     Ok(format!("saved {}{note}", path.display()))
 }
 
-/// Saves the scene as it is edited under a name that is free, beside where it would be saved; returns where.
+/// Saves the scene as it is edited under a name that is free, beside where it would be
+/// saved; returns where.
 pub(super) fn rescue_scene(session: &Session, scene_to: &str) -> Result<PathBuf> {
     let stem = Path::new(scene_to).with_extension("");
     let free = |number: u32| PathBuf::from(format!("{}-rescued-{number:03}.toml", stem.display()));
@@ -71,7 +74,8 @@ pub(super) fn rescue_scene(session: &Session, scene_to: &str) -> Result<PathBuf>
     Ok(path)
 }
 
-/// Saves the picture, as it is shown in a PNG and in numbers in an EXR file, beside the scene; returns what to say of it.
+/// Saves the picture, as it is shown in a PNG and in numbers in an EXR file, beside the scene;
+/// returns what to say of it.
 pub(super) fn save_picture(session: &Session, scene_to: &str) -> Result<String> {
     let renderer = session
         .renderer()

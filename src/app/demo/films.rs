@@ -25,8 +25,9 @@ pub(super) struct Player {
 }
 
 impl Player {
-    /// Begins to play: the file if there is one, else the built-in film of the scene's name. With a scene, that must be prepared first:
-    /// the film makes something glossy that the open one knows as diffuse.
+    /// Begins to play: the file if there is one, else the built-in film of the scene's name. With
+    /// a scene, that must be prepared first: the film makes something glossy that the open one
+    /// knows as diffuse.
     pub(super) fn begin(session: &Session, recorded: Option<&Path>) -> Result<(Self, Option<Scene>)> {
         let spec = match recorded {
             Some(path) => path.display().to_string(),

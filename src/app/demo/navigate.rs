@@ -13,8 +13,8 @@ const LONGEST_STEP: f32 = 0.1;
 /// Share of the picture that a framed box fills.
 const FILL: f32 = 0.94;
 
-/// Turns the camera about `pivot`, which keeps its place in the picture, by radians to the right and down: what lies before
-/// the pivot follows a pointer that moves that way.
+/// Turns the camera about `pivot`, which keeps its place in the picture, by radians to the right
+/// and down: what lies before the pivot follows a pointer that moves that way.
 pub(super) fn orbit(camera: &mut Camera, pivot: Vec3, turn: Vec2) {
     let Some([from, to]) = turned(camera, turn) else { return };
     let pivot = pivot.as_dvec3();
@@ -30,17 +30,18 @@ pub(super) fn look(camera: &mut Camera, turn: Vec2) {
     place(camera, camera.position.as_dvec3(), to.z_axis * distance(camera));
 }
 
-/// Moves the camera in the picture's plane so that what lies at `depth`, metres, follows a pointer that moved by `shift`, pixels to
-/// the right and down, over a picture `viewport_height` pixels high.
+/// Moves the camera in the picture's plane so that what lies at `depth`, metres, follows a
+/// pointer that moved by `shift`, pixels to the right and down, over a picture
+/// `viewport_height` pixels high.
 pub(super) fn pan(camera: &mut Camera, shift: Vec2, viewport_height: f32, depth: f32) {
     let half_height = (0.5 * camera.fov_y_degrees.to_radians()).tan();
     let metres = shift * (2.0 * half_height * depth / viewport_height.max(1.0));
     fly(camera, Vec3::new(-metres.x, metres.y, 0.0));
 }
 
-/// Multiplies the distance to a point by `factor`, with the point where it was in the picture. Stays between 1/1000 and 100 times
-/// `scene_size`, metres, away from it, and the target 1/100 of it ahead, below which its coordinates would no longer hold the
-/// direction.
+/// Multiplies the distance to a point by `factor`, with the point where it was in the picture.
+/// Stays between 1/1000 and 100 times `scene_size`, metres, away from it, and the target 1/100 of
+/// it ahead, below which its coordinates would no longer hold the direction.
 pub(super) fn dolly(camera: &mut Camera, towards: Vec3, factor: f32, scene_size: f32) {
     let size = f64::from(scene_size.max(f32::MIN_POSITIVE));
     let (least, most) = (1e-3 * size, 100.0 * size);
@@ -105,7 +106,8 @@ pub(super) struct Held {
 }
 
 impl Held {
-    /// How far they move the camera in that time, as [`fly`] takes it; as fast along diagonals as along axes.
+    /// How far they move the camera in that time, as [`fly`] takes it; as fast along diagonals
+    /// as along axes.
     pub(super) fn step(&self, seconds: f32, speed_m_s: f32) -> Vec3 {
         let along = |ahead: bool, behind: bool| f32::from(i8::from(ahead) - i8::from(behind));
         let way = Vec3::new(
@@ -138,7 +140,8 @@ fn frame(camera: &Camera) -> DMat3 {
     DMat3::from_cols(right, right.cross(forward), forward)
 }
 
-/// The frame before and after a turn of the view by radians to the right and down; none where the turn is no number.
+/// The frame before and after a turn of the view by radians to the right and down; none where the
+/// turn is no number.
 fn turned(camera: &Camera, turn: Vec2) -> Option<[DMat3; 2]> {
     if !turn.is_finite() || turn == Vec2::ZERO {
         return None;

@@ -67,7 +67,8 @@ impl Overlays {
         }
     }
 
-    /// A dot for each cache point that can be seen; those near the pointer with the disc for which they speak.
+    /// A dot for each cache point that can be seen; those near the pointer with the disc for
+    /// which they speak.
     fn points(
         &mut self,
         painter: &Painter,
@@ -104,7 +105,8 @@ impl Overlays {
         Ok(())
     }
 
-    /// Gather rays of the nearest cache point, the discs of those that the pixel reads, and the light path of the nearest entry point.
+    /// Gather rays of the nearest cache point, the discs of those that the pixel reads, and the
+    /// light path of the nearest entry point.
     fn rays(
         &mut self,
         painter: &Painter,

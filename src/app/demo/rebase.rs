@@ -1,11 +1,13 @@
-//! Documents of one scene on another: the scene's file has changed, and what was edited is to stay within reach.
+//! Documents of one scene on another: the scene's file has changed, and what was edited is to
+//! stay within reach.
 
 use glam::Vec3;
 
 use super::document::{Document, LightEntry, MaterialEdit};
 use crate::scene::{Camera, Scene};
 
-/// How lights, materials and places of one scene are found in another. Lights and materials are told apart by their names.
+/// How lights, materials and places of one scene are found in another. Lights and materials are
+/// told apart by their names.
 pub(super) struct Rebase {
     /// Number of each of the first scene's lights in the second.
     lights: Vec<u64>,
@@ -36,7 +38,8 @@ impl Rebase {
         }
     }
 
-    /// The document with the same lights, and the same edits of those materials that the second scene has.
+    /// The document with the same lights, and the same edits of those materials that the
+    /// second scene has.
     pub(super) fn document(&self, document: &Document) -> Document {
         let lights = document.lights.iter().map(|LightEntry { id, light }| {
             let mut light = light.clone();
@@ -68,7 +71,8 @@ impl Rebase {
     }
 }
 
-/// For each of `to`, where in `from` it is: the first of a name is the first of that name there, the second the second.
+/// For each of `to`, where in `from` it is: the first of a name is the first of that name there,
+/// the second the second.
 fn same_names(from: &[&str], to: &[&str]) -> Vec<Option<usize>> {
     let mut is_taken = vec![false; from.len()];
     let take = |name: &&str| {

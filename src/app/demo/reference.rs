@@ -1,4 +1,5 @@
-//! Monte Carlo beside ours: a path tracer that refines in a thread of its own for as long as it is looked at.
+//! Monte Carlo beside ours: a path tracer that refines in a thread of its own for as long as it
+//! is looked at.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};

@@ -62,7 +62,8 @@ pub(super) struct Session {
     /// As it is in a file: the scene's, or where it was saved last.
     saved: Document,
     pub(super) watch: Watch,
-    /// The scene has changed on disk, there are edits that no file holds, and the user has not chosen yet.
+    /// The scene has changed on disk, there are edits that no file holds, and the user has
+    /// not chosen yet.
     pub(super) is_asked: bool,
     /// From where it is seen, and how large the picture is.
     pub(super) camera: Camera,
@@ -86,7 +87,8 @@ pub(super) struct Session {
 }
 
 impl Session {
-    /// Begins with a scene: what can be seen at once, and the precomputation. `watch`: its files before they were read.
+    /// Begins with a scene: what can be seen at once, and the precomputation. `watch`: its files
+    /// before they were read.
     pub(super) fn new(
         context: &Arc<Context>,
         source: Source,
@@ -212,7 +214,8 @@ impl Session {
         self.has_gone_back = true;
     }
 
-    /// The picture keeps that size, and does not ask again for the one that it has, if that is another.
+    /// The picture keeps that size, and does not ask again for the one that it has, if
+    /// that is another.
     pub(super) fn refuse_size(&mut self, fitting: [u32; 2]) {
         if self.camera.size != fitting {
             self.refused_size = Some(self.camera.size);
@@ -233,8 +236,8 @@ impl Session {
         matches!(&self.stage, Stage::Ready(ready) if ready.is_behind())
     }
 
-    /// Loads the scene again; what was before is one step back. Returns how what was edited is found in it. `None` if it cannot be
-    /// read: everything then stays, and a note says why.
+    /// Loads the scene again; what was before is one step back. Returns how what was edited is
+    /// found in it. `None` if it cannot be read: everything then stays, and a note says why.
     pub(super) fn reload(&mut self) -> Result<Option<Rebase>> {
         let Source { spec, options, .. } = self.source.clone();
         let watch = Watch::new(&spec);
@@ -261,7 +264,8 @@ impl Session {
     /// Traces the light paths of the scene anew, with another preset; what was edited stays.
     ///
     /// # Errors
-    /// Files that have changed since they were read are a question of their own; and as [`Scene::load`].
+    /// Files that have changed since they were read are a question of their own;
+    /// and as [`Scene::load`].
     pub(super) fn choose_preset(&mut self, preset: &str) -> Result<()> {
         if self.is_asked || !self.watch.is_as_read() {
             return Err(Error::Usage(format!("{} {CHANGED}", self.source.spec)));
@@ -276,7 +280,8 @@ impl Session {
         done
     }
 
-    /// The scene of the same file, to be prepared in another way; what was edited stays. `watch`: its files before they were read.
+    /// The scene of the same file, to be prepared in another way; what was edited stays. `watch`:
+    /// its files before they were read.
     fn prepare_again(&mut self, scene: Scene, watch: Watch) -> Result<()> {
         let rebase = Rebase::new(&self.scene, &scene);
         let (document, saved) = (rebase.document(&self.document), rebase.document(&self.saved));

@@ -93,7 +93,8 @@ pub(super) const BINDINGS: [Binding; 31] = [
 /// Also bound, and not worth a line: says on stderr how much device memory is in use.
 const MEMORY: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F10);
 
-/// Nor is this one: says on stderr when all that was asked for before is in the window. Scripts wait for it instead of for a time.
+/// Nor is this one: says on stderr when all that was asked for before is in the window. Scripts
+/// wait for it instead of for a time.
 const SETTLED: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F9);
 
 /// What the pointer does.
@@ -108,7 +109,8 @@ pub(super) const POINTER: [(&str, &str); 8] = [
     ("Click a surface", "Choose its material"),
 ];
 
-/// Takes the actions whose keys were pressed out of the input; those that somebody types into a text are the text's.
+/// Takes the actions whose keys were pressed out of the input; those that somebody types into a
+/// text are the text's.
 pub(super) fn pressed(input: &mut egui::InputState, types: bool) -> Vec<Action> {
     let mut actions: Vec<Action> = Vec::new();
     for Binding { keys, action, .. } in BINDINGS.iter().filter(|_| !types) {

@@ -1,4 +1,5 @@
-//! What makes pictures of the scene: first direct light alone, then, when a thread has traced the light paths, all light.
+//! What makes pictures of the scene: first direct light alone, then, when a thread has traced the
+//! light paths, all light.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -91,7 +92,8 @@ impl Progress for Told {
 }
 
 impl Preparing {
-    /// Makes direct light ready to be seen, and sets out to trace the light paths, or to take them from where they are kept.
+    /// Makes direct light ready to be seen, and sets out to trace the light paths, or to take them
+    /// from where they are kept.
     pub(super) fn new(
         context: &Arc<Context>,
         scene: &Scene,

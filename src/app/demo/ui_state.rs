@@ -1,4 +1,5 @@
-//! What the window is set to: what is chosen, which view is shown, which panels. None of it belongs to the scene.
+//! What the window is set to: what is chosen, which view is shown, which panels. None of it belongs
+//! to the scene.
 
 use glam::Vec3;
 
@@ -22,7 +23,8 @@ pub(super) enum View {
     CachePoints,
     /// Clusters of that level of the hierarchy, in colours.
     Cells(u32),
-    /// Gather rays of the cache point and the light path of the entry point that are nearest to what was clicked.
+    /// Gather rays of the cache point and the light path of the entry point that are nearest to
+    /// what was clicked.
     Inspect,
 }
 

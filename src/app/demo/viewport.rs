@@ -13,7 +13,8 @@ use super::ui_state::{Chosen, Place, UiState, View};
 use crate::error::Result;
 use crate::scene::Camera;
 
-/// How long the window must keep its size before the picture takes it, seconds: another size is another picture from scratch.
+/// How long the window must keep its size before the picture takes it, seconds: another size is
+/// another picture from scratch.
 const PATIENCE_S: f64 = 0.15;
 /// Pixels of a picture along either side.
 const SIDES: [u32; 2] = [16, 8192];
@@ -205,7 +206,8 @@ impl Viewport {
         area: Rect,
     ) {
         let released = ui.input(|input| input.events.iter().find_map(released));
-        // What is let go of stays where that was done, wherever the pointer has gone since the last frame.
+        // What is let go of stays where that was done, wherever the pointer has gone since the last
+        // frame.
         let pointer = match released.filter(|_| response.drag_stopped()) {
             Some(released) => Some(released),
             None if response.dragged() => response.interact_pointer_pos(),

@@ -32,14 +32,16 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// The files that a scene is about to be read from. Taken before they are read, so that no change is missed.
+    /// The files that a scene is about to be read from. Taken before they are read, so that no
+    /// change is missed.
     pub(super) fn new(spec: &str) -> Self {
         let read: Vec<_> = files(spec).into_iter().map(|file| (file.clone(), stamp(&file))).collect();
         let seen = read.iter().map(|(_, stamp)| *stamp).collect();
         Self { read, seen, reported: None }
     }
 
-    /// Compares the files with what was read. Every other state is reported once, when two looks have seen it.
+    /// Compares the files with what was read. Every other state is reported once, when two looks
+    /// have seen it.
     pub(super) fn look(&mut self) -> Look {
         let now = self.now();
         let is_settled = now == std::mem::replace(&mut self.seen, now.clone());

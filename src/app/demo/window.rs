@@ -25,7 +25,8 @@ pub(super) enum WakeUp {
     Ends(SyncSender<()>),
 }
 
-/// How long edits have to be kept once a signal has come: a frame on a slow device of a busy machine.
+/// How long edits have to be kept once a signal has come: a frame on a slow device of
+/// a busy machine.
 const TO_KEEP: Duration = Duration::from_secs(30);
 
 /// Has an edited scene kept before a signal ends the program.

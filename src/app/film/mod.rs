@@ -22,8 +22,9 @@ use video::Video;
 
 /// Render a film: a scene that changes in time, as numbered frames and, with ffmpeg, a video
 ///
-/// Frames are DIR/frame-00000.png and so on; those that are there are replaced. A frame is the same to the bit whichever share of the
-/// film is rendered, so that any number of machines can render one film into one folder.
+/// Frames are DIR/frame-00000.png and so on; those that are there are replaced. A frame is the same
+/// to the bit whichever share of the film is rendered, so that any number of machines can render
+/// one film into one folder.
 #[derive(Debug, Args)]
 pub(super) struct Film {
     /// A .toml film file (docs/films.md), or a built-in film
@@ -152,7 +153,8 @@ impl Film {
         is_wanted.then_some(video::Job { folder: &self.output, film, video })
     }
 
-    /// Has a whole film's frames encoded. What nobody asked for must not spoil what is done: it is a line on stderr then.
+    /// Has a whole film's frames encoded. What nobody asked for must not spoil what is done: it is
+    /// a line on stderr then.
     fn make_video(&self, film: &film::Film, is_whole: bool) -> Result<()> {
         let Some(job) = self.job(film) else { return Ok(()) };
         if !is_whole {

@@ -38,7 +38,8 @@ fn expected() -> String {
 }
 
 impl Share {
-    /// The frames of a film of so many. An end beyond the film's is the film's, so that the last of equal shares may be shorter.
+    /// The frames of a film of so many. An end beyond the film's is the film's, so that the last of
+    /// equal shares may be shorter.
     pub(super) fn of(self, frame_count: u32) -> Result<Range<u32>> {
         let range = self.start.unwrap_or(0)..self.end.unwrap_or(frame_count).min(frame_count);
         if range.is_empty() {

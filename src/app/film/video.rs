@@ -79,7 +79,8 @@ impl Job<'_> {
         if self.video == Video::Webm { "webm" } else { "mp4" }
     }
 
-    /// All but the file to write. Chroma is stored for every second pixel, so that sides must be even: black is added where one is odd.
+    /// All but the file to write. Chroma is stored for every second pixel, so that sides must be
+    /// even: black is added where one is odd.
     fn arguments(&self) -> Vec<String> {
         let (fps, count) = (self.film.fps.to_string(), self.film.frame_count.to_string());
         let pattern = format!("frame-%0{}d.png", digits(self.film.frame_count));

@@ -17,8 +17,8 @@ use crate::reference::{PathTracer, PhotonMapper};
 
 /// Render one image
 ///
-/// PNG files are sRGB, exposed and tone mapped: exact up to 0.8, highlights roll off above. EXR files hold linear
-/// radiance (W/m²/sr) in 32-bit floats, Rec.709.
+/// PNG files are sRGB, exposed and tone mapped: exact up to 0.8, highlights roll off above. EXR
+/// files hold linear radiance (W/m²/sr) in 32-bit floats, Rec.709.
 #[derive(Debug, Args)]
 pub(super) struct Render {
     /// A .toml scene file, an .obj, or a built-in scene
@@ -27,21 +27,24 @@ pub(super) struct Render {
     /// The image to write: .exr or .png
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// lightpaths: direct and indirect light; direct: direct light only; path: path tracing, the reference; photon:
-    /// photon mapping with final gathering
+    /// lightpaths: direct and indirect light; direct: direct light only; path: path tracing, the
+    /// reference; photon: photon mapping with final gathering
     #[arg(long, value_enum, default_value = "lightpaths")]
     method: Method,
-    /// For the method lightpaths, to find out which stage errs: replaces one by its exact reference. splat: gathers at every pixel;
-    /// clusters: path traces the radiance at the gather hits; gather: also sends many new gather rays. Slow
+    /// For the method lightpaths, to find out which stage errs: replaces one by its exact
+    /// reference. splat: gathers at every pixel; clusters: path traces the radiance at the gather
+    /// hits; gather: also sends many new gather rays. Slow
     #[arg(long, value_name = "STAGE", value_enum)]
     exact: Option<ExactStage>,
-    /// Samples of each pixel, for the methods path and photon [default: 64, or what --seconds allows]
+    /// Samples of each pixel, for the methods path and photon [default: 64, or
+    /// what --seconds allows]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1..=u32::MAX, "64"))]
     spp: Option<u32>,
     /// Ends the methods path and photon after this time; with --spp, at whichever comes first
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds)]
     seconds: Option<f32>,
-    /// Further layers of an EXR: direct, indirect, albedo, normal, depth; for the method path also variance (of the mean)
+    /// Further layers of an EXR: direct, indirect, albedo, normal, depth; for the method path also
+    /// variance (of the mean)
     #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',')]
     aov: Vec<Aov>,
     /// Brightens a PNG by this many stops [default: 0]
@@ -53,7 +56,8 @@ pub(super) struct Render {
     /// Writes times, memory and counts as JSON
     #[arg(long, value_name = "FILE.json")]
     stats: Option<PathBuf>,
-    /// Has RenderDoc capture the frame, to files whose names begin so; the program must run under RenderDoc
+    /// Has RenderDoc capture the frame, to files whose names begin so; the program must
+    /// run under RenderDoc
     #[arg(long, value_name = "FILE_TEMPLATE")]
     capture: Option<PathBuf>,
     #[command(flatten)]

@@ -20,8 +20,9 @@ use trials::{Quantity, Sizes, Trial, measure};
 
 /// Set time and memory against sizes: triangles, entry points, cache points and lights
 ///
-/// Each is varied by itself; the rest stays as the scene and its preset have it. A size that the device has no room for is listed with what it would
-/// need. Prints a table and the powers with which time and memory grow; writes scale.json and plots (SVG).
+/// Each is varied by itself; the rest stays as the scene and its preset have it. A size that the
+/// device has no room for is listed with what it would need. Prints a table and the powers with
+/// which time and memory grow; writes scale.json and plots (SVG).
 #[derive(Debug, Args)]
 pub(super) struct Scale {
     /// A .toml scene file, an .obj, or a built-in scene
@@ -30,8 +31,8 @@ pub(super) struct Scale {
     /// Folder for the results; created if it is not there
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Numbers of triangles, of scenes whose first model is made to measure
-    /// [default: 10000,100000,1000000]
+    /// Numbers of triangles, of scenes whose first model is made to
+    /// measure [default: 10000,100000,1000000]
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true, value_parser = each_whole(1..=u32::MAX, "10000,100000"))]
     triangles: Option<Vec<u32>>,
     /// Numbers of entry points

@@ -57,7 +57,8 @@ pub(super) fn text(results: &Results) -> String {
     text
 }
 
-/// The power of the size with which a measure grows, by least squares of the logarithms. None of fewer than two sizes.
+/// The power of the size with which a measure grows, by least squares of the logarithms. None of
+/// fewer than two sizes.
 fn power(trials: &[&Trial], quantity: Quantity, measure: fn(&Trial) -> f64) -> Option<f64> {
     let places: Vec<[f64; 2]> =
         trials.iter().map(|trial| [f64::from(quantity.of(&trial.sizes)).ln(), measure(trial).ln()]).collect();

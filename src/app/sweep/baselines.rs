@@ -34,10 +34,11 @@ pub(super) const METHODS: [Method; 2] = [
     },
 ];
 
-/// Longest that a method is given to reach our error, seconds; beyond, the number of samples is extrapolated.
+/// Longest that a method is given to reach our error, seconds; beyond, the number of
+/// samples is extrapolated.
 const EQUAL_ERROR_S: f64 = 5.0;
-/// Most samples that a method is given for that, as a multiple of those of the reference. Beyond, the noise of the
-/// reference would be most of the error.
+/// Most samples that a method is given for that, as a multiple of those of the reference. Beyond,
+/// the noise of the reference would be most of the error.
 const MAX_OF_REFERENCE: f64 = 4.0;
 /// Renderings on the way there.
 const MAX_ATTEMPTS: u32 = 6;
@@ -152,8 +153,8 @@ fn equal_error(
     })
 }
 
-/// Samples at which the error is `goal` if it goes on to fall with 1/samples, from what was measured at numbers of samples (at least
-/// one). A method with a bias needs more.
+/// Samples at which the error is `goal` if it goes on to fall with 1/samples, from what was
+/// measured at numbers of samples (at least one). A method with a bias needs more.
 fn samples_for(curve: &[(f64, f64)], goal: f64) -> f64 {
     let distance = |(_, error): &(f64, f64)| (error.max(1e-12) / goal).ln().abs();
     let nearest = curve.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));

@@ -20,7 +20,8 @@ const FORMAT: u32 = 1;
 /// Longest first line.
 const MAX_HEADER_BYTES: u64 = 4096;
 
-/// Images of a reference, in this order in the file: two independent halves, then direct and indirect light.
+/// Images of a reference, in this order in the file: two independent halves, then direct
+/// and indirect light.
 pub(super) type Images = [Vec<[f32; 3]>; 4];
 
 /// A reference as it is kept.
@@ -58,7 +59,8 @@ pub(super) fn default_folder() -> Result<PathBuf> {
     })
 }
 
-/// File name of the reference of a scene seen by its first camera. Whatever changes the picture changes the name.
+/// File name of the reference of a scene seen by its first camera. Whatever changes the picture
+/// changes the name.
 pub(super) fn file_name(scene: &Scene, budget: &str) -> String {
     let mut key = Key(0xcbf2_9ce4_8422_2325);
     let Scene {

@@ -20,10 +20,12 @@ use crate::scene::{Scene, builtin};
 /// Time that a reference gets where the user does not say, seconds.
 const DEFAULT_SECONDS: f32 = 60.0;
 
-/// Make the paper's figures 4, 5 and 6: direct light only, photon mapping, our method and pure Monte Carlo
+/// Make the paper's figures 4, 5 and 6: direct light only, photon mapping, our method and
+/// pure Monte Carlo
 ///
-/// Photon mapping and Monte Carlo get the time that our method takes for its first picture, precomputation included. Under each picture
-/// stand its time and its error against a path-traced reference, which is kept for the next time.
+/// Photon mapping and Monte Carlo get the time that our method takes for its first picture,
+/// precomputation included. Under each picture stand its time and its error against a path-traced
+/// reference, which is kept for the next time.
 #[derive(Debug, Args)]
 pub(in crate::app) struct Figures {
     /// Scenes, as for render [default: every built-in one]

@@ -13,7 +13,8 @@ use crate::gpu::Context;
 use crate::renderer::{FrameReport, Layer, Renderer, Work};
 use crate::scene::Scene;
 
-/// Frames timed after a light moved, enough for a median; none begins after so many seconds: long frames vary little.
+/// Frames timed after a light moved, enough for a median; none begins after so many seconds: long
+/// frames vary little.
 const LIGHT_FRAMES: usize = 3;
 const LIGHT_S: f64 = 1.0;
 /// Frames timed after the camera moved, and from scratch: they vary little, and cost more.

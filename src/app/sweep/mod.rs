@@ -41,9 +41,9 @@ const DEFAULT_SECONDS: f32 = 10.0;
 
 /// Set error against time: vary the settings, compare with other methods, write a report
 ///
-/// Entry points, cells, cache points and gather rays are varied one at a time around the preset, then together. Every picture
-/// is held against a path-traced reference, which is kept for the next time. Writes report.html, sweep.json, plots (SVG) and
-/// pictures (PNG).
+/// Entry points, cells, cache points and gather rays are varied one at a time around the preset,
+/// then together. Every picture is held against a path-traced reference, which is kept for the next
+/// time. Writes report.html, sweep.json, plots (SVG) and pictures (PNG).
 #[derive(Debug, Args)]
 pub(super) struct Sweep {
     /// A .toml scene file, an .obj, or a built-in scene
@@ -66,7 +66,8 @@ struct ReferenceArgs {
     /// Samples of each pixel of a reference [default: what --seconds allows]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(4..=u32::MAX, "256"))]
     spp: Option<u32>,
-    /// Ends a reference after this time; with --spp, at whichever comes first [default, without --spp: 10; of figures 60]
+    /// Ends a reference after this time; with --spp, at whichever comes first [default, without
+    /// --spp: 10; of figures 60]
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = parse_seconds)]
     seconds: Option<f32>,
     /// Folder where references are kept [default: the user's cache folder]
@@ -95,7 +96,8 @@ struct Preset {
 }
 
 impl Preset {
-    /// What its renderer, which goes afterwards, can tell as well; the stages' errors where somebody is to hear of them.
+    /// What its renderer, which goes afterwards, can tell as well; the stages' errors where
+    /// somebody is to hear of them.
     fn new(
         measured: Measured,
         reference: &Reference,
@@ -165,7 +167,8 @@ impl Sweep {
         super::print_line(&format!("{}", html.path().display()))
     }
 
-    /// The preset, and what the other settings gave. A setting that the device has no room for is left out, with a warning.
+    /// The preset, and what the other settings gave. A setting that the device has no room for is
+    /// left out, with a warning.
     fn try_settings(
         &self,
         scene: &Scene,

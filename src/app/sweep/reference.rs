@@ -1,4 +1,5 @@
-//! What the pictures of a sweep are held against: the path tracer's picture, in two halves, from the cache if it is there.
+//! What the pictures of a sweep are held against: the path tracer's picture, in two halves, from
+//! the cache if it is there.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -80,7 +81,8 @@ impl Reference {
         &self.mean
     }
 
-    /// Errors are relative to this picture from now on: about that of the reference, and free of its noise.
+    /// Errors are relative to this picture from now on: about that of the reference, and free
+    /// of its noise.
     pub(super) fn set_scale(&mut self, picture: Vec<[f32; 3]>) {
         self.scale = Some(picture);
     }

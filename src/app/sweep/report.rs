@@ -1,4 +1,5 @@
-//! The report: one page that needs nothing else, right on a phone and on a desk, on light and on dark ground.
+//! The report: one page that needs nothing else, right on a phone and on a desk, on light and
+//! on dark ground.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

@@ -59,11 +59,13 @@ pub(super) struct ReferenceFacts {
 pub(super) struct ErrorFigures {
     /// Against the mean of the reference's halves: the reference's own noise is part of it.
     pub(super) relmse: f64,
-    /// Without that noise, which can make a good picture's figure negative; relative to our picture at the preset, which has none.
+    /// Without that noise, which can make a good picture's figure negative; relative to our picture
+    /// at the preset, which has none.
     pub(super) relmse_debiased: f64,
     /// How far the reference's noise may put that off: its standard deviation.
     pub(super) relmse_standard_error: f64,
-    /// Of indirect light alone, the reference's noise included; none for a picture that holds no indirect light.
+    /// Of indirect light alone, the reference's noise included; none for a picture that holds
+    /// no indirect light.
     pub(super) relmse_indirect: Option<f64>,
     pub(super) rmse: f64,
     pub(super) smape: f64,
@@ -174,7 +176,8 @@ pub(super) struct StageError {
     pub(super) relmse: f64,
     /// The reference's noise as relMSE, from its halves; already taken off.
     pub(super) noise_relmse: f64,
-    /// What has gone, as a share of the whole; below 0 where the stage's error made up for another's.
+    /// What has gone, as a share of the whole; below 0 where the stage's error made
+    /// up for another's.
     pub(super) share: f64,
 }
 

@@ -32,8 +32,8 @@ impl Step {
     }
 }
 
-/// From coarse to fine; the preset itself is one of them. Where paths and cells grow finer, light that stays in narrow cavities and shadows
-/// is what is left, and in the end edges.
+/// From coarse to fine; the preset itself is one of them. Where paths and cells grow finer, light
+/// that stays in narrow cavities and shadows is what is left, and in the end edges.
 const FRONT: [Step; 4] = [
     Step::new([1.0 / 16.0, 0.5, 0.25, 0.25], 0, 0),
     Step::new([1.0 / 4.0, 0.5, 0.5, 0.5], 0, 0),
@@ -56,7 +56,8 @@ pub(super) struct Trial {
     pub(super) quality: Quality,
 }
 
-/// The preset, then each quantity alone, then the front; settings that come out alike are tried once.
+/// The preset, then each quantity alone, then the front; settings that come out alike
+/// are tried once.
 pub(super) fn trials(preset: &Quality) -> Vec<Trial> {
     let mut trials = vec![Trial { series: PRESET, factor: 1.0, quality: preset.clone() }];
     let mut add = |series, factor, quality: Quality| {
@@ -77,7 +78,8 @@ pub(super) fn trials(preset: &Quality) -> Vec<Trial> {
     trials
 }
 
-/// The preset with entry points, cells, cache points and gather rays multiplied, each brought into its range.
+/// The preset with entry points, cells, cache points and gather rays multiplied, each brought
+/// into its range.
 fn scaled(preset: &Quality, [entry_points, cells, cache_points, gather_rays]: [f64; 4]) -> Quality {
     let scale = |value: u32, factor: f64, least: u32, most: u32| {
         ((f64::from(value) * factor).round() as u32).clamp(least, most)

@@ -15,11 +15,13 @@ const STAGES: [(&str, Stage); 3] = [
     ("gather at every pixel", Stage::Splat),
 ];
 
-/// Samples of edge pixels, as a multiple of the preset's, in the last row; the scene file allows no more than the limit.
+/// Samples of edge pixels, as a multiple of the preset's, in the last row; the scene file allows no
+/// more than the limit.
 const EDGE_SAMPLES: u32 = 4;
 const EDGE_SAMPLES_MAX: u32 = 256;
 
-/// The whole error first, then what is left of it with each stage exact. Leaves the renderer with other edge samples.
+/// The whole error first, then what is left of it with each stage exact. Leaves the renderer with
+/// other edge samples.
 pub(super) fn measure(
     context: &Context,
     renderer: &mut Renderer,

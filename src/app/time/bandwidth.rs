@@ -12,7 +12,8 @@ const BYTES: u64 = 64 << 20;
 
 const REPEATS: usize = 9;
 
-/// Bytes read plus bytes written per second, in 10⁹; the median of some runs. None where the device's clock is too coarse to tell.
+/// Bytes read plus bytes written per second, in 10⁹; the median of some runs. None where the
+/// device's clock is too coarse to tell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CopyRates {
     /// Of a copy from one buffer to another, by the device's own means.
@@ -23,7 +24,8 @@ pub(super) struct CopyRates {
     pub(super) kernel_words: Option<f64>,
 }
 
-/// Measures a device. The context's memory peak grows by two buffers, so it should not be one whose use is reported.
+/// Measures a device. The context's memory peak grows by two buffers, so it should not be one whose
+/// use is reported.
 ///
 /// # Errors
 /// There is no memory for the buffers, or a Vulkan call failed.

@@ -1,5 +1,6 @@
-//! The least time of each pass: what its bytes take at the rate at which this device copies memory, or its rays at the rate at which it
-//! follows such rays through this scene, whichever is longer, for both may go on at once.
+//! The least time of each pass: what its bytes take at the rate at which this device copies memory,
+//! or its rays at the rate at which it follows such rays through this scene, whichever is longer,
+//! for both may go on at once.
 
 use super::measure::PassSummary;
 use super::ray_rates::RayRates;
@@ -15,7 +16,8 @@ pub(super) struct Limits<'a> {
 }
 
 impl Limits<'_> {
-    /// The least time of a pass, milliseconds; none if nothing of what it does is counted, or known how fast it could be.
+    /// The least time of a pass, milliseconds; none if nothing of what it does is counted, or known
+    /// how fast it could be.
     pub(super) fn floor_ms(&self, pass: &PassSummary) -> Option<f64> {
         let bytes = self.copy_gbps.filter(|_| pass.bytes > 0).map(|gbps| pass.bytes as f64 / (1e6 * gbps));
         let rate = if is_closest(pass.name) {
@@ -31,7 +33,8 @@ impl Limits<'_> {
         }
     }
 
-    /// The least time as a share of what the pass took: above one where it need not do all that it is counted for.
+    /// The least time as a share of what the pass took: above one where it need not do all that it
+    /// is counted for.
     pub(super) fn share(&self, pass: &PassSummary) -> Option<f64> {
         self.floor_ms(pass).filter(|_| pass.ms.median > 0.0).map(|floor| floor / pass.ms.median)
     }
@@ -43,7 +46,8 @@ impl Limits<'_> {
     }
 }
 
-/// Whether a pass asks for closest hits. Those of frames are the camera's; all other rays go to a light.
+/// Whether a pass asks for closest hits. Those of frames are the camera's; all other rays go
+/// to a light.
 fn is_closest(pass: &str) -> bool {
     [Primary::STEM, Antialias::STEM].contains(&pass)
 }

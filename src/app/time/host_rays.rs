@@ -1,4 +1,5 @@
-//! The same rays on this processor, by the traversal of `obvhs`: what our own is to be measured by where the device is a processor.
+//! The same rays on this processor, by the traversal of `obvhs`: what our own is to be measured by
+//! where the device is a processor.
 
 use std::time::{Duration, Instant};
 

@@ -39,8 +39,9 @@ struct Frames {
     costs: Vec<[f64; 2]>,
 }
 
-/// Times frames for each number of lights, and leaves the scene's own lights behind. Rounds over all numbers alternate, so that a
-/// drift of the clock touches all alike; ratios are those within a round.
+/// Times frames for each number of lights, and leaves the scene's own lights behind. Rounds over
+/// all numbers alternate, so that a drift of the clock touches all alike; ratios are those
+/// within a round.
 pub(super) fn measure(
     renderer: &mut Renderer,
     counts: &[u32],
@@ -94,8 +95,8 @@ fn device_ms(report: &FrameReport) -> f64 {
     report.passes.iter().map(|pass| pass.ms).sum()
 }
 
-/// A frame that does that work, and what it cost: the processor's time where that is the device, because it tells nothing of what else
-/// runs there; else the device's time.
+/// A frame that does that work, and what it cost: the processor's time where that is the device,
+/// because it tells nothing of what else runs there; else the device's time.
 fn costed(renderer: &mut Renderer, work: Work, is_cpu: bool) -> Result<(FrameReport, f64)> {
     renderer.force(work);
     let before = processor_ms();
@@ -116,8 +117,8 @@ fn processor_ms() -> Option<f64> {
     Some(nanoseconds as f64 / 1e6)
 }
 
-/// So many lights: the scene's own, and then copies of them at other places that the camera sees, in open space. Their power
-/// adds up to that of the scene's own.
+/// So many lights: the scene's own, and then copies of them at other places that the camera sees,
+/// in open space. Their power adds up to that of the scene's own.
 pub(in crate::app) fn fitting(scene: &Scene, own: &[Light], count: usize) -> Vec<Light> {
     let share = own.len() as f32 / count as f32;
     let mut places = open_enclosures(scene);
@@ -141,7 +142,8 @@ fn open_enclosures(scene: &Scene) -> impl Iterator<Item = Vec3> + '_ {
     let (low, high) = scene.bounds();
     let eye = scene.cameras[0].position;
     let candidates = (1..=TRIES).map(move |index| {
-        // An additive recurrence on powers of the plastic number's generalisation to three dimensions.
+        // An additive recurrence on powers of the plastic number's generalisation to three
+        // dimensions.
         let place =
             [1.0, 2.0, 3.0].map(|power| (index as f64 * 1.220_744_084_605_759_5_f64.powf(-power)).fract());
         low + (high - low) * (0.05 + 0.9 * DVec3::from(place)).as_vec3()

@@ -77,7 +77,8 @@ pub(super) struct Measurement {
     pub(super) wall: [Summary; WORK.len()],
     /// In the order in which they run.
     pub(super) passes: Vec<PassSummary>,
-    /// Records that a step of the camera needed besides those that the last move of the light had gathered, the median.
+    /// Records that a step of the camera needed besides those that the last move of the light had
+    /// gathered, the median.
     pub(super) step_records: f64,
     /// Whether warm-up ended because times had settled.
     pub(super) settled: bool,
@@ -111,8 +112,8 @@ impl Walk {
     }
 }
 
-/// Warms up until the medians of the whole frame settle, then runs `frames` rounds of all kinds of work in turn, so that
-/// a drift of the clock touches all columns alike.
+/// Warms up until the medians of the whole frame settle, then runs `frames` rounds of all kinds of
+/// work in turn, so that a drift of the clock touches all columns alike.
 pub(super) fn measure(renderer: &mut Renderer, frames: usize) -> Result<Measurement> {
     let mut walk = Walk::new(renderer);
     let mut warm_up = Vec::new();
@@ -135,7 +136,8 @@ pub(super) fn measure(renderer: &mut Renderer, frames: usize) -> Result<Measurem
     Ok(Measurement { columns, wall, passes: passes(&whole), step_records, settled: settled(&warm_up) })
 }
 
-/// One frame of each kind of work, in the order of [`WORK`]. The camera moves indeed, so that its frame gathers what it newly needs.
+/// One frame of each kind of work, in the order of [`WORK`]. The camera moves indeed, so that its
+/// frame gathers what it newly needs.
 fn round(renderer: &mut Renderer, walk: &mut Walk) -> Result<Vec<FrameReport>> {
     let mut frames = Vec::with_capacity(WORK.len());
     for work in WORK {

@@ -1,7 +1,8 @@
 //! What the paper reports for its three scenes. [Yue, tables 1 to 3]
 
-/// Names of the timing columns, in the paper's order. The first five are stages of a frame, `Ttot` a frame in which
-/// everything is new, the last three a frame after a light moved, the camera moved, a material changed.
+/// Names of the timing columns, in the paper's order. The first five are stages of a frame, `Ttot`
+/// a frame in which everything is new, the last three a frame after a light moved, the camera
+/// moved, a material changed.
 pub(super) const COLUMNS: [&str; 9] =
     ["Tdi", "Tlpe", "Thvds", "Tfg", "Tsplat", "Ttot", "Tlight", "Tview", "Tmat"];
 

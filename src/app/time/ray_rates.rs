@@ -1,8 +1,9 @@
-//! How fast the device follows rays through a scene, and how fast a well-kept library does on the same processor: what the rays per second
-//! of every pass are held against.
+//! How fast the device follows rays through a scene, and how fast a well-kept library does on the
+//! same processor: what the rays per second of every pass are held against.
 //!
-//! Four kinds of rays, from an explicit list in memory, so that nothing but traversal is timed. Coherent: the camera's, tile by tile, and
-//! from what they meet to a light. Incoherent: from there as a diffuse surface reflects, and between pairs of such places; in random order.
+//! Four kinds of rays, from an explicit list in memory, so that nothing but traversal is timed.
+//! Coherent: the camera's, tile by tile, and from what they meet to a light. Incoherent: from there
+//! as a diffuse surface reflects, and between pairs of such places; in random order.
 
 use std::sync::Arc;
 
@@ -30,7 +31,8 @@ const CLEAR: f32 = 1e-5;
 /// Segments end before the surface that they lead to.
 const SHORT: f32 = 0.999;
 
-/// Rays a second, in 10⁶, of each kind; none where there are none, or the clock is too coarse to tell.
+/// Rays a second, in 10⁶, of each kind; none where there are none, or the clock is too
+/// coarse to tell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub(super) struct Rates {
     /// Closest hits of the camera's rays.
@@ -48,7 +50,8 @@ pub(super) struct Rates {
 pub(super) struct RayRates {
     /// The device's.
     pub(super) device: Rates,
-    /// Where the device is this processor: the closest hits of `obvhs`, on as many threads as it has.
+    /// Where the device is this processor: the closest hits of `obvhs`, on as many threads
+    /// as it has.
     pub(super) host: Option<Rates>,
 }
 

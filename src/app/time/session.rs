@@ -18,18 +18,20 @@ const DEFAULT_SCENE: &str = "box";
 #[derive(Debug, Args)]
 #[group(id = "session", multiple = false, conflicts_with_all = ["json", "lights"])]
 pub(super) struct SessionArgs {
-    /// Instead of tables, of one scene [default: box]: writes when host and device did what in the precomputation and in N frames of
-    /// each kind of edit, as trace events for Perfetto
+    /// Instead of tables, of one scene [default: box]: writes when host and device did what in the
+    /// precomputation and in N frames of each kind of edit, as trace events for Perfetto
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Instead of tables, of one scene [default: box]: does one pass of the frame alone, N times, 1 to 100000
+    /// Instead of tables, of one scene [default: box]: does one pass of the frame alone, N times,
+    /// 1 to 100000
     #[arg(long, num_args = 2, value_names = ["PASS", "N"], conflicts_with = "frames")]
     repeat: Option<Vec<String>>,
-    /// Instead of tables, of one scene [default: box]: has RenderDoc capture one frame in which everything is new, to files whose names
-    /// begin so; the program must run under RenderDoc
+    /// Instead of tables, of one scene [default: box]: has RenderDoc capture one frame in which
+    /// everything is new, to files whose names begin so; the program must run under RenderDoc
     #[arg(long, value_name = "FILE_TEMPLATE", conflicts_with = "frames")]
     capture: Option<PathBuf>,
-    /// Instead of tables, of one scene [default: box]: prints what the driver tells of each kernel, such as registers and spills
+    /// Instead of tables, of one scene [default: box]: prints what the driver tells of each kernel,
+    /// such as registers and spills
     #[arg(long, conflicts_with = "frames")]
     statistics: bool,
 }

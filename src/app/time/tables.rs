@@ -34,7 +34,8 @@ fn table_1(scenes: &[Timed]) -> String {
     text
 }
 
-/// Seconds of precomputation, frames per second in which everything is new, 10⁶ bytes of device memory.
+/// Seconds of precomputation, frames per second in which everything is new, 10⁶ bytes
+/// of device memory.
 fn facts(timed: &Timed) -> [f64; 3] {
     let statistics = &timed.statistics;
     let frame_ms = timed.measurement.wall[0].median;

@@ -33,7 +33,8 @@ const WORK: [(Work, &str); 5] = [
     (Work::Colour, "colour"),
 ];
 
-/// Something that took time on a track: whole nanoseconds, so that what is within something stays so.
+/// Something that took time on a track: whole nanoseconds, so that what is within
+/// something stays so.
 struct Event {
     name: String,
     process: u32,
@@ -154,7 +155,8 @@ fn traced(events: &mut Vec<Event>, trace: &Trace) {
         ];
         group.extend(steps.map(|(name, span_us)| event(name, track, span_us, json!({"submission": index}))));
         groups.push(group);
-        // The queue does one submission after another, whatever is guessed of its clock: viewers drop passes that overlap.
+        // The queue does one submission after another, whatever is guessed of its clock: viewers
+        // drop passes that overlap.
         let begin_us = passes.first().map_or(0.0, |pass| pass.begin_us);
         let late_us = if deviation_us.is_some() { 0.0 } else { (queue_end_us - begin_us).max(0.0) };
         for pass in passes {
@@ -171,7 +173,8 @@ fn traced(events: &mut Vec<Event>, trace: &Trace) {
     events.extend(apart(groups));
 }
 
-/// Groups on as many tracks as it takes for none to meet another: threads of the precomputation submit side by side.
+/// Groups on as many tracks as it takes for none to meet another: threads of the precomputation
+/// submit side by side.
 fn apart(mut groups: Vec<Vec<Event>>) -> impl Iterator<Item = Event> {
     groups.sort_by_key(|group| group[0].begin_ns);
     let mut ends: Vec<u64> = Vec::new();
@@ -234,7 +237,8 @@ fn document(
                "args": arguments})
     }));
     json!({
-        // With "ms" Chrome compares times in whole microseconds, and hangs what is shorter below its neighbour.
+        // With "ms" Chrome compares times in whole microseconds, and hangs what is shorter below
+        // its neighbour.
         "displayTimeUnit": "ns",
         // Perfetto shows this from version 58 on, Chrome always.
         "metadata": {
@@ -252,7 +256,8 @@ mod tests {
     use super::*;
     use crate::gpu::PassSpan;
 
-    /// Where the device's clock is guessed, the second submission begins within the first; where it is known, it stays.
+    /// Where the device's clock is guessed, the second submission begins within the first; where it
+    /// is known, it stays.
     #[test]
     fn passes_of_one_queue_follow_one_another() {
         let begins = |deviation_us| {

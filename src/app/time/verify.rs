@@ -9,7 +9,8 @@ use crate::scene::Scene;
 
 /// Samples of each pixel in a round, two for each half.
 const ROUND: u32 = 4;
-/// The standard deviation of the energy, as a share of it, at which the path tracer is exact enough.
+/// The standard deviation of the energy, as a share of it, at which the path tracer
+/// is exact enough.
 const EXACT: f64 = 0.002;
 /// Samples of all pixels at most.
 const MAX_SAMPLES: u64 = 1 << 24;

@@ -10,7 +10,8 @@ use super::picture::Picture;
 use super::swapchain::{COLOUR, Swapchain, SwapchainImage};
 use crate::error::Result;
 
-/// How long the system may take to lend an image, nanoseconds: a hidden window may not be given one.
+/// How long the system may take to lend an image, nanoseconds: a hidden window may not
+/// be given one.
 const PATIENCE_NS: u64 = 500_000_000;
 
 /// All of a colour image.
@@ -155,7 +156,8 @@ impl Frame {
         unsafe { self.context.device.reset_fences(&[self.fence]) }.vk("vkResetFences")?;
         let context = &self.context;
         context
-            // SAFETY: nobody else has the queue; commands, semaphores and fence live until the fence is waited for.
+            // SAFETY: nobody else has the queue; commands, semaphores and fence live until the
+            // fence is waited for.
             .with_queue(|queue| unsafe { context.sync2.queue_submit2(queue, &submit, self.fence) })
             .vk("vkQueueSubmit2")
     }

@@ -68,7 +68,8 @@ impl Image {
                     size[0], size[1]
                 ))
             })?;
-        // SAFETY: the memory is the allocator's, fits the requirements, and outlives the image (see `drop`).
+        // SAFETY: the memory is the allocator's, fits the requirements, and outlives the image (see
+        // `drop`).
         let bound =
             unsafe { context.device.bind_image_memory(handle, allocation.memory(), allocation.offset()) };
         image.allocation = Some(allocation);
@@ -86,7 +87,8 @@ impl Drop for Image {
             self.context.device.destroy_image(self.handle, None);
         }
         if let Some(allocation) = self.allocation.take() {
-            // What the allocator could say against it would be a fault of this file; there is nobody to tell.
+            // What the allocator could say against it would be a fault of this file; there is
+            // nobody to tell.
             let _ = self.context.with_allocator(|allocator| allocator.free(allocation));
         }
     }

@@ -69,7 +69,8 @@ struct BoundTexture {
 }
 
 impl WindowPainter {
-    /// Makes ready to draw to a surface of that size in pixels. With `vsync`, frames wait for the screen.
+    /// Makes ready to draw to a surface of that size in pixels. With `vsync`, frames wait
+    /// for the screen.
     ///
     /// # Errors
     /// A Vulkan call failed.
@@ -132,7 +133,8 @@ impl WindowPainter {
         self.vsync = vsync;
     }
 
-    /// Adds a picture of that size in pixels. It shows nothing that is defined before [`Self::show`].
+    /// Adds a picture of that size in pixels. It shows nothing that is
+    /// defined before [`Self::show`].
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -146,7 +148,8 @@ impl WindowPainter {
         Ok(PictureId(self.pictures.len() - 1))
     }
 
-    /// Gives a picture another size; panels find it where it was. It shows nothing that is defined before [`Self::show`].
+    /// Gives a picture another size; panels find it where it was. It shows nothing that is
+    /// defined before [`Self::show`].
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -183,8 +186,8 @@ impl WindowPainter {
         self.pictures[id.0].picture.size
     }
 
-    /// Lets a picture show, from the next frame on, the sRGB codes R, G, B, A in a buffer, row by row from the top. Panics if
-    /// these are not as many as its pixels.
+    /// Lets a picture show, from the next frame on, the sRGB codes R, G, B, A in a buffer, row by
+    /// row from the top. Panics if these are not as many as its pixels.
     pub fn show(&mut self, id: PictureId, pixels: &Buffer) {
         let picture = &mut self.pictures[id.0].picture;
         let [width, height] = picture.size.map(u64::from);
@@ -253,7 +256,8 @@ impl WindowPainter {
         Ok(Shown::NotNow)
     }
 
-    /// False where there is none to draw to yet: the window has no area, or the surface was lost again.
+    /// False where there is none to draw to yet: the window has no area, or the surface
+    /// was lost again.
     fn renew_swapchain(&mut self, window: &dyn WindowHandles) -> Result<bool> {
         self.frame.wait()?;
         if self.surface.is_none() && !self.renew_surface(window)? {
@@ -273,7 +277,8 @@ impl WindowPainter {
         Ok(self.swapchain.is_some())
     }
 
-    /// The system took the surface away. A window has one at a time: it gets another when this one is gone.
+    /// The system took the surface away. A window has one at a time: it gets another when this
+    /// one is gone.
     fn lose_surface(&mut self) -> Result<()> {
         self.context.wait_idle()?;
         self.swapchain = None;

@@ -9,7 +9,8 @@ use super::image::{Image, Purpose};
 use super::surface::Surface;
 use crate::error::{Error, Result};
 
-/// Formats to show pictures in, the best first: those that encode sRGB are drawn to as they are, others need a canvas.
+/// Formats to show pictures in, the best first: those that encode sRGB are drawn to as they are,
+/// others need a canvas.
 const FORMATS: [vk::Format; 5] = [
     vk::Format::B8G8R8A8_SRGB,
     vk::Format::R8G8B8A8_SRGB,
@@ -61,8 +62,9 @@ fn encodes_srgb(format: vk::Format) -> bool {
     FORMATS[..3].contains(&format)
 }
 
-/// The format of what is drawn to, for a surface of that format. It encodes sRGB always, so that the bytes of a picture come out as
-/// they went in and translucent panels look the same on every screen.
+/// The format of what is drawn to, for a surface of that format. It encodes sRGB always, so
+/// that the bytes of a picture come out as they went in and translucent panels look the same
+/// on every screen.
 pub(super) fn drawn_format(format: vk::Format) -> vk::Format {
     if encodes_srgb(format) { format } else { CANVAS }
 }
@@ -177,7 +179,8 @@ impl SwapchainImage {
 
 impl Drop for Swapchain {
     fn drop(&mut self) {
-        // The presentation engine tells nobody when it is done with a semaphore; an idle device has none waiting.
+        // The presentation engine tells nobody when it is done with a semaphore; an idle device has
+        // none waiting.
         let _ = self.context.wait_idle();
         for SwapchainImage { view, is_drawn, .. } in self.images.drain(..) {
             // SAFETY: it is ours, made by this device, and no submission uses it any more.

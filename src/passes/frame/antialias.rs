@@ -1,8 +1,10 @@
-//! Antialiasing: pixels that show an edge are averaged over samples of their area. Where geometry or materials make the edge,
-//! what the samples see is found once a camera and kept; every light lights them as it lights pixels, and adds them up by slots:
-//! samples that take their indirect light from the same pixel and show the same material. Where that light differs much among them
-//! it takes more. Where a light makes the edge, a shadow, that light alone is averaged, in its layer. Camera rays of these samples start
-//! from what may stand in their pixel's frustum. In: pixels, scene, lights' layers. Out: which pixels, their slots, light.
+//! Antialiasing: pixels that show an edge are averaged over samples of their area. Where geometry
+//! or materials make the edge, what the samples see is found once a camera and kept; every light
+//! lights them as it lights pixels, and adds them up by slots: samples that take their indirect
+//! light from the same pixel and show the same material. Where that light differs much among them
+//! it takes more. Where a light makes the edge, a shadow, that light alone is averaged, in its
+//! layer. Camera rays of these samples start from what may stand in their pixel's frustum. In:
+//! pixels, scene, lights' layers. Out: which pixels, their slots, light.
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
@@ -19,18 +21,21 @@ use crate::passes::{LightKernel, OneLight, SceneBuffers};
 use crate::types::View;
 use std::sync::Arc;
 
-/// Cosine below which the normals of neighbouring pixels make an edge: 25°, more than curved models turn in a pixel.
+/// Cosine below which the normals of neighbouring pixels make an edge: 25°, more than curved models
+/// turn in a pixel.
 pub const CREASE: f32 = 0.9;
 /// Distance of a neighbour from the pixel's plane that makes an edge, in pixel widths.
 pub const STEP: f32 = 2.0;
 /// Relative difference of one light between neighbours that makes an edge.
 pub const CONTRAST: f32 = 0.1;
-/// Points that a sample of the scene's outline asks: what is beside a surface there is black, so that nothing shows more than how
-/// much of the pixel it covers. Eighths of them are counted.
+/// Points that a sample of the scene's outline asks: what is beside a surface there is black, so
+/// that nothing shows more than how much of the pixel it covers. Eighths of them are counted.
 pub const OUTLINE_POINTS: u32 = 8;
-/// Variance of a light among samples over their squared mean, from which a pixel takes more of them.
+/// Variance of a light among samples over their squared mean, from which a pixel takes
+/// more of them.
 pub const SPREAD: f32 = 3.0;
-/// Samples that a pixel takes then, times that: the variance of their mean is one over it, of the mean squared.
+/// Samples that a pixel takes then, times that: the variance of their mean is one over it, of
+/// the mean squared.
 pub const DENSITY: u32 = 32;
 /// But so many times what every edge pixel has at most.
 pub const MAX_SAMPLE_FACTOR: u32 = 16;
@@ -42,10 +47,12 @@ pub const MAX_SLOTS: u32 = 4;
 const SHARE: u64 = 3;
 /// Samples of an edge pixel at the least; where there is room for fewer, no pixel has any.
 pub const MIN_SAMPLES: u32 = 4;
-/// But there is room for so many samples, and slots, if that is all of them: most pixels of a small picture show an edge.
+/// But there is room for so many samples, and slots, if that is all of them: most pixels of a small
+/// picture show an edge.
 const MIN_ROOM: u64 = 5 << 17;
-/// Where workgroups of 64 samples, of 64 edge pixels, and of pixels and then slots whose light is summed, and of 64 batches of
-/// samples are counted, bytes; those of four pixels whose light is averaged come first, in lists of a light.
+/// Where workgroups of 64 samples, of 64 edge pixels, and of pixels and then slots whose light is
+/// summed, and of 64 batches of samples are counted, bytes; those of four pixels whose light is
+/// averaged come first, in lists of a light.
 const SAMPLE_GROUPS: u64 = 16;
 const PIXEL_GROUPS: u64 = 32;
 const POINT_GROUPS: u64 = 48;
@@ -71,15 +78,18 @@ pub struct Antialias {
     edge_groups: Buffer,
     /// Light of each sample, of the light that was taken last.
     edge_light: Buffer,
-    /// How many samples each edge pixel needs of the light that was taken last; 0 where it has enough.
+    /// How many samples each edge pixel needs of the light that was taken last; 0 where
+    /// it has enough.
     pub edge_needs: Buffer,
-    /// Index of each pixel that the light that was taken last is to be averaged at: its shadows' edges, and needy edge pixels; in any order.
-    /// Before any light is taken, while edges are found, edge pixels before each place in the order of tiles.
+    /// Index of each pixel that the light that was taken last is to be averaged at: its shadows'
+    /// edges, and needy edge pixels; in any order. Before any light is taken, while edges are
+    /// found, edge pixels before each place in the order of tiles.
     shadow_pixels: Buffer,
     size: [u32; 2],
     /// What there is room for.
     pub capacity: EdgeCapacity,
-    /// The number of each pixel among the edge pixels, or [`NO_EDGE`], and behind the last how many these are.
+    /// The number of each pixel among the edge pixels, or [`NO_EDGE`], and behind the last how
+    /// many these are.
     pub numbers: Buffer,
     /// `EdgeSample`s, edge pixel by edge pixel.
     pub edge_samples: Buffer,
@@ -134,8 +144,8 @@ impl Antialias {
         })
     }
 
-    /// Room for an image of so many pixels with so many samples at each edge: samples for a share of them, and as many slots as that
-    /// many edge pixels will have.
+    /// Room for an image of so many pixels with so many samples at each edge: samples for a share
+    /// of them, and as many slots as that many edge pixels will have.
     fn capacity(context: &Context, pixel_count: u32, max_samples: u32) -> EdgeCapacity {
         let all = u64::from(pixel_count) * u64::from(max_samples);
         let wanted = all.div_ceil(SHARE).max(all.min(MIN_ROOM));
@@ -146,7 +156,8 @@ impl Antialias {
         EdgeCapacity { max_samples, samples: wanted.min(bindable) as u32, slots: slots as u32 }
     }
 
-    /// Finds the edges that a camera sees, and what samples of them see. Does nothing where antialiasing is off.
+    /// Finds the edges that a camera sees, and what samples of them see. Does nothing where
+    /// antialiasing is off.
     pub fn record(&self, rec: &mut Recorder, scene: &SceneBuffers, view: &View, pixels: &Buffer) {
         if self.capacity.max_samples == 0 {
             return;
@@ -219,9 +230,11 @@ impl Antialias {
         );
     }
 
-    /// A light at the edge pixels that a camera sees, and its mean over the pixels that its shadows' edges cross, in its layer;
-    /// `groups`, of [`Self::groups`], keeps the number of pixels that it was averaged at anew. Records into an open pass, with barriers
-    /// between its own dispatches only; one to transfers and indirect dispatches is due before. Does nothing where antialiasing is off.
+    /// A light at the edge pixels that a camera sees, and its mean over the pixels that its
+    /// shadows' edges cross, in its layer; `groups`, of [`Self::groups`], keeps the number of
+    /// pixels that it was averaged at anew. Records into an open pass, with barriers between its
+    /// own dispatches only; one to transfers and indirect dispatches is due before. Does nothing
+    /// where antialiasing is off.
     pub fn record_light(
         &self,
         pass: &mut PassScope<'_>,
@@ -332,7 +345,8 @@ impl Antialias {
         (&self.edge_groups, PIXEL_GROUPS)
     }
 
-    /// Where workgroups are counted that sum light of pixels and of slots in use, [`GROUP_VALUES`] each; none where antialiasing is off.
+    /// Where workgroups are counted that sum light of pixels and of slots in use, [`GROUP_VALUES`]
+    /// each; none where antialiasing is off.
     pub fn point_groups(&self) -> Option<(&Buffer, u64)> {
         (self.capacity.max_samples > 0).then_some((&self.edge_groups, POINT_GROUPS))
     }
@@ -370,7 +384,8 @@ impl Antialias {
     }
 }
 
-/// Places in the order of tiles that an image of that size has, those of pixels beyond its edges included.
+/// Places in the order of tiles that an image of that size has, those of pixels beyond
+/// its edges included.
 fn places([width, height]: [u32; 2]) -> u32 {
     64 * width.div_ceil(8) * height.div_ceil(8)
 }

@@ -1,5 +1,5 @@
-//! Blends each record with its neighbours' extrapolations, which averages out the gather's sampling noise.
-//! In: records, neighbour lists. Out: blended records.
+//! Blends each record with its neighbours' extrapolations, which averages out the gather's sampling
+//! noise. In: records, neighbour lists. Out: blended records.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};

@@ -1,12 +1,14 @@
-//! Directional proxies of clusters: what a coarse cluster shows in directions from which part of it is hidden. [Yue §2, Figure 1]
-//! In: irradiance of clusters (W/m²). Out: irradiance of proxies, behind them in the same buffer.
+//! Directional proxies of clusters: what a coarse cluster shows in directions from which part of it
+//! is hidden. [Yue §2, Figure 1] In: irradiance of clusters (W/m²). Out: irradiance of proxies,
+//! behind them in the same buffer.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 use std::sync::Arc;
 
-/// How a part of a proxy is packed: `cluster << weight_bits | (steps - 1)`. All steps of a proxy's parts together make its weight of 1.
+/// How a part of a proxy is packed: `cluster << weight_bits | (steps - 1)`. All steps of a proxy's
+/// parts together make its weight of 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ProxyPartPacking {
     /// Bits of a weight.
@@ -72,7 +74,8 @@ impl ClusterProxies {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "cluster_proxies";
 
-    /// Uploads the lists: `part_offsets` has the first part of each proxy, and the end; `parts` are packed with that packing.
+    /// Uploads the lists: `part_offsets` has the first part of each proxy, and the end; `parts` are
+    /// packed with that packing.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.

@@ -1,5 +1,6 @@
-//! Direct illumination of what the camera sees. [Yue §4, Tdi] In: surface points, lights. Out: a layer for each light, free of its
-//! colour; their sum, irradiance, W/m². Tiles of 8×8 pixels share a shaft to the light.
+//! Direct illumination of what the camera sees. [Yue §4, Tdi] In: surface points, lights. Out: a
+//! layer for each light, free of its colour; their sum, irradiance, W/m². Tiles of 8×8 pixels share
+//! a shaft to the light.
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
@@ -108,8 +109,9 @@ impl Direct {
         );
     }
 
-    /// Fills a light's layer at the pixels: shadow rays from each to each of its point samples. Records into an open pass,
-    /// with barriers between its own dispatches only: one to transfers is due between two lights.
+    /// Fills a light's layer at the pixels: shadow rays from each to each of its point samples.
+    /// Records into an open pass, with barriers between its own dispatches only: one to transfers
+    /// is due between two lights.
     pub fn record(
         &self,
         pass: &mut PassScope<'_>,
@@ -147,7 +149,8 @@ impl Direct {
         }
     }
 
-    /// Sums the lights' layers, each with its emission, in order: at the pixels, and in as many slots as edge pixels have.
+    /// Sums the lights' layers, each with its emission, in order: at the pixels, and in as many
+    /// slots as edge pixels have.
     pub fn record_sum(&self, rec: &mut Recorder, antialias: &Antialias, layers: &[(Vec3, &Buffer)]) {
         let mut pass = rec.pass(Self::SUM_STEM);
         let points = (self.point_count(), antialias.point_groups());

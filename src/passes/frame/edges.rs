@@ -8,8 +8,9 @@ gpu_struct! {
     pub struct EdgeSample {
         /// As in `PixelSurface`; `NO_SIDE` where none of its points met a surface.
         pub side: u32,
-        /// Bits 0-2: which of its points it shows; 3-6: eighths of them that met a surface; 7-10: place of the pixel whose indirect
-        /// light it takes among the nine around, row by row; 11-12: its slot.
+        /// Bits 0-2: which of its points it shows; 3-6: eighths of them that met a surface; 7-10:
+        /// place of the pixel whose indirect light it takes among the nine around, row by row;
+        /// 11-12: its slot.
         pub what: u32,
     }
 }
@@ -19,7 +20,8 @@ gpu_struct! {
     pub struct EdgeSlot {
         /// Side of the first of them; `NO_SIDE`: nobody's, as all slots of the pixel behind it.
         pub side: u32,
-        /// Bits 0-3: place of the pixel whose indirect light they take; from bit 4: their eighths, summed.
+        /// Bits 0-3: place of the pixel whose indirect light they take; from bit 4:
+        /// their eighths, summed.
         pub what: u32,
     }
 }

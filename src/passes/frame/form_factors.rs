@@ -1,8 +1,8 @@
-//! Form factors and the flux that enters the light paths. [Yue §3]
-//! In: entry points, lights. Out: a row of form factors for each light, one an entry point; flux (W) of each path, if somebody asks.
+//! Form factors and the flux that enters the light paths. [Yue §3] In: entry points, lights. Out: a
+//! row of form factors for each light, one an entry point; flux (W) of each path, if somebody asks.
 //!
-//! Form factors are free of the light's colour, so that a change of colour traces no ray. The point samples of an area light
-//! share a colour, and so a row.
+//! Form factors are free of the light's colour, so that a change of colour traces no ray. The point
+//! samples of an area light share a colour, and so a row.
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, COMPUTE_TO_INDIRECT};
@@ -187,8 +187,9 @@ impl FormFactors {
         self.entry_points.read_one(index)
     }
 
-    /// Fills a light's row: a shadow ray from each entry point to each of its point samples in front of it. Records into an
-    /// open pass, with barriers between its own dispatches only: one to transfers is due between two lights.
+    /// Fills a light's row: a shadow ray from each entry point to each of its point samples in
+    /// front of it. Records into an open pass, with barriers between its own dispatches only: one
+    /// to transfers is due between two lights.
     pub fn record(
         &self,
         pass: &mut PassScope<'_>,
@@ -229,7 +230,8 @@ impl FormFactors {
         }
     }
 
-    /// Sums the lights' rows, each with its emission, in order: flux that enters each path, W, three floats. No frame needs it.
+    /// Sums the lights' rows, each with its emission, in order: flux that enters each path, W,
+    /// three floats. No frame needs it.
     pub fn record_flux(&self, rec: &mut Recorder, rows: &[(Vec3, &Buffer)], flux: &Buffer) {
         let mut pass = rec.pass(Self::FLUX_STEM);
         self.sum.record(&mut pass, rows, self.point_count, self.area_m2, flux);

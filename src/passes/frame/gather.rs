@@ -1,5 +1,5 @@
-//! Final gathering at the cache points. [Yue §3, Tfg; Krivanek]
-//! In: merged rays of gather rays, cluster irradiance (W/m²), reflectances. Out: records: irradiance and its gradients.
+//! Final gathering at the cache points. [Yue §3, Tfg; Krivanek] In: merged rays of gather rays,
+//! cluster irradiance (W/m²), reflectances. Out: records: irradiance and its gradients.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -140,8 +140,9 @@ impl Gather {
         self.point_count
     }
 
-    /// What each gather target sent back when something was last gathered, W/m²/sr: evenly, without the image's colour, three floats of a texel;
-    /// and by its lobe, three floats, of one at most if nothing is glossy.
+    /// What each gather target sent back when something was last gathered, W/m²/sr: evenly, without
+    /// the image's colour, three floats of a texel; and by its lobe, three floats, of one at most
+    /// if nothing is glossy.
     pub fn radiances(&self) -> [&Buffer; 2] {
         [&self.radiances, &self.lobe_radiances]
     }
@@ -173,7 +174,8 @@ impl Gather {
             ],
         );
         for (part, merged_rays) in (0..).zip(&self.merged_rays.parts) {
-            // Behind the first step; and the parts write different records, but the hazard check counts in buffers.
+            // Behind the first step; and the parts write different records, but the hazard check
+            // counts in buffers.
             pass.barrier(COMPUTE_TO_COMPUTE);
             pass.dispatch_indirect(
                 &self.pipeline,

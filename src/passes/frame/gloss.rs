@@ -1,6 +1,7 @@
-//! Glossy surfaces: their first reflection at entry points, and what clusters send towards the directions in which they are
-//! read. [Yue §1, §2] Scenes without such surfaces have none of this.
-//! In: lights, contributions. Out: for each light what slots send of it, free of its colour; flux of slots (W).
+//! Glossy surfaces: their first reflection at entry points, and what clusters send towards the
+//! directions in which they are read. [Yue §1, §2] Scenes without such surfaces have none of this.
+//! In: lights, contributions. Out: for each light what slots send of it, free of its colour; flux
+//! of slots (W).
 //!
 //! All of it is linear in the lights, and kept for each: a change of colour visits no vertex.
 
@@ -41,7 +42,8 @@ gpu_struct! {
     pub struct GlossBeam {
         /// Unit direction in which a mirror would send it on.
         pub mirror: Vec3,
-        /// Irradiance per unit of the light's emission: 1/m² of point and spot lights, sr of area lights, 1 of directional ones.
+        /// Irradiance per unit of the light's emission: 1/m² of point and spot lights, sr of area
+        /// lights, 1 of directional ones.
         pub factor: f32,
     }
 }
@@ -81,7 +83,8 @@ gpu_struct! {
         pub end: u32,
         /// 1: adds to what was found so far.
         pub adds: u32,
-        /// Vertices below a cluster at most: where it has more, some of them stand for all. 0: all are asked.
+        /// Vertices below a cluster at most: where it has more, some of them stand for all. 0:
+        /// all are asked.
         pub most: u32,
     }
 }
@@ -119,26 +122,29 @@ pub const LAYOUTS: &[Layout] = &[
     GlossLevelPush::LAYOUT,
 ];
 
-/// Turns of the loop over a cluster's vertices and their beams in one dispatch; a sample of a pixel asks four clusters.
+/// Turns of the loop over a cluster's vertices and their beams in one dispatch; a sample of a pixel
+/// asks four clusters.
 const MAX_ITERATIONS: u32 = 1 << 13;
 
 /// Lights that one dispatch takes where as many are due: lobes are evaluated once for all of them.
 const LIGHTS: usize = 4;
 
-/// Exponent above which a lobe is so sharp that few vertices of a cluster send anything in one direction, and all are asked.
+/// Exponent above which a lobe is so sharp that few vertices of a cluster send anything in one
+/// direction, and all are asked.
 const BROAD: f32 = 100.0;
 
-/// Fraction of what a material reflects up to which its lobe is a little gloss only: an error of what that sends is small beside what the
-/// material sends by its albedo.
+/// Fraction of what a material reflects up to which its lobe is a little gloss only: an error of
+/// what that sends is small beside what the material sends by its albedo.
 const LITTLE: f32 = 0.4;
 
-/// Whether a material has a little broad gloss: some of a cluster's vertices, in few directions, tell what its lobe sends.
+/// Whether a material has a little broad gloss: some of a cluster's vertices, in few directions,
+/// tell what its lobe sends.
 pub fn is_little(material: &Material) -> bool {
     material.exponent <= BROAD && material.gloss_fraction() <= LITTLE
 }
 
-/// How many vertices of a cluster tell well enough what a material's lobe sends; 0: all are needed. With so many the noise of a cluster
-/// is about that of the smallest, which hold no more.
+/// How many vertices of a cluster tell well enough what a material's lobe sends; 0: all are needed.
+/// With so many the noise of a cluster is about that of the smallest, which hold no more.
 pub fn vertices_for(material: &Material) -> u32 {
     if !is_little(material) {
         return 0;
@@ -147,7 +153,8 @@ pub fn vertices_for(material: &Material) -> u32 {
     (4.0 * excess * excess * (material.exponent + 1.0).sqrt()).ceil() as u32
 }
 
-/// Marks a vertex that is no entry point that may be glossy, and a base cluster without vertices that may.
+/// Marks a vertex that is no entry point that may be glossy, and a base cluster without
+/// vertices that may.
 pub const NO_ENTRY: u32 = u32::MAX;
 
 /// A light, as far as glossy surfaces are concerned.
@@ -157,8 +164,9 @@ pub struct GlossLight<'a> {
     pub samples: u32,
     /// `GlossBeam`s, entry point by entry point.
     pub beams: &'a Buffer,
-    /// What each path carries on from its entry point, per unit of the light's emission and of the area that an entry point stands
-    /// for: three floats; if the entry point is not glossy, its form factor.
+    /// What each path carries on from its entry point, per unit of the light's emission and of
+    /// the area that an entry point stands for: three floats; if the entry point is not glossy,
+    /// its form factor.
     pub first_bounce: &'a Buffer,
     /// What each slot that is no sum sends of the light, per unit of its emission; three floats.
     pub slots: &'a Buffer,
@@ -219,7 +227,8 @@ pub struct Gloss {
     pub(super) area_m2: f32,
     /// `GlossVertex`s.
     pub vertices: Buffer,
-    /// Added to the index of a contribution of each base cluster it gives that of its vertex; [`NO_ENTRY`] if nothing is glossy.
+    /// Added to the index of a contribution of each base cluster it gives that of its vertex;
+    /// [`NO_ENTRY`] if nothing is glossy.
     pub shifts: Buffer,
     /// First base cluster below each cluster, and the end.
     pub base_ranges: Buffer,
@@ -285,9 +294,10 @@ impl Gloss {
         u64::from(self.entry_count) * u64::from(samples) * size_of::<GlossBeam>() as u64
     }
 
-    /// Dispatches over all vertices of clusters, of one unit of each light's emission: those that are no entry points, then those
-    /// that are. Each is cut so that an invocation's work is bounded: lavapipe ends all loops of a shader, silently, once they have
-    /// run 65 535 times in all.
+    /// Dispatches over all vertices of clusters, of one unit of each light's emission: those
+    /// that are no entry points, then those that are. Each is cut so that an invocation's work
+    /// is bounded: lavapipe ends all loops of a shader, silently, once they have run 65 535
+    /// times in all.
     pub(super) fn dispatches<'a>(&self, due: &'a [GlossLight<'a>]) -> Vec<Dispatch<'a>> {
         let area_m2 = self.area_m2;
         let dispatch = |entry_points, lights: &'a [GlossLight<'a>], (first, end)| {
@@ -308,8 +318,9 @@ impl Gloss {
         others.chain(entry_points).collect()
     }
 
-    /// First of the vertices that a dispatch takes below a cluster, and the one behind the last; each has so many beams. The last dispatch takes
-    /// whatever is left: rays from pixels may read clusters of more vertices.
+    /// First of the vertices that a dispatch takes below a cluster, and the one behind the last;
+    /// each has so many beams. The last dispatch takes whatever is left: rays from pixels may read
+    /// clusters of more vertices.
     fn windows(&self, beams: u32) -> impl Iterator<Item = (u32, u32)> + use<> {
         let count = (MAX_ITERATIONS / beams.max(1)).max(1);
         let last = self.max_vertices.saturating_sub(1) / count * count;
@@ -317,8 +328,9 @@ impl Gloss {
         (0..=last).step_by(count as usize).map(move |first| (first, end(first)))
     }
 
-    /// What clusters send towards the directions that are read: of each light that is `due` from their vertices into its slots, then
-    /// the sum of the `slots` of all lights, each with its emission; last the sums of large clusters, level by level.
+    /// What clusters send towards the directions that are read: of each light that is `due` from
+    /// their vertices into its slots, then the sum of the `slots` of all lights, each with its
+    /// emission; last the sums of large clusters, level by level.
     pub fn record(
         &self,
         rec: &mut Recorder,

@@ -1,5 +1,6 @@
-//! Light straight from the lights at entry points that may be glossy: beams of each light, and the first reflection into the paths. [Yue §1]
-//! In: lights. Out: beams and what paths carry on from their entry points, free of the light's colour.
+//! Light straight from the lights at entry points that may be glossy: beams of each light, and the
+//! first reflection into the paths. [Yue §1] In: lights. Out: beams and what paths carry on from
+//! their entry points, free of the light's colour.
 
 use crate::gpu::{Buffer, PassScope, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
@@ -38,8 +39,9 @@ impl Gloss {
     /// What the first reflection is called in timings.
     pub const ENTRIES_STEM: &str = "gloss_entries";
 
-    /// Traces a light's beams, and lets paths carry on the light's form `factors` at their entry points: exact where these are not glossy.
-    /// Records into an open pass: a barrier to dispatches is due between two lights.
+    /// Traces a light's beams, and lets paths carry on the light's form `factors` at their entry
+    /// points: exact where these are not glossy. Records into an open pass: a barrier to dispatches
+    /// is due between two lights.
     pub fn record_beams(
         &self,
         pass: &mut PassScope<'_>,

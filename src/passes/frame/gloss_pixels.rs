@@ -1,5 +1,6 @@
-//! Pixels whose surface is glossy: rays into their Phong lobes, traced once a view, and the light that comes back along them.
-//! In: pixels, clusters. Out: radiance (W/m²/sr) beside what the albedo reflects.
+//! Pixels whose surface is glossy: rays into their Phong lobes, traced once a view, and the
+//! light that comes back along them. In: pixels, clusters. Out: radiance (W/m²/sr) beside what
+//! the albedo reflects.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -24,7 +25,8 @@ gpu_struct! {
         pub weight: f32,
         /// Unit direction back towards the pixel: octahedral, two 16-bit integers.
         pub direction: u32,
-        /// That has what the surface there sends back by its lobe; [`NO_SLOT`]: its vertices are asked.
+        /// That has what the surface there sends back by its lobe; [`NO_SLOT`]: its
+        /// vertices are asked.
         pub slot: u32,
     }
 }
@@ -128,13 +130,16 @@ pub const LAYOUTS: &[Layout] = &[
 pub const NO_SLOT: u32 = u32::MAX;
 /// Rays from each sample (`glsl/include/gloss_rays.glsl`).
 pub const LOBE_RAYS: u32 = 4;
-/// There is room for all the samples of so large a share of the pixels: if more are glossy, each gets fewer.
+/// There is room for all the samples of so large a share of the pixels: if more are glossy,
+/// each gets fewer.
 const SHARE: u64 = 8;
 /// But there is room for so many at the least, 5 MB.
 const MIN_ROOM: u64 = 1 << 16;
-/// Invocations that trace: enough to fill a device, few enough not to be idle in number where little is glossy.
+/// Invocations that trace: enough to fill a device, few enough not to be idle in number where
+/// little is glossy.
 const STRIDE: u32 = 1 << 16;
-/// But so many that none traces the lobes of more samples, lest a device that ends long loops ends these.
+/// But so many that none traces the lobes of more samples, lest a device that ends long
+/// loops ends these.
 const SAMPLES_OF_INVOCATION: u32 = 8;
 
 /// What glossy pixels are lit by, besides their own samples.
@@ -150,7 +155,8 @@ pub struct Surroundings<'a> {
     pub inverse_areas: &'a Buffer,
     /// The glossy clusters.
     pub gloss: &'a Gloss,
-    /// First contribution of each base cluster by an entry point, then its first by another vertex, and the end.
+    /// First contribution of each base cluster by an entry point, then its first by another vertex,
+    /// and the end.
     pub contribution_ranges: &'a Buffer,
     /// `Contribution`s in cluster order.
     pub contributions: &'a Buffer,
@@ -179,11 +185,13 @@ pub struct GlossPixels {
     pub samples: Buffer,
     /// `GlossRay`s, sample by sample.
     pub rays: Buffer,
-    /// Packed colour of the image where each ray met one; a word that nobody reads in scenes without images.
+    /// Packed colour of the image where each ray met one; a word that nobody reads in
+    /// scenes without images.
     pub colours: Buffer,
     /// What the rays of each sample find on glossy surfaces, W/m²; three floats.
     hits: Buffer,
-    /// What each sample sends to the camera straight from the lights, per unit of specular albedo, W/m²/sr; three floats.
+    /// What each sample sends to the camera straight from the lights, per unit of specular albedo,
+    /// W/m²/sr; three floats.
     highlights: Buffer,
     /// `PixelGloss` of each pixel.
     pub radiance: Buffer,
@@ -195,8 +203,9 @@ impl GlossPixels {
     /// What the light is called in timings.
     pub const STEM: &str = "gloss_pixels";
 
-    /// Makes room for an image of that size, with `max_rays` for each glossy pixel, in fours; `cluster_bits` wide are clusters in
-    /// targets of rays. Without light paths the pixels show highlights alone, and no ray is traced.
+    /// Makes room for an image of that size, with `max_rays` for each glossy pixel, in fours;
+    /// `cluster_bits` wide are clusters in targets of rays. Without light paths the pixels show
+    /// highlights alone, and no ray is traced.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -316,8 +325,9 @@ impl GlossPixels {
         );
     }
 
-    /// The light that the glossy pixels reflect: what comes back along the rays, and the sums of the lights' hits and highlights, each with its
-    /// emission. `due` are lights whose hits are out of date.
+    /// The light that the glossy pixels reflect: what comes back along the rays, and the sums of
+    /// the lights' hits and highlights, each with its emission. `due` are lights whose hits are
+    /// out of date.
     pub fn record(
         &self,
         rec: &mut Recorder,

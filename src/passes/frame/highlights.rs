@@ -1,5 +1,6 @@
-//! Highlights: what glossy pixels send to the camera of one light, straight from it. They are a layer of the light, one value a sample.
-//! In: samples of glossy pixels, a light. Out: its layer, per unit of its emission and of the specular albedo.
+//! Highlights: what glossy pixels send to the camera of one light, straight from it. They are a
+//! layer of the light, one value a sample. In: samples of glossy pixels, a light. Out: its layer,
+//! per unit of its emission and of the specular albedo.
 
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
 use crate::gpu::{Buffer, PassScope};
@@ -39,8 +40,8 @@ impl GlossPixels {
     /// What the highlights of the lights are called in timings.
     pub const HIGHLIGHTS_STEM: &str = "highlights";
 
-    /// Fills a light's layer of highlights: one value a sample. Records into an open pass, with barriers between its own dispatches
-    /// only: one to dispatches is due between two lights.
+    /// Fills a light's layer of highlights: one value a sample. Records into an open pass, with
+    /// barriers between its own dispatches only: one to dispatches is due between two lights.
     pub fn record_highlights(
         &self,
         pass: &mut PassScope<'_>,

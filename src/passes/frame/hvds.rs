@@ -1,7 +1,8 @@
-//! The volumetric hierarchy of a frame: base level and pyramid. [Yue §2, Thvds]
-//! In: form factors of each light, what paths carry on of it; contributions. Out: irradiance (W/m²) of every cluster.
+//! The volumetric hierarchy of a frame: base level and pyramid. [Yue §2, Thvds] In: form factors of
+//! each light, what paths carry on of it; contributions. Out: irradiance (W/m²) of every cluster.
 //!
-//! What the base level receives is linear in the lights, and kept for each: a change of colour visits no path.
+//! What the base level receives is linear in the lights, and kept for each: a change of colour
+//! visits no path.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -59,7 +60,8 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// What a base cluster receives of one light, per unit of its emission and of the area that an entry point stands for.
+    /// What a base cluster receives of one light, per unit of its emission and of the area that an
+    /// entry point stands for.
     pub struct ClusterLayer {
         /// At entry points, in every channel.
         pub direct: f32,
@@ -82,27 +84,31 @@ pub const LAYOUTS: &[Layout] = &[
 pub struct ClusterLight<'a> {
     /// Its form factors at entry points, 1/m² or as its kind has them.
     pub factors: &'a Buffer,
-    /// What paths carry on from there, three floats; none if nothing may be glossy: then it is the factors.
+    /// What paths carry on from there, three floats; none if nothing may be glossy: then it
+    /// is the factors.
     pub first_bounce: Option<&'a Buffer>,
     /// `ClusterLayer` of each base cluster.
     pub layer: &'a Buffer,
 }
 
-/// Lights that one dispatch takes where as many layers are due: it reads the contributions once for all of them.
+/// Lights that one dispatch takes where as many layers are due: it reads the contributions once for
+/// all of them.
 const LIGHTS: usize = 4;
 
-/// Path vertices that a cluster must hold before its indirect light is used. They come by chance, with unequal weights, while
-/// entry points are spread evenly: it takes more of them.
+/// Path vertices that a cluster must hold before its indirect light is used. They come by chance,
+/// with unequal weights, while entry points are spread evenly: it takes more of them.
 pub const MIN_VERTICES: u32 = 48;
 
-/// By what holds so many times that may be expected of a cluster: its own number is chance, and where it decided, clusters that got many by
-/// chance would keep them while the others take the mean: 2 % too much light in a empty box at 100 000 entry points.
+/// By what holds so many times that may be expected of a cluster: its own number is chance, and
+/// where it decided, clusters that got many by chance would keep them while the others take the
+/// mean: 2 % too much light in a empty box at 100 000 entry points.
 pub const VERTICES_AROUND: u32 = 16;
 
 /// But a cluster that holds less than that number over this one lies darker than what is around.
 pub const MIN_SHARE: u32 = 4;
 
-/// And if all around it shows surface that is hidden from where the cluster is read: better noisy than wrong.
+/// And if all around it shows surface that is hidden from where the cluster is read: better
+/// noisy than wrong.
 pub const MIN_VERTICES_APART: u32 = 16;
 
 /// Clusters that a frame works on.
@@ -181,9 +187,10 @@ impl Pyramid {
     /// What the layers of lights are called in timings.
     pub const LAYERS_STEM: &str = "hvds_layer";
 
-    /// Uploads the nesting. `contribution_offsets` has the first contribution of each base cluster by an entry
-    /// point, then its first by another vertex, and the end. No root is divided by an area below `entry_area_m2`, that of one entry point: what
-    /// is smaller cannot be resolved. Smaller clusters are read as parts of proxies only, whose weights are proportional to area.
+    /// Uploads the nesting. `contribution_offsets` has the first contribution of each base cluster
+    /// by an entry point, then its first by another vertex, and the end. No root is divided by an
+    /// area below `entry_area_m2`, that of one entry point: what is smaller cannot be resolved.
+    /// Smaller clusters are read as parts of proxies only, whose weights are proportional to area.
     /// `is_glossy`: lights say what paths carry on.
     ///
     /// # Errors
@@ -232,7 +239,8 @@ impl Pyramid {
         })
     }
 
-    /// Makes room for so many proxies behind the clusters' irradiance, and keeps the light of clusters below `inconsistent` ones to themselves.
+    /// Makes room for so many proxies behind the clusters' irradiance, and keeps the light of
+    /// clusters below `inconsistent` ones to themselves.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -333,7 +341,8 @@ impl Pyramid {
         }
     }
 
-    /// Sums the base level over the layers of lights, each with its emission, in order; then the coarser levels, and divides.
+    /// Sums the base level over the layers of lights, each with its emission, in order; then the
+    /// coarser levels, and divides.
     pub fn record_sum(&self, rec: &mut Recorder, layers: &[(Vec3, &Buffer)], lists: &ClusterLists) {
         let mut pass = rec.pass(Self::STEM);
         self.sum.record(&mut pass, layers, self.base_count, self.entry_area_m2, &self.flux);
@@ -366,8 +375,9 @@ impl Pyramid {
     }
 }
 
-/// The contributions of each base cluster. `contribution_offsets`: the first of each cluster by an entry point, then its first by another vertex, and the
-/// end; an unweighted cluster has those of its cluster.
+/// The contributions of each base cluster. `contribution_offsets`: the first of each cluster by
+/// an entry point, then its first by another vertex, and the end; an unweighted cluster has those
+/// of its cluster.
 pub fn contribution_ranges(hvds: &Hvds, contribution_offsets: &[u32]) -> Vec<ContributionRange> {
     let run = |first: &[u32]| ContributionRange {
         first: first[0],
@@ -384,15 +394,17 @@ pub fn contribution_ranges(hvds: &Hvds, contribution_offsets: &[u32]) -> Vec<Con
     runs
 }
 
-/// Contributions that one dispatch may add: all, unless some cluster has more than an invocation should go through. Where a scene fills a small
-/// part of its box, few clusters have nearly all contributions, and lavapipe ends all loops of an invocation, without a word, once they have
-/// run 65 535 times.
+/// Contributions that one dispatch may add: all, unless some cluster has more than an invocation
+/// should go through. Where a scene fills a small part of its box, few clusters have nearly all
+/// contributions, and lavapipe ends all loops of an invocation, without a word, once they have run
+/// 65 535 times.
 fn contributions_at_once(runs: &[ContributionRange]) -> u32 {
     const MAX: u32 = 1 << 15;
     if runs.iter().any(|run| run.end - run.first > MAX) { MAX } else { u32::MAX }
 }
 
-/// For each cluster, the smallest one around it that may be expected to hold `least` path vertices that are no entry points; none that is inconsistent.
+/// For each cluster, the smallest one around it that may be expected to hold `least` path vertices
+/// that are no entry points; none that is inconsistent.
 pub fn indirect_sources(hvds: &Hvds, runs: &[ContributionRange], least: u32) -> Vec<u32> {
     consistent_sources(hvds, runs, [least; 2], &vec![false; hvds.cluster_count() as usize])
 }

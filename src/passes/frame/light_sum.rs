@@ -1,4 +1,5 @@
-//! Sums of rows that each light has, weighted by the lights' emissions: a change of colour traces no ray.
+//! Sums of rows that each light has, weighted by the lights' emissions: a change of colour
+//! traces no ray.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -40,7 +41,8 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[LightSumPush::LAYOUT];
 
-/// Rows that one dispatch may read. What is left over is read for nothing, but between dispatches the sums go through memory.
+/// Rows that one dispatch may read. What is left over is read for nothing, but between dispatches
+/// the sums go through memory.
 const ROWS: [usize; 4] = [1, 2, 4, 8];
 
 /// Values that a workgroup sums.
@@ -89,8 +91,9 @@ impl LightSum {
         Ok(Self { pipelines: [one?, two?, four?, eight?], no_row })
     }
 
-    /// Sums the first `count` values of every row, in order, each times its light's emission, and scales the whole; without
-    /// rows the sums are zero. Records into an open pass, with barriers between its own dispatches only.
+    /// Sums the first `count` values of every row, in order, each times its light's emission, and
+    /// scales the whole; without rows the sums are zero. Records into an open pass, with barriers
+    /// between its own dispatches only.
     pub fn record(
         &self,
         pass: &mut PassScope<'_>,
@@ -102,8 +105,8 @@ impl LightSum {
         self.record_counted(pass, rows, (count, None), scale, sums);
     }
 
-    /// As [`Self::record`], of at most `count` values: as many workgroups, of [`GROUP_VALUES`] each, as the device has counted
-    /// at a byte of a buffer, if one is given.
+    /// As [`Self::record`], of at most `count` values: as many workgroups, of [`GROUP_VALUES`]
+    /// each, as the device has counted at a byte of a buffer, if one is given.
     pub fn record_counted(
         &self,
         pass: &mut PassScope<'_>,

@@ -1,5 +1,5 @@
-//! Near field: indirect light of small clusters, from the records beside them. [numerics: near-field leaks]
-//! In: cluster flux (W), records. Out: irradiance of those clusters, W/m².
+//! Near field: indirect light of small clusters, from the records beside them. [numerics:
+//! near-field leaks] In: cluster flux (W), records. Out: irradiance of those clusters, W/m².
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -65,7 +65,8 @@ impl NearField {
         self.parts.1
     }
 
-    /// Bytes that a frame moves at the least, in all: parts before there are records, then clusters and that many parts round by round.
+    /// Bytes that a frame moves at the least, in all: parts before there are records, then clusters
+    /// and that many parts round by round.
     pub fn bytes(&self, rounds: impl Iterator<Item = u32>) -> u64 {
         let listed = size_of::<NearCluster>() as u64;
         let light = size_of::<Vec3>() as u64;
@@ -81,7 +82,8 @@ impl NearField {
         self.record_list(rec, clusters, *count, pyramid, Some(records));
     }
 
-    /// The irradiance of the first `count` parts; before there are records, that of their clusters. With a barrier behind.
+    /// The irradiance of the first `count` parts; before there are records, that of their clusters.
+    /// With a barrier behind.
     pub fn record_parts(&self, rec: &mut Recorder, pyramid: &Pyramid, records: Option<&Buffer>, count: u32) {
         if count > 0 {
             self.record_list(rec, &self.parts.0, count, pyramid, records);

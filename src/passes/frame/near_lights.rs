@@ -1,6 +1,7 @@
-//! Lights nearer to a surface than entry points are apart: what they light beside them lies between entry points, which find it by chance or not
-//! at all. Rays from the light find it instead, and entry points around share it.
-//! In: entry points, a point or spot light. Out: what its form factors near it become; then its row with these.
+//! Lights nearer to a surface than entry points are apart: what they light beside them lies between
+//! entry points, which find it by chance or not at all. Rays from the light find it instead, and
+//! entry points around share it. In: entry points, a point or spot light. Out: what its form
+//! factors near it become; then its row with these.
 
 use crate::cpu::lights::{lattice_point, sample_light};
 use crate::error::Result;
@@ -36,15 +37,18 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[NearFactor::LAYOUT, NearLightsPush::LAYOUT];
 
-/// Lights so near to a surface are taken care of altogether, and from there on not at all, in mean spacings of entry points, which the bound
-/// of 1/d² goes by.
+/// Lights so near to a surface are taken care of altogether, and from there on not at all, in mean
+/// spacings of entry points, which the bound of 1/d² goes by.
 const CLOSE: [f32; 2] = [2.0, 4.0];
-/// Rays find what is lit within half of this, and entry points what is lit beyond this, metres from the light in mean spacings.
+/// Rays find what is lit within half of this, and entry points what is lit beyond this, metres from
+/// the light in mean spacings.
 const REACH: f32 = 8.0;
-/// Entry points within so many spacings, as they are beside the light, of a lit place share its light: with fewer, light from there is of single paths.
+/// Entry points within so many spacings, as they are beside the light, of a lit place share its
+/// light: with fewer, light from there is of single paths.
 const SHARED: f32 = 16.0;
-/// And see it over what stands between from so high above the surface, in spacings; none is higher over that place, or further below it.
-/// Where something is closer over the place, from half-way to that.
+/// And see it over what stands between from so high above the surface, in spacings; none is
+/// higher over that place, or further below it. Where something is closer over the place, from
+/// half-way to that.
 const OVER: f32 = 2.0;
 /// Rays that look up from a place begin so high, in spacings.
 const OFF: f32 = 0.01;
@@ -80,7 +84,8 @@ impl NearLights {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "near_lights";
 
-    /// Sorts entry points, each of which stands for `area_m2` in the mean, by place. Those on what may be glossy are left out: beams find what they send.
+    /// Sorts entry points, each of which stands for `area_m2` in the mean, by place. Those on what
+    /// may be glossy are left out: beams find what they send.
     ///
     /// # Errors
     /// A Vulkan call failed.
@@ -146,7 +151,8 @@ impl NearLights {
         points.filter(move |point| point.position.distance(place) < reach)
     }
 
-    /// How far apart entry points are beside a light, metres; none where no surface is so near that this matters. They are denser in gaps and corners.
+    /// How far apart entry points are beside a light, metres; none where no surface is so near that
+    /// this matters. They are denser in gaps and corners.
     fn spacing_at(&self, light_position: Vec3) -> Option<f32> {
         // Where a surface is as near as that, one of the entry points is hardly further.
         let beside = self.within(light_position, (CLOSE[1] + 1.5) * self.spacing);
@@ -155,8 +161,9 @@ impl NearLights {
         (count > 0.0).then(|| (area_m2 / count).sqrt())
     }
 
-    /// What becomes of a light's form factors, nothing of those of a light away from all surface; and the device time of its rays, milliseconds.
-    /// `is_diffuse` tells of a side whether it takes part in transport and is diffuse.
+    /// What becomes of a light's form factors, nothing of those of a light away from all surface;
+    /// and the device time of its rays, milliseconds. `is_diffuse` tells of a side whether it takes
+    /// part in transport and is diffuse.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -232,7 +239,8 @@ impl NearLights {
         Ok((factors, lamp_ms + rooms_ms + seen_ms))
     }
 
-    /// How far over each place, and below it, what is lit is taken to be of one surface, metres; and device time, milliseconds.
+    /// How far over each place, and below it, what is lit is taken to be of one surface, metres;
+    /// and device time, milliseconds.
     fn rooms(
         &self,
         (rays, scene): (&Rays, &SceneBuffers),
@@ -249,8 +257,8 @@ impl NearLights {
         Ok((answers.iter().map(|answer| room(answer.t)).collect(), ms))
     }
 
-    /// Those that nothing hides from the light, as seen from so high above the surface that they are on: a wall that stands between parts light; and device
-    /// time, milliseconds.
+    /// Those that nothing hides from the light, as seen from so high above the surface that they
+    /// are on: a wall that stands between parts light; and device time, milliseconds.
     fn seen(
         &self,
         (rays, scene): (&Rays, &SceneBuffers),
@@ -283,7 +291,8 @@ impl NearLights {
     }
 }
 
-/// Directions from a point or spot light, evenly over its cone, and the flux of each per unit of its intensity, sr.
+/// Directions from a point or spot light, evenly over its cone, and the flux of each per unit of
+/// its intensity, sr.
 fn directions(light: &LightSource) -> Vec<(Vec3, f32)> {
     let unit = LightSource { emission: Vec3::ONE, ..*light };
     let (axis, least) = match light.kind {

@@ -1,5 +1,6 @@
-//! Which records must be gathered for a view: those that its splat weights name, and what blending reads for them.
-//! In: splat weights, lists of neighbours. Out: a list of records, in order, with the sizes of the dispatches that gather them.
+//! Which records must be gathered for a view: those that its splat weights name, and what blending
+//! reads for them. In: splat weights, lists of neighbours. Out: a list of records, in order, with
+//! the sizes of the dispatches that gather them.
 
 use crate::error::Result;
 use crate::gpu::barrier::{COMPUTE_TO_COMPUTE, TRANSFER_TO_COMPUTE};

@@ -1,7 +1,9 @@
-//! Light-path energy scan: a segmented inclusive product over the vertex array, one segment a path. [Yue §3, Tlpe]
-//! In: steps in path order, reflectances. Out: throughput of every vertex, in cluster order. Reduce, then scan; deterministic.
+//! Light-path energy scan: a segmented inclusive product over the vertex array, one segment a path.
+//! [Yue §3, Tlpe] In: steps in path order, reflectances. Out: throughput of every vertex, in
+//! cluster order. Reduce, then scan; deterministic.
 //!
-//! With fixed materials the products are constants: the scan runs once, and again only when a material changes.
+//! With fixed materials the products are constants: the scan runs once, and again only when
+//! a material changes.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -16,8 +18,9 @@ use std::sync::Arc;
 gpu_struct! {
     /// How the energy of one vertex follows from that of the vertex before.
     pub struct PathStep {
-        /// Material that reflected the path towards this vertex; [`HEAD`] where the path starts, [`FROM_ENTRY`] where an entry
-        /// point that may be glossy did: what it reflects depends on the light.
+        /// Material that reflected the path towards this vertex; [`HEAD`] where the path starts,
+        /// [`FROM_ENTRY`] where an entry point that may be glossy did: what it reflects depends
+        /// on the light.
         pub material: u32,
         /// cosθ/(π·pdf) over the survival probability.
         pub weight: f32,
@@ -91,7 +94,8 @@ pub const LAYOUTS: &[Layout] = &[
 
 /// Material of the first vertex of a path.
 pub const HEAD: u32 = u32::MAX;
-/// Stands for the material of an entry point that may be glossy: its factor comes with the path's flux.
+/// Stands for the material of an entry point that may be glossy: its factor comes with
+/// the path's flux.
 pub const FROM_ENTRY: u32 = u32::MAX - 1;
 /// Vertices of one block, which a workgroup shares (`glsl/include/path_scan.glsl`).
 const BLOCK_STEPS: u32 = 1024;
@@ -104,7 +108,8 @@ pub struct PathScan {
     carry: Pipeline,
     apply: Pipeline,
     steps: SplitBuffer,
-    /// Of each step 1 − cosα off the mirror direction, in parts like the steps'; if nothing is glossy, there are none.
+    /// Of each step 1 − cosα off the mirror direction, in parts like the steps'; if nothing is
+    /// glossy, there are none.
     lobes: Option<SplitBuffer>,
     step_count: u32,
     /// Invocations that share a block.
@@ -122,8 +127,9 @@ impl PathScan {
     /// Stem of shaders, reference and timing.
     pub const STEM: &str = "path_scan";
 
-    /// Uploads the paths. `colours`: packed, of the image where the step before ended; none at all in scenes without images. `lobes` is
-    /// empty where no material may be glossy; else contributions are in one part, for whoever looks them up.
+    /// Uploads the paths. `colours`: packed, of the image where the step before ended; none at all
+    /// in scenes without images. `lobes` is empty where no material may be glossy; else
+    /// contributions are in one part, for whoever looks them up.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.
@@ -212,7 +218,8 @@ impl PathScan {
         Ok(found)
     }
 
-    /// Scans all paths again, or those parts of the vertex array only. A part that was not asked for keeps what it has: the same bits.
+    /// Scans all paths again, or those parts of the vertex array only. A part that was not asked
+    /// for keeps what it has: the same bits.
     pub fn record(&self, rec: &mut Recorder, materials: &Buffer, parts: Option<&[Range<u32>]>) {
         let step_count = self.step_count;
         let block_count = step_count.div_ceil(BLOCK_STEPS);
@@ -275,7 +282,8 @@ impl PathScan {
         }
     }
 
-    /// What dispatches bind for these blocks: each part of the steps with each of the contributions, for a step's contribution may be in any.
+    /// What dispatches bind for these blocks: each part of the steps with each of the
+    /// contributions, for a step's contribution may be in any.
     fn bound<'a>(&'a self, ranges: &[Range<u32>]) -> Vec<Bound<'a>> {
         let mut bound = Vec::new();
         for range in ranges {

@@ -1,5 +1,5 @@
-//! Colours of images at pixels and at the slots of edge pixels, by which the composition multiplies albedos.
-//! In: what they see, images. Out: packed colours. In scenes without images, nothing runs.
+//! Colours of images at pixels and at the slots of edge pixels, by which the composition multiplies
+//! albedos. In: what they see, images. Out: packed colours. In scenes without images, nothing runs.
 
 use crate::cpu::textures::unpack_colour;
 use crate::error::Result;
@@ -49,7 +49,8 @@ impl PixelColours {
     /// Stem of shader, reference and timing.
     pub const STEM: &str = "pixel_colours";
 
-    /// Makes room for an image of `pixel_count` pixels and so many slots of edge pixels, where the scene has images.
+    /// Makes room for an image of `pixel_count` pixels and so many slots of edge pixels, where the
+    /// scene has images.
     ///
     /// # Errors
     /// The device lacks memory, or a Vulkan call failed.

@@ -1,5 +1,6 @@
-//! Exclusive prefix sum of `u32` values in place, with the total behind the last: counts become the offsets of a
-//! compressed sparse row. [Merrill and Grimshaw 2009, reduce-then-scan]  Wrapping; deterministic.
+//! Exclusive prefix sum of `u32` values in place, with the total behind the last: counts
+//! become the offsets of a compressed sparse row. [Merrill and Grimshaw 2009,
+//! reduce-then-scan]  Wrapping; deterministic.
 
 use std::sync::Arc;
 
@@ -19,7 +20,8 @@ gpu_struct! {
 /// What this pass shares with its shaders.
 pub const LAYOUTS: &[Layout] = &[PrefixSumPush::LAYOUT];
 
-/// Values that one workgroup sums. Its invocations, as many as suit the device, add up their share on their own before they share sums.
+/// Values that one workgroup sums. Its invocations, as many as suit the device, add up their share
+/// on their own before they share sums.
 const BLOCK_LENGTH: u32 = 2048;
 
 /// The pipelines, and room for the sums of blocks.
@@ -29,7 +31,8 @@ pub struct PrefixSum {
     /// Values that one invocation adds up.
     items: u32,
     capacity: u32,
-    /// Sums of the blocks of the values, then of the blocks of these, and so on until one block is left.
+    /// Sums of the blocks of the values, then of the blocks of these, and so on until one
+    /// block is left.
     block_sums: Vec<Buffer>,
     /// The offset of a block that is alone.
     zero: Buffer,
@@ -64,15 +67,17 @@ impl PrefixSum {
         })
     }
 
-    /// Replaces each of the first `count` words of `values` by the sum of those before it, and word `count` by the sum
-    /// of all. Records into an open pass, with barriers between its own dispatches only.
+    /// Replaces each of the first `count` words of `values` by the sum of those before it, and
+    /// word `count` by the sum of all. Records into an open pass, with barriers between its
+    /// own dispatches only.
     ///
     /// Panics if `count` is above the capacity, or `values` shorter than `count + 1` words.
     pub fn record(&self, pass: &mut PassScope<'_>, values: &Buffer, count: u32) {
         assert!(count <= self.capacity, "{count} values, prepared for {}", self.capacity);
         assert!(values.bytes() >= 4 * (u64::from(count) + 1), "the total has no place behind {count} values");
 
-        // Level 0 are the values, level l + 1 the sums of the blocks of level l, the last level is one block.
+        // Level 0 are the values, level l + 1 the sums of the blocks of level l, the last level is
+        // one block.
         let mut counts = vec![count];
         while let Some(&last) = counts.last().filter(|&&last| last > BLOCK_LENGTH) {
             counts.push(last.div_ceil(BLOCK_LENGTH));

@@ -1,4 +1,5 @@
-//! Primary visibility: what each pixel's central ray sees. In: camera. Out: position, side, shading normal, footprint (m²).
+//! Primary visibility: what each pixel's central ray sees. In: camera. Out: position, side, shading
+//! normal, footprint (m²).
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};

@@ -1,6 +1,7 @@
-//! Shafts: what may stand between a light and a batch of points that lie close together. [Haines 1991] In: batches of points, a light.
-//! Out: for each batch the few nodes and triangles that its shadow rays start from. Most of a scene is lit, or hidden by little of
-//! it: then a handful of triangles is tried, or nothing at all, where each ray would walk down the tree.
+//! Shafts: what may stand between a light and a batch of points that lie close together. [Haines
+//! 1991] In: batches of points, a light. Out: for each batch the few nodes and triangles that its
+//! shadow rays start from. Most of a scene is lit, or hidden by little of it: then a handful of
+//! triangles is tried, or nothing at all, where each ray would walk down the tree.
 
 use crate::error::Result;
 use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
@@ -12,7 +13,8 @@ use std::sync::Arc;
 
 /// Points that share a shaft, at most; mirrors `BATCH` in `glsl/include/shafts.glsl`.
 pub const BATCH: u32 = 64;
-/// Words of a shaft: the numbers of its triangles (bits 0–15) and nodes (16–31); triangles; and from the end backwards, nodes.
+/// Words of a shaft: the numbers of its triangles (bits 0–15) and nodes (16–31); triangles; and
+/// from the end backwards, nodes.
 pub const SHAFT_WORDS: u32 = 16;
 
 gpu_struct! {
@@ -49,12 +51,14 @@ pub struct Shafts {
     pub batches: Buffer,
     /// [`SHAFT_WORDS`] a batch.
     pub roots: Buffer,
-    /// Workgroups along each axis that take one batch with nodes each; the number of these batches; which these are, in any order.
+    /// Workgroups along each axis that take one batch with nodes each; the number of these batches;
+    /// which these are, in any order.
     pub list: Buffer,
     batch_count: u32,
 }
 
-/// A kernel that follows the shadow rays of batches, a workgroup a batch: first those that can only meet triangles, then the others.
+/// A kernel that follows the shadow rays of batches, a workgroup a batch: first those that can only
+/// meet triangles, then the others.
 pub struct ShaftKernel {
     shallow: LightKernel,
     deep: LightKernel,
@@ -105,8 +109,9 @@ impl Shafts {
         BATCH * self.batch_count
     }
 
-    /// Finds the roots of all batches for a light. Records into an open pass, where a barrier to transfers is due between two lights;
-    /// one to indirect dispatches is due before rays start from the roots.
+    /// Finds the roots of all batches for a light. Records into an open pass, where a barrier to
+    /// transfers is due between two lights; one to indirect dispatches is due before rays start
+    /// from the roots.
     pub fn record(&self, pass: &mut PassScope<'_>, scene: &SceneBuffers, light: OneLight<'_>) {
         pass.fill_zero(&self.list).barrier(TRANSFER_TO_COMPUTE);
         pass.dispatch(&self.pipeline, [self.batch_count, 1, 1], &push(light), &self.bindings(scene, light));

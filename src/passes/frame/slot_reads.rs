@@ -1,5 +1,5 @@
-//! Where rays of glossy pixels find the slots that gather rays read: what a cluster sends towards a direction is known there already.
-//! In: slots. Out: a list of directions for each cluster.
+//! Where rays of glossy pixels find the slots that gather rays read: what a cluster sends towards a
+//! direction is known there already. In: slots. Out: a list of directions for each cluster.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
@@ -16,7 +16,8 @@ pub struct SlotReads {
     pub reads: Buffer,
     /// The directions.
     pub directions: Directions,
-    /// Exponent of the sharpest lobe whose slots rays of pixels read: sharper ones would be blurred.
+    /// Exponent of the sharpest lobe whose slots rays of pixels read: sharper ones
+    /// would be blurred.
     pub max_exponent: f32,
 }
 

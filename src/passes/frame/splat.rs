@@ -1,5 +1,6 @@
-//! (Ir)radiance splatting: which records serve which pixel, and the indirect irradiance that follows. [Yue §4, Tsplat]
-//! In: pixels, cache points, records. Out: weights of each pixel's records (a view's), irradiance (W/m²).
+//! (Ir)radiance splatting: which records serve which pixel, and the indirect irradiance that
+//! follows. [Yue §4, Tsplat] In: pixels, cache points, records. Out: weights of each pixel's
+//! records (a view's), irradiance (W/m²).
 //!
 //! The two halves are timed apart: weights change with the view, values with the light.
 
@@ -25,7 +26,8 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A record that serves a pixel. A pixel's weights sum to 1, or to -1 where no record covers it.
+    /// A record that serves a pixel. A pixel's weights sum to 1, or to -1 where no
+    /// record covers it.
     pub struct SplatWeight {
         /// Record.
         pub record: u32,
@@ -184,8 +186,8 @@ pub struct Splat {
     pub(super) weights: Buffer,
     pub(super) weight_capacity: u32,
     pub(super) tally: Buffer,
-    /// Pixels that no record covers, nor reaches when relaxed: workgroups along each axis that take one each; their number; which these are, in
-    /// any order.
+    /// Pixels that no record covers, nor reaches when relaxed: workgroups along each axis that take
+    /// one each; their number; which these are, in any order.
     pub(super) uncovered: Buffer,
     /// Tiles with pixels of more weights than registers hold, likewise.
     crowded: Buffer,
@@ -205,7 +207,8 @@ impl Splat {
     /// The device lacks memory, or a Vulkan call failed.
     pub fn new(context: &Arc<Context>, record_count: u32, size: [u32; 2]) -> Result<Self> {
         let pixel_count = size[0] * size[1];
-        // Pictures of the built-in scenes ask for four at most; a view that asks for more gets them and its frame is repeated.
+        // Pictures of the built-in scenes ask for four at most; a view that asks for more gets them
+        // and its frame is repeated.
         let weight_capacity = 5 * pixel_count;
         let tile_count = size.map(|pixels| u64::from(pixels.div_ceil(TILE))).iter().product::<u64>();
         // Before the first view there is nothing to count.

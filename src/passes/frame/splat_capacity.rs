@@ -6,10 +6,12 @@ use crate::error::{Error, Result};
 use crate::gpu::Buffer;
 
 impl Splat {
-    /// After a frame: makes room where a list was too short for the view. True if it was, and the frame has to be repeated.
+    /// After a frame: makes room where a list was too short for the view. True if it was, and the
+    /// frame has to be repeated.
     ///
     /// # Errors
-    /// The device lacks memory or failed, or a tile of pixels has more records than it goes through.
+    /// The device lacks memory or failed, or a tile of pixels has more records than
+    /// it goes through.
     pub fn grow(&mut self) -> Result<bool> {
         let (pairs, weights) = self.list_lengths()?;
         if self.tally.read::<SplatTally>()?[0].is_truncated != 0 {
@@ -24,7 +26,8 @@ impl Splat {
         if lacks_pairs {
             self.sort = TileSort::new(&self.context, with_reserve(pairs))?;
         }
-        // Without all pairs the number of weights is not the final one: the repeated frame is asked again.
+        // Without all pairs the number of weights is not the final one: the repeated frame is asked
+        // again.
         let lacks_weights = weights > self.weight_capacity;
         if lacks_weights {
             let capacity = with_reserve(weights);
@@ -58,7 +61,8 @@ impl Splat {
         [self.sort.input().bytes(), self.weights.bytes()]
     }
 
-    /// Pixels of the last view that no record covers: those that relaxed records reach, and those that take the nearest one.
+    /// Pixels of the last view that no record covers: those that relaxed records reach, and those
+    /// that take the nearest one.
     ///
     /// # Errors
     /// The device failed.
@@ -67,7 +71,8 @@ impl Splat {
     }
 }
 
-/// Adds a quarter to the size of a list. Most later views then fit, and the list is not created again.
+/// Adds a quarter to the size of a list. Most later views then fit, and the list is
+/// not created again.
 fn with_reserve(needed: u32) -> u32 {
     needed.saturating_add(needed / 4)
 }

@@ -1,5 +1,6 @@
-//! Stable radix sort of (tile, record) pairs by tile: eight bits a round, counts and ranks by blocks of 256 pairs.
-//! In: pairs in record order, their number on the device. Out: pairs by tile, and by record within a tile. Deterministic.
+//! Stable radix sort of (tile, record) pairs by tile: eight bits a round, counts and ranks by
+//! blocks of 256 pairs. In: pairs in record order, their number on the device. Out: pairs by tile,
+//! and by record within a tile. Deterministic.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -77,8 +78,9 @@ impl TileSort {
         &self.lists[0]
     }
 
-    /// Sorts by the digits that `tile_count` needs and returns the sorted list. The number of pairs is word
-    /// `record_count` of `pair_offsets`. Records into an open pass, barriers between its own dispatches only.
+    /// Sorts by the digits that `tile_count` needs and returns the sorted list. The number of pairs
+    /// is word `record_count` of `pair_offsets`. Records into an open pass, barriers between its
+    /// own dispatches only.
     pub fn record(
         &self,
         pass: &mut PassScope<'_>,

@@ -1,4 +1,5 @@
-//! Tone map: radiance to 8-bit sRGB. In: radiance (W/m²/sr), exposure. Out: four bytes a pixel, the last 255.
+//! Tone map: radiance to 8-bit sRGB. In: radiance (W/m²/sr), exposure. Out: four bytes a pixel,
+//! the last 255.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder};

@@ -1,8 +1,9 @@
-//! Accessibility of path vertices: the share of what a vertex reflects that leaves its surroundings. [after Zhukov]
-//! In: vertices of the light paths. Out: how much of each counts for readers from afar, and for how much area clusters show.
+//! Accessibility of path vertices: the share of what a vertex reflects that leaves its
+//! surroundings. [after Zhukov] In: vertices of the light paths. Out: how much of each counts for
+//! readers from afar, and for how much area clusters show.
 //!
-//! Rays from afar meet what is open more often, and more light comes to it. A mean in which all area counts alike would be too dark for
-//! them: in the atrium's mouldings by several per cent.
+//! Rays from afar meet what is open more often, and more light comes to it. A mean in which all
+//! area counts alike would be too dark for them: in the atrium's mouldings by several per cent.
 
 use super::Chunks;
 use super::gather_rays::Hemisphere;
@@ -47,10 +48,12 @@ pub const STEM: &str = "accessibility";
 /// Rays of an entry point, which tells how much area shows, and of other vertices.
 const RAYS: [u32; 2] = [16, 4];
 
-/// What a vertex counts for whose rays all end nearby, of what an open one does: where all are like that, they count alike.
+/// What a vertex counts for whose rays all end nearby, of what an open one does: where all are like
+/// that, they count alike.
 const MIN_WEIGHT: f32 = 1.0 / 16.0;
 
-/// Finds the accessibility, within [`NEARBY`], of vertices in clusters with an unweighted one, and with it the area for which these clusters show.
+/// Finds the accessibility, within [`NEARBY`], of vertices in clusters with an unweighted one, and
+/// with it the area for which these clusters show.
 ///
 /// # Errors
 /// The device lacks memory or failed.

@@ -1,11 +1,13 @@
-//! How many records a surface asks for, and the length that makes them as many as the budget allows.
+//! How many records a surface asks for, and the length that makes them as many as
+//! the budget allows.
 
 use super::cache_points::Geometry;
 use super::parallel;
 
 /// A point counts as covered from this record weight on; records then overlap enough to blend.
 pub(super) const COVERED: f32 = 0.3;
-/// Radii are clamped between these multiples of one length, which the budget decides. [Tabellion §4] has 1.5 and 10 pixels.
+/// Radii are clamped between these multiples of one length, which the budget decides. [Tabellion
+/// §4] has 1.5 and 10 pixels.
 pub const RADIUS_RANGE: [f64; 2] = [1.0, 5.0];
 /// Normals further apart than this do not share a record, radians.
 const NORMAL_RANGE: f64 = 0.174_53;
@@ -17,7 +19,8 @@ const BUDGET_SHARE: f64 = 0.9;
 /// What a fragment of the surface asks for.
 pub(super) struct Demand {
     area_m2: f64,
-    /// Distances over which its shading normal turns by [`NORMAL_RANGE`], where it turns fastest and where slowest, metres.
+    /// Distances over which its shading normal turns by [`NORMAL_RANGE`], where it turns fastest
+    /// and where slowest, metres.
     reach: [f64; 2],
     /// Of its surroundings, metres.
     clearance: f64,
@@ -31,7 +34,8 @@ impl Demand {
             let fragment = &geometry.hvds.fragments[fragment];
             let triangle = &geometry.triangles[fragment.side as usize / 2];
             let turn = |a: usize, b: usize| {
-                // The chord between unit normals is the angle, for the small angles of a smooth surface.
+                // The chord between unit normals is the angle, for the small angles of a smooth
+                // surface.
                 let angle = f64::from((triangle.normals[a] - triangle.normals[b]).length());
                 angle / f64::from((triangle.positions[a] - triangle.positions[b]).length())
             };
@@ -55,7 +59,8 @@ impl Demand {
         across * along / PACKING
     }
 
-    /// Its turn where the budget does not suffice: twice the area to a record comes one step earlier. 0..256.
+    /// Its turn where the budget does not suffice: twice the area to a record comes one
+    /// step earlier. 0..256.
     pub(super) fn order(&self, unit: f64, scene_size: f32) -> u32 {
         let ratio = f64::from(scene_size).powi(2) / self.share(unit);
         ratio.log2().clamp(0.0, 255.0) as u32
@@ -73,10 +78,11 @@ impl Demand {
     }
 }
 
-/// The length that scales all radii, such that the expected number of records meets the budget; the longest at which that may be
-/// off; and the one to take where no length will do. Where curvature asks for
-/// many records whatever the length, the expectation is too high for them: flat fragments are granted a quarter of the budget at
-/// first, and an eighth in any case; six tenths of it where what is curved is covered sparsely.
+/// The length that scales all radii, such that the expected number of records meets the budget; the
+/// longest at which that may be off; and the one to take where no length will do. Where curvature
+/// asks for many records whatever the length, the expectation is too high for them: flat fragments
+/// are granted a quarter of the budget at first, and an eighth in any case; six tenths of it where
+/// what is curved is covered sparsely.
 pub(super) fn spread(demands: &[Demand], scene_size: f32, budget: u32) -> [f64; 3] {
     let curved = |unit: f64| demands.iter().map(|demand| demand.records(unit)).sum::<f64>();
     let flat = |unit: f64| demands.iter().map(|demand| demand.flat_records(unit)).sum::<f64>();

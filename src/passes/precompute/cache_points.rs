@@ -1,10 +1,11 @@
-//! Cache points: dense candidates on the surfaces, rejected wherever an accepted record already speaks for them.
-//! [Yue §1, Tabellion]
+//! Cache points: dense candidates on the surfaces, rejected wherever an accepted record already
+//! speaks for them. [Yue §1, Tabellion]
 //!
-//! Deterministic: candidates have a fixed order, and a candidate's fate depends on earlier ones only. Covering: candidates
-//! are drawn as densely as the radii ask, and random probes of the whole surface become candidates themselves where
-//! no record serves them. Radii are clamped in world space, because the camera moves, and by the neighbourhood's
-//! clearance, so that no record reaches over what its own rays missed. [Krivanek 2006]
+//! Deterministic: candidates have a fixed order, and a candidate's fate depends on earlier ones
+//! only. Covering: candidates are drawn as densely as the radii ask, and random probes of the whole
+//! surface become candidates themselves where no record serves them. Radii are clamped in world
+//! space, because the camera moves, and by the neighbourhood's clearance, so that no record reaches
+//! over what its own rays missed. [Krivanek 2006]
 
 pub use super::budget::RADIUS_RANGE;
 use super::budget::{Demand, spread};
@@ -27,7 +28,8 @@ use std::sync::Arc;
 const CANDIDATES_PER_RECORD: f64 = 24.0;
 /// Expected records, in budgets, from which on no length will do.
 const HOPELESS: f64 = 1.5;
-/// Where the budget does not suffice, all surface gets a record that reaches when relaxed it before some gets those that it asks for.
+/// Where the budget does not suffice, all surface gets a record that reaches when relaxed it before
+/// some gets those that it asks for.
 const SPARSE_FIRST: [Cover; 2] = [Cover::SPARSE, Cover::DENSE];
 /// Candidates of the first batch, and batches at least.
 const MIN_BATCH: usize = 4096;
@@ -51,7 +53,8 @@ pub struct Placement {
     pub is_covering: bool,
 }
 
-/// How far away other surfaces are, all over the active sides: a sample a fragment, or some where there are many.
+/// How far away other surfaces are, all over the active sides: a sample a fragment, or some where
+/// there are many.
 pub struct SizeField {
     probe: ClearanceProbe,
     samples: Vec<CachePoint>,
@@ -81,7 +84,8 @@ impl SizeField {
         Ok(Self { probe, samples, clearances })
     }
 
-    /// What the samples around say of the clearance at the middle of each fragment of another cut of the same surface, metres.
+    /// What the samples around say of the clearance at the middle of each fragment of another cut
+    /// of the same surface, metres.
     pub fn clearances_of(&self, geometry: &Geometry<'_>, other: &Hvds) -> Vec<f32> {
         let neighbourhood = Neighbourhood::new(&geometry.hvds.grid, &self.samples, &self.clearances);
         let middle = |fragment: usize| {
@@ -160,12 +164,14 @@ impl Geometry<'_> {
         self.solids.hold(point.position + self.clear_distance * point.facet)
     }
 
-    /// Candidate number `index` of a fragment: uniform over it, low-discrepancy in `index`. The radius is left at zero.
+    /// Candidate number `index` of a fragment: uniform over it, low-discrepancy in `index`. The
+    /// radius is left at zero.
     pub(super) fn draw(&self, fragment: usize, index: u32, seed: u32) -> CachePoint {
         let Fragment { side, corners, .. } = &self.hvds.fragments[fragment];
         let u = plane_sequence(index, hash(fragment as u32 ^ hash(seed)));
         let corner_mean = self.triangles[*side as usize / 2].positions.iter().sum::<Vec3>() / 3.0;
-        // Off the triangle's edges by a hair: a ray from a point on an edge may slip out between two surfaces.
+        // Off the triangle's edges by a hair: a ray from a point on an edge may slip out between
+        // two surfaces.
         self.point(*side, point_in_polygon(corners, u).lerp(corner_mean, 1.0 / 32_768.0))
     }
 
@@ -282,8 +288,9 @@ impl Attempt<'_> {
         Ok((candidates.len() as u64, has_room))
     }
 
-    /// All candidates in a fixed shuffled order, each fragment as densely as its records will stand. Where the budget may
-    /// leave something uncovered, where a record covers much comes first.
+    /// All candidates in a fixed shuffled order, each fragment as densely as its records
+    /// will stand. Where the budget may leave something uncovered, where a record covers
+    /// much comes first.
     fn candidates(&self) -> Vec<Candidate> {
         let of_fragment = |fragment: usize| {
             let count = CANDIDATES_PER_RECORD * self.demands[fragment].records(self.unit);
@@ -314,7 +321,8 @@ impl Attempt<'_> {
         (0..).zip(probes).map(|(rank, (fragment, index))| Candidate { rank, fragment, index }).collect()
     }
 
-    /// Candidates that no record covers, in the order of their ranks. Leaves the list in another order.
+    /// Candidates that no record covers, in the order of their ranks. Leaves the list
+    /// in another order.
     fn uncovered(
         &self,
         records: &Records,

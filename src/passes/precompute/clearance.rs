@@ -1,5 +1,5 @@
-//! Clearances: how far candidate cache points are from what they see, and the wall that stands nearest. [Tabellion §4]
-//! In: candidates. Out: metres and a plane, for each.
+//! Clearances: how far candidate cache points are from what they see, and the wall that stands
+//! nearest. [Tabellion §4] In: candidates. Out: metres and a plane, for each.
 
 use super::gather_rays::Hemisphere;
 use super::{Chunks, Progress};
@@ -14,9 +14,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 gpu_struct! {
     /// What stands around a candidate.
     pub struct Clearance {
-        /// To the nearest surface that its rays see, metres; negative if that is the inside of a solid.
+        /// To the nearest surface that its rays see, metres; negative if that is the inside
+        /// of a solid.
         pub distance: f32,
-        /// Plane of that surface, as in `CachePoint`, if it faces 45° or more away from the candidate's; else zero.
+        /// Plane of that surface, as in `CachePoint`, if it faces 45° or more away from the
+        /// candidate's; else zero.
         pub wall: Vec3,
     }
 }

@@ -1,9 +1,11 @@
-//! Which parts of coarse clusters gather rays can see from where they come. [Yue §2, Figure 1]
-//! In: gather rays, clusters. Out: proxies, each a list of clusters with weights; gather rays that read one point to it.
+//! Which parts of coarse clusters gather rays can see from where they come. [Yue §2, Figure 1] In:
+//! gather rays, clusters. Out: proxies, each a list of clusters with weights; gather rays that read
+//! one point to it.
 //!
-//! A *pair* is a coarse cluster and a discretised direction that gather rays read it from. Where other surface in the cell
-//! hides a part of the cluster, the pair becomes a *proxy*: the mean over the clusters below it, each weighted by its open share,
-//! its area and its cosine with the direction. Where nothing is hidden, or all alike, rays keep the cluster.
+//! A *pair* is a coarse cluster and a discretised direction that gather rays read it from. Where
+//! other surface in the cell hides a part of the cluster, the pair becomes a *proxy*: the mean over
+//! the clusters below it, each weighted by its open share, its area and its cosine with the
+//! direction. Where nothing is hidden, or all alike, rays keep the cluster.
 
 use super::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
 use super::occlusion::{Ask, Cells, Hiding, Readers, Seen};
@@ -24,7 +26,8 @@ const MAX_READERS: usize = 8;
 const MAX_PARTS: usize = 64;
 /// Proxies differ from their cluster by so much of the weight at the least.
 const MIN_CHANGE: f64 = 1.0 / 32.0;
-/// Pairs that a thread measures at a time: one prepares rays while the device traces those of another.
+/// Pairs that a thread measures at a time: one prepares rays while the device traces
+/// those of another.
 const CHUNK: usize = 1 << 11;
 /// Clusters that a thread looks at together for what may hide them.
 const FEW: usize = 64;
@@ -102,8 +105,9 @@ impl Sources<'_> {
     }
 }
 
-/// Measures the pairs of all rays that do not meet what may be glossy, makes the proxies, and packs the rays anew: a target beyond the
-/// clusters is a proxy. The tables are empty where nothing is hidden; then the rays stay as they are.
+/// Measures the pairs of all rays that do not meet what may be glossy, makes the proxies, and packs
+/// the rays anew: a target beyond the clusters is a proxy. The tables are empty where nothing is
+/// hidden; then the rays stay as they are.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -183,7 +187,8 @@ pub fn build(
     Ok((tables, packed))
 }
 
-/// Pairs, as cluster and direction in one word, with their rays: those that something in their cell may hide.
+/// Pairs, as cluster and direction in one word, with their rays: those that something in their
+/// cell may hide.
 fn readers(
     sources: &Sources<'_>,
     cells: &Cells<'_>,
@@ -252,7 +257,8 @@ fn pair(sources: &Sources<'_>, cells: &Cells<'_>, run: &[(u64, u32)]) -> Pair {
     Pair { readers, nodes: vec![Node { cluster, seen: None }] }
 }
 
-/// Looks at each pair's cluster, and at the children of what is open in part, as long as there is room.
+/// Looks at each pair's cluster, and at the children of what is open in part, as long as
+/// there is room.
 fn measure(
     sources: &Sources<'_>,
     cells: &Cells<'_>,
@@ -387,7 +393,8 @@ impl ProxyTables {
         Some(self.pairs[found][2])
     }
 
-    /// Points rays that read a pair to its proxy. They start at `points`; `packing` has room for both.
+    /// Points rays that read a pair to its proxy. They start at `points`; `packing` has
+    /// room for both.
     pub fn redirect(
         &self,
         rows: &mut [GatherRay],

@@ -1,4 +1,5 @@
-//! What is known of the surface while cache points are placed: the clearances around a candidate, the records that cover it.
+//! What is known of the surface while cache points are placed: the clearances around a candidate,
+//! the records that cover it.
 
 use super::budget::COVERED;
 use super::reaches::Reaches;
@@ -11,7 +12,8 @@ use glam::{UVec3, Vec3};
 pub struct Placed {
     /// The point and its validity radius.
     pub point: CachePoint,
-    /// Distance to the nearest surface that it or its neighbourhood sees, metres; the radius comes of it.
+    /// Distance to the nearest surface that it or its neighbourhood sees, metres; the radius
+    /// comes of it.
     pub clearance: f32,
 }
 
@@ -32,7 +34,8 @@ impl Cover {
     pub(super) const SPARSE: Self = Self { within: Tolerance::RELAXED, above: 0.0 };
 }
 
-/// Clearances measured all over the surface: no record may claim more than its surroundings, growing with distance.
+/// Clearances measured all over the surface: no record may claim more than its surroundings,
+/// growing with distance.
 pub(super) struct Neighbourhood<'a> {
     grid: &'a Grid,
     /// Samples by cell.

@@ -1,8 +1,10 @@
-//! Entry points: stratified over the area that light can reach, denser where surfaces stand close together. [Yue §1]
-//! In: fragments of the active sides, their densities. Out: the first vertex of every light path, in Morton order.
+//! Entry points: stratified over the area that light can reach, denser where surfaces stand close
+//! together. [Yue §1] In: fragments of the active sides, their densities. Out: the first vertex of
+//! every light path, in Morton order.
 //!
-//! Deviation: the paper's entry points are uniform. Where a surface is nearer than a cell, what a gather ray sees of it changes
-//! within the cell; there the clusters must be finer to be right, and need as many entry points.
+//! Deviation: the paper's entry points are uniform. Where a surface is nearer than a cell, what a
+//! gather ray sees of it changes within the cell; there the clusters must be finer to be right, and
+//! need as many entry points.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
@@ -57,16 +59,16 @@ const LIMIT: u32 = 1 << 18;
 /// How much denser entry points may stand than in the open.
 pub const DENSEST: f32 = 8.0;
 
-/// Density of entry points, relative to the open, where the nearest surface in front is `clearance` away: such that clusters can
-/// shrink with the distance below the size of a cell.
+/// Density of entry points, relative to the open, where the nearest surface in front is `clearance`
+/// away: such that clusters can shrink with the distance below the size of a cell.
 pub fn density(clearance: f32, cell_size: f32) -> f32 {
     (cell_size / clearance.max(1e-30)).powi(2).clamp(1.0, DENSEST)
 }
 
 /// Patches of the surface and the running number of entry points on them.
 pub struct Strata {
-    /// The patches, cluster by cluster, so that the points of every cluster of every level are a run, and their number is
-    /// right to one.
+    /// The patches, cluster by cluster, so that the points of every cluster of every level are a
+    /// run, and their number is right to one.
     pub patches: Vec<EntryPatch>,
     /// First entry point of each patch, and the total.
     pub point_offsets: Vec<u32>,
@@ -77,8 +79,8 @@ pub struct Strata {
 }
 
 impl Strata {
-    /// Deals `count` points to the fragments in proportion to area and density, the running sum in f64: point i goes to the patch
-    /// that holds the fraction (i + ½) / count of it.
+    /// Deals `count` points to the fragments in proportion to area and density, the running sum in
+    /// f64: point i goes to the patch that holds the fraction (i + ½) / count of it.
     pub fn new(hvds: &Hvds, densities: &[f32], count: u32) -> Self {
         let mut order: Vec<usize> = (0..hvds.fragments.len()).collect();
         order.sort_by_key(|&fragment| hvds.fragments[fragment].cluster);
@@ -112,7 +114,8 @@ impl Strata {
     }
 }
 
-/// Places the points and sorts them along a Morton curve, which makes neighbours in the list neighbours in space.
+/// Places the points and sorts them along a Morton curve, which makes neighbours in the list
+/// neighbours in space.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -169,7 +172,8 @@ pub fn place(
     Ok(placed)
 }
 
-/// Sorts items by the Morton index of their position, stably. 1024 steps along the grid's longest axis.
+/// Sorts items by the Morton index of their position, stably. 1024 steps along the
+/// grid's longest axis.
 pub fn sort_along_curve<T>(items: &mut [T], grid: &Grid, position: impl Fn(&T) -> Vec3) {
     let scale = 1023.0 * grid.inverse_cell / grid.cells.max_element() as f32;
     items.sort_by_cached_key(|item| {

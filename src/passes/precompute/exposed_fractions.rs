@@ -1,6 +1,7 @@
-//! How much of each fragment of the surface is in the open. Parts of a scene that reach into each other bury surface in their insides, and what lies
-//! on something covers it but for a gap that no cell resolves: no light comes there, it takes none away from what is around it, and is no place for
-//! entry points.
+//! How much of each fragment of the surface is in the open. Parts of a scene that reach into each
+//! other bury surface in their insides, and what lies on something covers it but for a gap that no
+//! cell resolves: no light comes there, it takes none away from what is around it, and is no place
+//! for entry points.
 
 use super::cache_points::Geometry;
 use super::parallel;

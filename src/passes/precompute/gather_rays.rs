@@ -1,5 +1,5 @@
-//! Gather rays of all cache points: what each will read, and its share in the gradient. [Yue §3, Figure 2]
-//! In: cache points, clusters. Out: gather rays, a row a cache point.
+//! Gather rays of all cache points: what each will read, and its share in the gradient. [Yue §3,
+//! Figure 2] In: cache points, clusters. Out: gather rays, a row a cache point.
 
 use super::{Chunks, Progress};
 use crate::cpu::hemisphere::{Strata, frame};
@@ -49,11 +49,13 @@ pub const LAYOUTS: &[Layout] = &[ClusterLink::LAYOUT, GatherRaysPush::LAYOUT];
 /// Stem of shader, reference and timing.
 pub const STEM: &str = "gather_rays";
 
-/// Entry points that a cluster must hold, in expectation, before a gather ray reads it: fewer make fireflies.
+/// Entry points that a cluster must hold, in expectation, before a gather ray reads it:
+/// fewer make fireflies.
 pub const MIN_ENTRY_POINTS: f32 = 8.0;
 
-/// Rays of a hemisphere that one invocation traces, at most, where the device has workgroups that large: a ray turns loops some hundreds of
-/// times, and lavapipe ends all loops of an invocation, without a word, once they have run 65 535 times.
+/// Rays of a hemisphere that one invocation traces, at most, where the device has workgroups that
+/// large: a ray turns loops some hundreds of times, and lavapipe ends all loops of an invocation,
+/// without a word, once they have run 65 535 times.
 const RAYS_OF_INVOCATION: u32 = 32;
 
 /// Rays that the host looks at together, at most, unless a row has more.
@@ -146,7 +148,8 @@ pub struct RayTable {
     pub rows_per_buffer: u32,
     /// The buffers.
     pub buffers: Vec<Buffer>,
-    /// Beside each, the packed colour of the image where each ray met one; a word that nobody reads in scenes without images.
+    /// Beside each, the packed colour of the image where each ray met one; a word that nobody reads
+    /// in scenes without images.
     pub colours: Vec<Buffer>,
     /// Whether there are images.
     pub has_colours: bool,
@@ -194,7 +197,8 @@ impl RayTable {
         self.buffers.iter().chain(&self.colours).map(Buffer::bytes).sum()
     }
 
-    /// Shows all rays in order, some rows of `row` rays at a time, with the number of the first: the whole table may be large.
+    /// Shows all rays in order, some rows of `row` rays at a time, with the number of the first:
+    /// the whole table may be large.
     ///
     /// # Errors
     /// The device failed.
@@ -205,7 +209,8 @@ impl RayTable {
         })
     }
 
-    /// Lets all rays be changed in order, some rows of `row` rays at a time, with the number of the first.
+    /// Lets all rays be changed in order, some rows of `row` rays at a time, with the number
+    /// of the first.
     ///
     /// # Errors
     /// The device failed.

@@ -1,6 +1,7 @@
-//! What a frame needs where surfaces are glossy: entry points whose first reflection depends on the light, the mirror directions of
-//! path vertices, and which outgoing directions of which clusters gather rays read. [Yue §2]
-//! In: paths, gather rays. Out: tables; gather rays that read a direction point to its slot.
+//! What a frame needs where surfaces are glossy: entry points whose first reflection depends on the
+//! light, the mirror directions of path vertices, and which outgoing directions of which clusters
+//! gather rays read. [Yue §2] In: paths, gather rays. Out: tables; gather rays that read a
+//! direction point to its slot.
 
 use super::gather_rays::{GatherTargetPacking, Hemisphere, RayDirections, RayTable};
 use super::path_orders::LightPaths;
@@ -19,15 +20,18 @@ use std::ops::Range;
 pub struct GlossTables {
     /// Entry points that may be glossy.
     pub entries: Vec<GlossEntry>,
-    /// Vertices of the base clusters that hold a surface that may be glossy, in the order of their contributions.
+    /// Vertices of the base clusters that hold a surface that may be glossy, in the order
+    /// of their contributions.
     pub vertices: Vec<GlossVertex>,
     /// Vertices at most below a cluster that asks them itself.
     pub max_vertices: u32,
-    /// Added to the index of a contribution of each base cluster, wrapping, it gives that of its vertex; [`NO_ENTRY`] if nothing is glossy.
+    /// Added to the index of a contribution of each base cluster, wrapping, it gives that of its
+    /// vertex; [`NO_ENTRY`] if nothing is glossy.
     pub shifts: Vec<u32>,
     /// First base cluster below each cluster, and the end.
     pub base_ranges: Vec<UVec2>,
-    /// Slots: those that vertices are asked for, then those that are sums of others, level by level.
+    /// Slots: those that vertices are asked for, then those that are sums of others,
+    /// level by level.
     pub slots: Vec<GlossSlot>,
     /// The first so many are no sums.
     pub leaf_count: u32,
@@ -66,11 +70,12 @@ pub struct Sources<'a> {
     pub directions: Directions,
 }
 
-/// Makes the tables, and packs the gather rays anew: a target beyond clusters and proxies is a slot. Without materials that may be glossy
-/// nothing is done, and none are made.
+/// Makes the tables, and packs the gather rays anew: a target beyond clusters and proxies is a
+/// slot. Without materials that may be glossy nothing is done, and none are made.
 ///
 /// # Errors
-/// [`crate::Error::OutOfMemory`] if slots and materials do not fit the word of a gather ray; the device failed.
+/// [`crate::Error::OutOfMemory`] if slots and materials do not fit the word of a gather ray;
+/// the device failed.
 pub fn build(
     sources: Sources<'_>,
     rays: &RayTable,
@@ -219,9 +224,10 @@ impl GlossTables {
         }
     }
 
-    /// Numbers the slots: those that rays read, and those that sums need. A cluster of many vertices is the sum of its children, so that
-    /// they are not all asked for each level and direction; a smaller one asks its vertices, so that nobody keeps directions for
-    /// its children. Returns where each is.
+    /// Numbers the slots: those that rays read, and those that sums need. A cluster of many
+    /// vertices is the sum of its children, so that they are not all asked for each level and
+    /// direction; a smaller one asks its vertices, so that nobody keeps directions for its
+    /// children. Returns where each is.
     fn find_slots(&mut self, sources: &Sources<'_>, mut wanted: Vec<(u32, u32)>) -> HashMap<(u32, u32), u32> {
         let hvds = sources.hvds;
         let mut vertices = vec![0; hvds.cluster_count() as usize];
@@ -277,8 +283,9 @@ impl GlossTables {
         places
     }
 
-    /// Gives each slot the mean of the directions from which rays read it, themselves or through sums: a bin's middle would be off for the
-    /// rays at its rim, and, because a bin is read by the projected area that it sees, off to one side on average.
+    /// Gives each slot the mean of the directions from which rays read it, themselves or through
+    /// sums: a bin's middle would be off for the rays at its rim, and, because a bin is read by the
+    /// projected area that it sees, off to one side on average.
     fn find_directions(&mut self, read: impl Iterator<Item = (u32, DVec3)>) {
         let mut sums = vec![DVec3::ZERO; self.slots.len()];
         for (slot, direction) in read {

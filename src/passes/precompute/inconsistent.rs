@@ -1,5 +1,6 @@
-//! Clusters that a wall parts: light differs on its two sides, and one value for both leaks through it, however thick the wall is. Their parts
-//! cannot see each other, from as far over the surface as half of their cells are wide.
+//! Clusters that a wall parts: light differs on its two sides, and one value for both leaks through
+//! it, however thick the wall is. Their parts cannot see each other, from as far over the surface
+//! as half of their cells are wide.
 
 use super::near_clusters::Patch;
 use super::rays::{RayQuery, Rays};
@@ -10,13 +11,15 @@ use glam::Vec3;
 
 /// Levels over the base that are looked at; coarser clusters are hardly read.
 pub const LEVELS: usize = 4;
-/// Entry points, in the mean, of each part; with fewer, what is read instead would be of single paths.
+/// Entry points, in the mean, of each part; with fewer, what is read instead would be
+/// of single paths.
 const MIN_IN_PART: f32 = 1.0;
 /// Segments that are traced at a time.
 const CHUNK: usize = 1 << 20;
 
-/// Which clusters stand for none below them, because something stands between these, or between those of one of them; empty
-/// where there is none. `patches` of [`LEVELS`] levels and the base; `in_clusters`: entry points that each cluster holds, in expectation.
+/// Which clusters stand for none below them, because something stands between these, or between
+/// those of one of them; empty where there is none. `patches` of [`LEVELS`] levels and the base;
+/// `in_clusters`: entry points that each cluster holds, in expectation.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -64,7 +67,8 @@ fn pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
     (0..count).flat_map(|to| (0..to).map(move |from| [from, to]))
 }
 
-/// How many groups so many fall into of which no one sees one of another, given which of the [`pairs`] do not.
+/// How many groups so many fall into of which no one sees one of another, given which of the
+/// [`pairs`] do not.
 fn groups(count: usize, is_blocked: &mut impl Iterator<Item = bool>) -> usize {
     let mut groups: Vec<usize> = (0..count).collect();
     for ([from, to], is_blocked) in pairs(count).zip(is_blocked) {

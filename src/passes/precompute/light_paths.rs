@@ -34,7 +34,8 @@ gpu_struct! {
 }
 
 impl PathState {
-    /// Of a path of that name at its entry point. One of little weight carries little, and ends early.
+    /// Of a path of that name at its entry point. One of little weight carries little,
+    /// and ends early.
     pub fn at(path: u32, position: Vec3, side: u32, weight: f32) -> Self {
         let (throughput, incoming) = (Vec3::splat(weight), Vec3::ZERO);
         Self { position, side, throughput, incoming, path, depth: 0, is_alive: 1 }
@@ -59,32 +60,37 @@ pub const LAYOUTS: &[Layout] = &[PathState::LAYOUT, LightPathsPush::LAYOUT];
 /// Stem of shader, reference and timing.
 pub const STEM: &str = "light_paths";
 
-/// Vertices that a dispatch adds to a path at most; a path that is not at its end then goes on in the next round.
+/// Vertices that a dispatch adds to a path at most; a path that is not at its end then goes on in
+/// the next round.
 const STEPS: u32 = 8;
 /// Paths of one dispatch at most: bounds the vertex buffer to 18 MiB.
 const LIMIT: u32 = 1 << 16;
 /// Vertices of all paths at most: 16 GB of the host.
 const MAX_VERTICES: u64 = 1 << 28;
-/// Throughput below which Russian roulette may end a path. Lower values trade vertices for less noise.
+/// Throughput below which Russian roulette may end a path. Lower values trade vertices
+/// for less noise.
 pub const ROULETTE_THRESHOLD: f32 = 0.5;
 
-/// What roulette takes editable materials to reflect: were it what they reflect at load, the paths that matter after an edit
-/// upwards would have ended early; were it all, paths among editable materials would never end.
+/// What roulette takes editable materials to reflect: were it what they reflect at load, the paths
+/// that matter after an edit upwards would have ended early; were it all, paths among editable
+/// materials would never end.
 pub const EDITABLE_ALBEDO: f32 = 0.9;
 
-/// Most vertices of all paths: the device stores a contribution and a step for each, and the host holds at most [`MAX_VERTICES`].
+/// Most vertices of all paths: the device stores a contribution and a step for each, and the host
+/// holds at most [`MAX_VERTICES`].
 fn max_vertices(device_memory_bytes: u64) -> u64 {
     let on_device = device_memory_bytes / (size_of::<Contribution>() + size_of::<PathStep>()) as u64;
     on_device.min(MAX_VERTICES)
 }
 
-/// Traces all paths. Where some materials are editable, entry points and their paths are put in an order in which those that the same
-/// of them reflect stand together. `surfaces` in BVH order, `materials` as on the device. Before the vertices are listed, `measure`
-/// may find their accessibility.
+/// Traces all paths. Where some materials are editable, entry points and their paths are put
+/// in an order in which those that the same of them reflect stand together. `surfaces` in
+/// BVH order, `materials` as on the device. Before the vertices are listed, `measure` may
+/// find their accessibility.
 ///
 /// # Errors
-/// [`Error::OutOfMemory`] if there is no room for so many vertices, as where nothing is absorbed and no path ends; the device
-/// lacks memory or failed.
+/// [`Error::OutOfMemory`] if there is no room for so many vertices, as where nothing is absorbed
+/// and no path ends; the device lacks memory or failed.
 #[expect(clippy::too_many_arguments, reason = "one call, at one place")]
 pub fn trace(
     context: &Arc<Context>,
@@ -153,8 +159,9 @@ pub fn trace(
     Ok(paths)
 }
 
-/// Traces one path again: where it meets surfaces, and their sides, the entry point first. `materials` as it was traced with
-/// them, `state` ahead of its first step. The same bits as among all paths.
+/// Traces one path again: where it meets surfaces, and their sides, the entry point first.
+/// `materials` as it was traced with them, `state` ahead of its first step. The same bits as
+/// among all paths.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -224,7 +231,8 @@ impl Walk {
         })
     }
 
-    /// Extends some paths; appends what they found, and those that go on. Returns device milliseconds.
+    /// Extends some paths; appends what they found, and those that go on.
+    /// Returns device milliseconds.
     fn round(
         &self,
         scene: &SceneBuffers,

@@ -1,7 +1,7 @@
-//! Gather rays as frames read them: those of one cache point that meet the same cluster and material bring the same light, so that
-//! they are one *merged ray*, with the sums of their shares. A cluster with a material is a *gather target*; its radiance is worked out once
-//! for all merged rays that name it.
-//! In: gather rays. Out: merged rays, a list a cache point; targets.
+//! Gather rays as frames read them: those of one cache point that meet the same cluster and
+//! material bring the same light, so that they are one *merged ray*, with the sums of their shares.
+//! A cluster with a material is a *gather target*; its radiance is worked out once for all merged
+//! rays that name it. In: gather rays. Out: merged rays, a list a cache point; targets.
 
 use super::gather_rays::{Hemisphere, RayTable};
 use super::parallel;
@@ -34,7 +34,8 @@ pub struct MergedRayPacking {
 }
 
 impl MergedRayPacking {
-    /// For rays of that hemisphere with these targets, which may come in any order and more than once.
+    /// For rays of that hemisphere with these targets, which may come in any order and
+    /// more than once.
     pub fn new(mut targets: Vec<u32>, hemisphere: Hemisphere) -> Self {
         targets.sort_unstable();
         targets.dedup();
@@ -47,7 +48,8 @@ impl MergedRayPacking {
         Self { targets, target_bits, max_rays: max_rays as usize, rotations, rotation_unit }
     }
 
-    /// The merged rays of one cache point, ordered by gather target, each with its colour; `colours` of the rays, or none at all.
+    /// The merged rays of one cache point, ordered by gather target, each with its colour;
+    /// `colours` of the rays, or none at all.
     pub fn merged_rays(&self, rays: &[GatherRay], colours: &[u32]) -> Vec<(MergedRay, u32)> {
         let colour = |ray: u32| colours.get(ray as usize).copied().unwrap_or(0);
         let met = (0_u32..).zip(rays).filter(|(_, ray)| ray.target != NO_TARGET);
@@ -81,7 +83,8 @@ pub struct MergedRayPart {
     pub merged_ray_offsets: Buffer,
     /// [`MergedRay`]s.
     pub merged_rays: Buffer,
-    /// Beside each, the packed colour of the image that its rays met; a word that nobody reads in scenes without images.
+    /// Beside each, the packed colour of the image that its rays met; a word that nobody reads in
+    /// scenes without images.
     pub colours: Buffer,
 }
 
@@ -128,7 +131,8 @@ pub struct MergedRayLists {
     pub counts: Vec<u32>,
     /// [`MergedRay`]s of one cache point after the other.
     pub merged_rays: Vec<MergedRay>,
-    /// Beside each, the packed colour of the image that its rays met; none at all in scenes without images.
+    /// Beside each, the packed colour of the image that its rays met; none at all in
+    /// scenes without images.
     pub colours: Vec<u32>,
 }
 
@@ -310,8 +314,9 @@ fn distinct(rays: &[GatherRay]) -> Vec<u32> {
     })
 }
 
-/// What the radiance of each stratum adds to the rotational gradient, along tangent and bitangent: turning the normal by dω
-/// changes a ray's cosine by dω·(n×ω), which is tanθ across its azimuth, at the stratum's middle. [Krivanek]
+/// What the radiance of each stratum adds to the rotational gradient, along tangent and bitangent:
+/// turning the normal by dω changes a ray's cosine by dω·(n×ω), which is tanθ across its azimuth,
+/// at the stratum's middle. [Krivanek]
 fn rotations(hemisphere: Hemisphere) -> Vec<Vec2> {
     let rotation = |ray: u32| {
         let (ring, sector) = (ray / hemisphere.sectors, ray % hemisphere.sectors);

@@ -1,5 +1,5 @@
-//! Passes that run once, before the first frame. Each keeps its dispatches short, so that no watchdog bites and a
-//! desktop stays usable, and reports its progress.
+//! Passes that run once, before the first frame. Each keeps its dispatches short, so that no
+//! watchdog bites and a desktop stays usable, and reports its progress.
 
 pub mod accessibility;
 mod budget;
@@ -29,8 +29,8 @@ pub mod sides;
 
 use crate::error::Result;
 
-/// How long one dispatch should take, milliseconds: a fifth of what is meant to be the longest, for items lie along the surface, and where what is
-/// cheap ends may take four times as long.
+/// How long one dispatch should take, milliseconds: a fifth of what is meant to be the longest, for
+/// items lie along the surface, and where what is cheap ends may take four times as long.
 const DISPATCH_MS: f64 = 10.0;
 
 /// Told how the precomputation gets on.
@@ -52,10 +52,12 @@ impl Progress for Silent {
     fn finish(&mut self) {}
 }
 
-/// How much of what an item took at the worst is believed a dispatch later: costly items come in groups.
+/// How much of what an item took at the worst is believed a dispatch later: costly items
+/// come in groups.
 const REMEMBERED: f64 = 0.9;
 
-/// Cuts batches into dispatches of 50 ms at the most, or little more where items differ by more than five times, from the device time of those before.
+/// Cuts batches into dispatches of 50 ms at the most, or little more where items differ by more
+/// than five times, from the device time of those before.
 pub struct Chunks {
     size: u32,
     limit: u32,
@@ -69,7 +71,8 @@ impl Chunks {
         Self { size: size.min(limit), limit, each_ms: 0.0 }
     }
 
-    /// Runs all items; `dispatch` takes the first item and their number, and returns its device time in milliseconds.
+    /// Runs all items; `dispatch` takes the first item and their number, and returns its device
+    /// time in milliseconds.
     ///
     /// # Errors
     /// The first failure of a dispatch.
@@ -94,7 +97,8 @@ mod tests {
 
     #[test]
     fn costly_items_are_not_forgotten_at_once() {
-        // Every fourth batch of items takes ten times as long an item. The first comes as a surprise.
+        // Every fourth batch of items takes ten times as long an item. The first comes as a
+        // surprise.
         let mut chunks = Chunks::new(16, 1 << 20);
         let (mut longest, mut dispatches) = (0.0_f64, 0);
         for batch in 0..64 {

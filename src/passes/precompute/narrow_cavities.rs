@@ -1,7 +1,8 @@
-//! Gaps that are narrow beside the cells that gather rays read: with a light in one, a coarse cell takes what lies behind the blocker for what
-//! lies before it. [Yue §5, Figure 3]
-//! In: lights, scene. Out: which clusters hold surface inside such a gap and surface outside, wherever the lights are, so that a light may move
-//! into one; for each point and spot light the narrowest gap that it stands in, to tell where too few entry points are next to it.
+//! Gaps that are narrow beside the cells that gather rays read: with a light in one, a coarse cell
+//! takes what lies behind the blocker for what lies before it. [Yue §5, Figure 3] In: lights,
+//! scene. Out: which clusters hold surface inside such a gap and surface outside, wherever the
+//! lights are, so that a light may move into one; for each point and spot light the narrowest gap
+//! that it stands in, to tell where too few entry points are next to it.
 
 use super::entry_points::density;
 use super::gather_rays::Hemisphere;
@@ -23,12 +24,14 @@ const DIRECTIONS: Directions = Directions { side: 8 };
 const RESOLVED: f32 = 2.5;
 /// And cells part gaps of so many by themselves.
 const PARTED: f32 = 0.75;
-/// Entry points, in the mean, of each part of an inconsistent cluster; with fewer, what is read instead would be of single paths.
+/// Entry points, in the mean, of each part of an inconsistent cluster; with fewer, what is read
+/// instead would be of single paths.
 const MIN_IN_PART: f32 = 1.0;
 /// What gather rays read is so much narrower than their strata (`gather_rays`).
 const SHARE: f32 = 0.25;
 
-/// Widths of gaps, metres, in a scene of that size with cells of that size: those in which lights need no care, and those that cells part.
+/// Widths of gaps, metres, in a scene of that size with cells of that size: those in which lights
+/// need no care, and those that cells part.
 pub fn resolved(scene_size: f32, cell_size: f32, hemisphere: Hemisphere) -> [f32; 2] {
     let read = SHARE * (PI / hemisphere.rays() as f32).sqrt() * scene_size;
     [RESOLVED, PARTED].map(|cells| cells * read.max(cell_size))
@@ -41,14 +44,16 @@ fn place(light: &Light) -> Option<Vec3> {
     }
 }
 
-/// Entry points that fall into a square as wide as the gap, where so many stand for `area_m2`, at the density that they have there: so many
-/// know how bright the light makes it.
+/// Entry points that fall into a square as wide as the gap, where so many stand for `area_m2`, at
+/// the density that they have there: so many know how bright the light makes it.
 pub fn entry_points_in(gap: f32, count: u32, area_m2: f64, cell_size: f32) -> f32 {
     gap * gap * density(gap, cell_size) * (f64::from(count) / area_m2) as f32
 }
 
-/// Which clusters hold surface inside a gap narrower than `parted` (metres), and surface outside: once a light stands in there, they stand for
-/// neither. Empty where there is no such gap. `patches` of the base clusters; `in_clusters`: entry points that each cluster holds, in expectation.
+/// Which clusters hold surface inside a gap narrower than `parted` (metres), and surface
+/// outside: once a light stands in there, they stand for neither. Empty where there is no
+/// such gap. `patches` of the base clusters; `in_clusters`: entry points that each cluster
+/// holds, in expectation.
 ///
 /// # Errors
 /// The device lacks memory or failed.
@@ -97,8 +102,9 @@ pub fn inconsistent(
     Ok((0..holds.len()).map(is_inconsistent).collect())
 }
 
-/// Widths of the narrowest gaps that the lights stand in, metres, light by light; infinite for other kinds, which have no place or send
-/// nothing back, and for lights without a surface on both sides.
+/// Widths of the narrowest gaps that the lights stand in, metres, light by light; infinite
+/// for other kinds, which have no place or send nothing back, and for lights without a
+/// surface on both sides.
 ///
 /// # Errors
 /// The device lacks memory or failed.

@@ -35,7 +35,8 @@ fn end(hvds: &Hvds, levels: usize) -> usize {
 
 /// How far a record may be, in its validity radii.
 const REACH: f32 = 1.5;
-/// Another surface begins so far over the record or under it, in clearances, if it is as steep to reach as that.
+/// Another surface begins so far over the record or under it, in clearances, if it is as steep to
+/// reach as that.
 const ROOM: f32 = 0.5;
 const SLOPE: f32 = 0.1;
 /// Cosine of how far its normal may lean from the cluster's.
@@ -70,7 +71,8 @@ impl Patch {
     };
 }
 
-/// The clusters of so many levels from the finest, in order; an unweighted cluster is where its cluster is. `clearances` of the fragments, metres; `normal` of a side.
+/// The clusters of so many levels from the finest, in order; an unweighted cluster is where its
+/// cluster is. `clearances` of the fragments, metres; `normal` of a side.
 pub fn patches(hvds: &Hvds, clearances: &[f32], normal: impl Fn(u32) -> Vec3, levels: usize) -> Vec<Patch> {
     let end = end(hvds, levels);
     let mut patches = vec![Patch { clearance: 0.0, ..Patch::EMPTY }; end];
@@ -111,7 +113,8 @@ pub(super) fn record_reach(point: &CachePoint) -> f32 {
     REACH * point.radius
 }
 
-/// Whether a record speaks for a place on a cluster: not if it lies behind what the cluster sees, nor the other way round.
+/// Whether a record speaks for a place on a cluster: not if it lies behind what the cluster sees,
+/// nor the other way round.
 pub(super) fn fits(placed: &Placed, place: Vec3, patch: &Patch) -> bool {
     let point = &placed.point;
     let apart = place - point.position;
@@ -126,7 +129,8 @@ pub(super) fn fits(placed: &Placed, place: Vec3, patch: &Patch) -> bool {
         && apart.dot(point.wall) <= 1.0
 }
 
-/// Finds the near ones among the clusters of the extent's levels. `cell_size` of the base cells, metres.
+/// Finds the near ones among the clusters of the extent's levels. `cell_size` of the
+/// base cells, metres.
 pub fn find(patches: &[Patch], extent: Extent, cell_size: f32, points: &[Placed]) -> Vec<NearCluster> {
     if points.is_empty() {
         return Vec::new();

@@ -1,6 +1,6 @@
-//! What stands so close to a cache point that its cluster is too coarse: light varies within the cluster, and the point sees a part
-//! of it. All rays of a point that meet one such cluster get an entry of their own, whose indirect light is that of the record
-//! beside the place that they meet.
+//! What stands so close to a cache point that its cluster is too coarse: light varies within the
+//! cluster, and the point sees a part of it. All rays of a point that meet one such cluster get an
+//! entry of their own, whose indirect light is that of the record beside the place that they meet.
 //! In: gather rays, clusters, cache points. Out: entries; gather rays that read one point to it.
 
 use super::coverage::Placed;
@@ -155,7 +155,8 @@ impl NearHits {
         self.readers.len() as u64
     }
 
-    /// Packs the rays anew and points those that were taken out to their entries, which stand behind `taken` targets.
+    /// Packs the rays anew and points those that were taken out to their entries, which stand
+    /// behind `taken` targets.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] if all do not fit the word of a gather ray; the device failed.

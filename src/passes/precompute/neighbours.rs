@@ -34,8 +34,9 @@ const REACH: f32 = 2.0;
 const INVERSE_NORMAL_ERROR: f32 = 8.1131;
 
 impl Neighbourhoods {
-    /// Finds the neighbours of all points: within two of both validity radii and within both clearances, so that no surface can
-    /// stand between them, and with shading normals within ten degrees and facets alike.
+    /// Finds the neighbours of all points: within two of both validity radii and within both
+    /// clearances, so that no surface can stand between them, and with shading normals within ten
+    /// degrees and facets alike.
     pub fn new(points: &[Placed]) -> Self {
         let reach = |placed: &Placed| (REACH * placed.point.radius).min(placed.clearance);
         let places: Vec<(Vec3, f32)> = points.iter().map(|p| (p.point.position, reach(p))).collect();

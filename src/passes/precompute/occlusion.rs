@@ -1,8 +1,8 @@
 //! Occlusion in cells: which part of a coarse cluster those see who read it. [Yue §2, Figure 1]
 //! In: clusters, readers. Out: the share of sample points that nothing hides.
 //!
-//! Deviation: rays go on to the reader instead of ending at the cell's boundary. What leaves a cell sideways, below a screen that is
-//! as wide as the cell is high, meets the screen next door.
+//! Deviation: rays go on to the reader instead of ending at the cell's boundary. What leaves a cell
+//! sideways, below a screen that is as wide as the cell is high, meets the screen next door.
 
 use super::rays::{RayQuery, Rays};
 use crate::error::Result;
@@ -182,7 +182,8 @@ impl<'a> Cells<'a> {
     /// What may hide surface of a cluster that is not of the base level.
     pub(super) fn hiding(&self, cluster: u32) -> Hiding {
         let flat = FLAT * self.hvds.grid.cell_size();
-        // Planes of the cluster's sides: what rises above none hides nothing, as on a solid that bulges everywhere.
+        // Planes of the cluster's sides: what rises above none hides nothing, as on a solid that
+        // bulges everywhere.
         let Some(sides) = last_of_each(self.fragments_of(cluster), |fragment| fragment.side) else {
             return Hiding::Unknown;
         };
@@ -262,7 +263,8 @@ impl<'a> Cells<'a> {
         Ok(seen.collect())
     }
 
-    /// The ray, as long as its direction, that tells whether a reader sees a sample; none where the sample faces away.
+    /// The ray, as long as its direction, that tells whether a reader sees a sample; none where the
+    /// sample faces away.
     fn query(&self, sample: &Sample, reader: Vec3) -> Option<RayQuery> {
         let origin = sample.position + self.clear_distance * sample.normal;
         let direction = reader - origin;

@@ -1,9 +1,11 @@
-//! Host work in chunks that threads take one after another. What comes out does not depend on how many threads there are.
+//! Host work in chunks that threads take one after another. What comes out does not depend on how
+//! many threads there are.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Items of a chunk: few enough that no thread is left alone with the last one, many enough to be worth taking.
+/// Items of a chunk: few enough that no thread is left alone with the last one, many enough to
+/// be worth taking.
 const CHUNK: usize = 2048;
 
 fn threads() -> usize {

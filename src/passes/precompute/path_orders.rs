@@ -1,5 +1,6 @@
-//! The two orders that light paths are stored in: by path, as the scan of their energy takes them, and by cluster, as the hierarchy does.
-//! [Yue §3] Paths that the same editable materials reflect stand together.
+//! The two orders that light paths are stored in: by path, as the scan of their energy takes
+//! them, and by cluster, as the hierarchy does. [Yue §3] Paths that the same editable materials
+//! reflect stand together.
 
 use crate::passes::frame::path_scan::{FROM_ENTRY, HEAD, PathStep};
 use crate::scene::Material;
@@ -62,7 +63,8 @@ pub struct PathGroup {
     pub steps: Range<u32>,
 }
 
-/// The bit of each material that is editable, in order; the last bit stands for all that find no other. Zero for the others.
+/// The bit of each material that is editable, in order; the last bit stands for all that find no
+/// other. Zero for the others.
 pub fn editable_bits(materials: &[Material]) -> Vec<u32> {
     let mut editable = 0;
     let bit = |material: &Material| {
@@ -81,12 +83,14 @@ pub struct LightPaths {
     pub steps: Vec<PathStep>,
     /// Packed colour of the image at the vertex before each; none at all in scenes without images.
     pub colours: Vec<u32>,
-    /// Every vertex in the order of base clusters; throughputs are the scan's to fill in. One more, which nobody reads,
-    /// takes vertices that no cluster holds.
+    /// Every vertex in the order of base clusters; throughputs are the scan's to fill in. One more,
+    /// which nobody reads, takes vertices that no cluster holds.
     pub contributions: Vec<Contribution>,
-    /// First contribution of each base cluster by an entry point, then its first by another vertex, and the end.
+    /// First contribution of each base cluster by an entry point, then its first by another vertex,
+    /// and the end.
     pub contribution_offsets: Vec<u32>,
-    /// Where some materials are editable: the paths by which of them reflect them, entry points aside.
+    /// Where some materials are editable: the paths by which of them reflect them,
+    /// entry points aside.
     pub groups: Vec<PathGroup>,
     /// Of each path the number that names its random numbers; none at all where that is its own.
     pub names: Vec<u32>,
@@ -96,8 +100,9 @@ pub struct LightPaths {
     pub lost: u64,
 }
 
-/// Reorders entry points and numbers the paths anew, so that those that the same editable materials reflect stand together;
-/// returns for each path which these are, and its number before. Entry points do not count: their reflection is part of the path's flux.
+/// Reorders entry points and numbers the paths anew, so that those that the same editable materials
+/// reflect stand together; returns for each path which these are, and its number before. Entry
+/// points do not count: their reflection is part of the path's flux.
 pub(super) fn group(
     vertices: &mut [Vertex],
     entry_points: &mut [PathVertex],

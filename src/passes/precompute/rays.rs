@@ -1,4 +1,5 @@
-//! Closest hits of an explicit list of rays, or any hits of segments. In: origins and directions (metres). Out: distance and side.
+//! Closest hits of an explicit list of rays, or any hits of segments. In: origins and directions
+//! (metres). Out: distance and side.
 
 use super::Chunks;
 use crate::error::Result;
@@ -24,7 +25,8 @@ gpu_struct! {
     pub struct RayAnswer {
         /// Distance in units of the direction's length; negative where nothing was hit.
         pub t: f32,
-        /// 2·triangle + (1 if the back side); `NO_SIDE` where nothing was hit; `LOOP_TRUNCATED` where the device did not look.
+        /// 2·triangle + (1 if the back side); `NO_SIDE` where nothing was hit; `LOOP_TRUNCATED`
+        /// where the device did not look.
         pub side: u32,
     }
 }
@@ -107,8 +109,8 @@ impl Rays {
         Ok((answers, device_ms))
     }
 
-    /// Traces rays so often, after once without watching the clock: device time of each, milliseconds. Not more than one dispatch of rays, those
-    /// after [`Self::LIMIT`] are left out.
+    /// Traces rays so often, after once without watching the clock: device time of each,
+    /// milliseconds. Not more than one dispatch of rays, those after [`Self::LIMIT`] are left out.
     ///
     /// # Errors
     /// The device lacks memory or failed.

@@ -66,8 +66,8 @@ impl Reaches {
         layer.lists[cell].push(Point { position, reach2, index });
     }
 
-    /// Whether `wanted` takes any of the points that reach a place, or nearly; asks no more once it does. A caller that
-    /// never takes one sees them all, in no order that means anything.
+    /// Whether `wanted` takes any of the points that reach a place, or nearly; asks no more once it
+    /// does. A caller that never takes one sees them all, in no order that means anything.
     pub(super) fn any(&self, place: Vec3, mut wanted: impl FnMut(u32) -> bool) -> bool {
         self.layers.iter().any(|layer| layer.any(place, &mut wanted))
     }
@@ -136,7 +136,8 @@ mod tests {
                 );
                 for point in list {
                     let within = (point.position - layer.low) * layer.inverse_cell - cell.as_vec3();
-                    // f32 rounds a place among at most 128 cells by 1e-5 of a cell. The last cell ends at the last point.
+                    // f32 rounds a place among at most 128 cells by 1e-5 of a cell. The last cell
+                    // ends at the last point.
                     assert!(within.min_element() >= -1e-4 && within.max_element() <= 1.0 + 1e-4, "{within}");
                     count += 1;
                 }

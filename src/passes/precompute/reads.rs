@@ -1,5 +1,5 @@
-//! What anything reads of the hierarchy: known before any light is.
-//! In: gather rays, proxies, parts of clusters. Out: clusters whose irradiance is read; clusters whose flux that takes.
+//! What anything reads of the hierarchy: known before any light is. In: gather rays, proxies, parts
+//! of clusters. Out: clusters whose irradiance is read; clusters whose flux that takes.
 
 use super::cluster_proxies::ProxyTables;
 use super::gather_rays::{GatherTargetPacking, RayTable};
@@ -25,7 +25,8 @@ impl Reads {
         Self { irradiance: all.clone(), flux: all }
     }
 
-    /// What gather rays read, and what the proxies and parts of clusters that they read are made of; they read no directions. `indirect_sources`: the cluster that each takes its
+    /// What gather rays read, and what the proxies and parts of clusters that they read are
+    /// made of; they read no directions. `indirect_sources`: the cluster that each takes its
     /// indirect light from.
     ///
     /// # Errors

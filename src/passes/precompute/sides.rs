@@ -1,9 +1,10 @@
-//! Which sides of which triangles light can reach: the inside of enclosures gets no entry points, no clusters and
-//! no cache points.
+//! Which sides of which triangles light can reach: the inside of enclosures gets no entry points,
+//! no clusters and no cache points.
 //!
-//! Rays between sides join what sees each other; a group of sides takes part if it also sees the void or if a camera is amid it.
-//! Sides that provably see no surface at all were left out before, and so are backs inside solids, which parts that reach into
-//! each other would join with the rest. Where lights are does not matter: in a place that no camera is in, they are not seen.
+//! Rays between sides join what sees each other; a group of sides takes part if it also sees the
+//! void or if a camera is amid it. Sides that provably see no surface at all were left out before,
+//! and so are backs inside solids, which parts that reach into each other would join with the rest.
+//! Where lights are does not matter: in a place that no camera is in, they are not seen.
 
 use super::rays::{RayQuery, Rays};
 use crate::error::Result;
@@ -13,7 +14,8 @@ use crate::types::{NO_SIDE, Surface};
 use glam::Vec3;
 use std::collections::HashMap;
 
-/// Rays from each side, at least. A side whose rays happen to miss all its neighbours is reached from theirs.
+/// Rays from each side, at least. A side whose rays happen to miss all its neighbours is
+/// reached from theirs.
 const RAYS_PER_SIDE: usize = 16;
 /// Rays from all sides together, at least: what joins two places may be small.
 const RAYS: usize = 1 << 16;
@@ -22,7 +24,8 @@ const RAYS_PER_POINT: u32 = 256;
 
 /// Groups of sides that nothing outside of them sees, and no camera either.
 pub struct Enclosures {
-    /// The group of each side that has no part in transport; none of the others, and of those that see nothing at all.
+    /// The group of each side that has no part in transport; none of the others, and of those that
+    /// see nothing at all.
     groups: Vec<Option<usize>>,
     /// Low and high corner of each group, metres.
     bounds: HashMap<usize, [Vec3; 2]>,
@@ -71,8 +74,8 @@ impl Enclosures {
     }
 }
 
-/// Clears the activity of sides that light cannot reach. Surfaces and triangles in BVH order; rays start `clear_distance`
-/// (metres) off their surface.
+/// Clears the activity of sides that light cannot reach. Surfaces and triangles in BVH order; rays
+/// start `clear_distance` (metres) off their surface.
 ///
 /// # Errors
 /// The device lacks memory or failed.

@@ -1,5 +1,5 @@
-//! Indirect irradiance at cache points by path tracing, to tell what the gather errs by. [Kajiya 1986]
-//! In: cache points, scene, lights. Out: irradiance, W/m², one a cache point.
+//! Indirect irradiance at cache points by path tracing, to tell what the gather errs by. [Kajiya
+//! 1986] In: cache points, scene, lights. Out: irradiance, W/m², one a cache point.
 
 use super::path_trace::ROULETTE_THRESHOLD;
 use crate::error::Result;
@@ -58,7 +58,8 @@ pub const LAYOUTS: &[Layout] = &[ProbePath::LAYOUT, IrradianceProbePush::LAYOUT]
 /// Stem of shader, reference and timing.
 pub const STEM: &str = "irradiance_probe";
 
-/// Rays of an invocation in one dispatch: lavapipe ends a shader's loops, silently, once they have run 65 535 times in all.
+/// Rays of an invocation in one dispatch: lavapipe ends a shader's loops, silently, once they have
+/// run 65 535 times in all.
 const RAYS_A_DISPATCH: u32 = 128;
 /// Strata of one dispatch at most: their paths take 15 MiB.
 const STRATA_LIMIT: u32 = 1 << 18;
@@ -76,7 +77,8 @@ pub struct Job<'a> {
     pub point_count: u32,
     /// Strata of each point's hemisphere.
     pub hemisphere: Hemisphere,
-    /// The seed of the gather rays whose directions the paths take; none for new directions in each stratum.
+    /// The seed of the gather rays whose directions the paths take; none for new directions
+    /// in each stratum.
     pub gather_seed: Option<u32>,
     /// Names the sequence of paths.
     pub seed: u32,

@@ -1,4 +1,5 @@
-//! Path tracing. In: camera, scene, lights. In and out: sums of radiance over samples (W/m²/sr), pixel by pixel.
+//! Path tracing. In: camera, scene, lights. In and out: sums of radiance over samples (W/m²/sr),
+//! pixel by pixel.
 
 use crate::error::Result;
 use crate::gpu::barrier::TRANSFER_TO_COMPUTE;
@@ -81,8 +82,8 @@ pub const LAYOUTS: &[Layout] =
 pub const ROULETTE_THRESHOLD: f32 = 0.5;
 /// Paths go on from where they stand.
 const RESUME: u32 = u32::MAX;
-/// Rays of a pixel in one dispatch. Bounds the dispatch's length; and lavapipe ends a shader's loops, silently, once they have
-/// run 65 535 times in all: a thousand for each ray.
+/// Rays of a pixel in one dispatch. Bounds the dispatch's length; and lavapipe ends a shader's
+/// loops, silently, once they have run 65 535 times in all: a thousand for each ray.
 const RAYS_A_DISPATCH: u32 = 64;
 /// Squares of one dispatch at most: 2¹⁸ pixels fill the largest device, and their paths 17 MiB.
 pub const TILE_LIMIT: u32 = 1 << 12;
@@ -181,8 +182,8 @@ impl PathTrace {
         view.width.div_ceil(TILE) * view.height.div_ceil(TILE)
     }
 
-    /// Takes some samples of a sequence in each pixel of some tiles, at most [`TILE_LIMIT`]. After the deadline it ends with the
-    /// dispatch under way.
+    /// Takes some samples of a sequence in each pixel of some tiles, at most [`TILE_LIMIT`]. After
+    /// the deadline it ends with the dispatch under way.
     ///
     /// # Errors
     /// The device failed.
@@ -223,7 +224,8 @@ impl PathTrace {
         Ok(ran)
     }
 
-    /// Where the paths of the pixels of these tiles stand, the last that were run: each pixel and its path.
+    /// Where the paths of the pixels of these tiles stand, the last that were run: each pixel
+    /// and its path.
     ///
     /// # Errors
     /// The device failed.

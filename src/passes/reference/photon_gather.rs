@@ -1,4 +1,5 @@
-//! Final gathering at the pixels. [Jensen 1996] In: camera, lights, irradiance points. In and out: sums over samples, W/m²/sr.
+//! Final gathering at the pixels. [Jensen 1996] In: camera, lights, irradiance points. In and out:
+//! sums over samples, W/m²/sr.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
@@ -123,7 +124,8 @@ impl PhotonGather {
         })
     }
 
-    /// Adds those samples of a sequence to every pixel. Adds the device time in milliseconds to `ms`.
+    /// Adds those samples of a sequence to every pixel. Adds the device time in
+    /// milliseconds to `ms`.
     ///
     /// # Errors
     /// The device lacks memory or failed.

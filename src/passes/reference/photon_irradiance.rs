@@ -1,4 +1,5 @@
-//! Density estimate at the irradiance points. [Christensen 1999] In: points, their reach and mass (m²), photons. Out: W/m².
+//! Density estimate at the irradiance points. [Christensen 1999] In: points, their reach and mass
+//! (m²), photons. Out: W/m².
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
@@ -27,8 +28,8 @@ pub const LAYOUTS: &[Layout] = &[PhotonIrradiancePush::LAYOUT];
 /// Stem of shader, reference and timing.
 pub const STEM: &str = "photon_irradiance";
 
-/// Photons of one bucket that an estimate looks at; of more, a random share stands for all. 27 buckets then stay below the
-/// 65 535 rounds after which some drivers end a loop.
+/// Photons of one bucket that an estimate looks at; of more, a random share stands for all. 27
+/// buckets then stay below the 65 535 rounds after which some drivers end a loop.
 pub const MAX_PHOTONS: u32 = 1024;
 
 /// Where irradiance is estimated.
@@ -62,7 +63,8 @@ impl PhotonIrradiance {
         })
     }
 
-    /// Sums the photons of `map` around each point, and divides by `masses`. Adds the device time in milliseconds to `ms`.
+    /// Sums the photons of `map` around each point, and divides by `masses`. Adds the device time
+    /// in milliseconds to `ms`.
     ///
     /// # Errors
     /// The device lacks memory or failed.

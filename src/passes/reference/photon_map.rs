@@ -1,5 +1,5 @@
-//! Photon map: photons in the order of the buckets of their cells. [Jensen 1996]
-//! In: slots of photons, some of them empty. Out: map entries, and where each bucket begins. Deterministic.
+//! Photon map: photons in the order of the buckets of their cells. [Jensen 1996] In: slots of
+//! photons, some of them empty. Out: map entries, and where each bucket begins. Deterministic.
 
 use crate::error::Result;
 use crate::gpu::barrier::COMPUTE_TO_COMPUTE;
@@ -15,7 +15,8 @@ gpu_struct! {
     pub struct Photon {
         /// Where it did.
         pub position: Vec3,
-        /// 2·triangle + (1 if the back side); [`NO_SIDE`](crate::types::NO_SIDE) where the slot is empty.
+        /// 2·triangle + (1 if the back side); [`NO_SIDE`](crate::types::NO_SIDE) where the
+        /// slot is empty.
         pub side: u32,
         /// W.
         pub flux: Vec3,
@@ -69,7 +70,8 @@ pub const LAYOUTS: &[Layout] =
 /// Stem of shaders, reference and timing.
 pub const STEM: &str = "photon_map";
 
-/// Buckets that cells are hashed to; empty slots go to one more, so that a bucket's number has 16 bits.
+/// Buckets that cells are hashed to; empty slots go to one more, so that a bucket's number
+/// has 16 bits.
 pub const BUCKETS: u32 = u16::MAX as u32;
 
 /// A map's pipelines and buffers.

@@ -1,4 +1,5 @@
-//! How far irradiance points reach along their surface before a wall stands in the way. In: points. Out: sixteen bytes a point.
+//! How far irradiance points reach along their surface before a wall stands in the way. In: points.
+//! Out: sixteen bytes a point.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
@@ -28,7 +29,8 @@ pub const STEM: &str = "photon_reach";
 /// Bytes a point.
 pub const REACH_BYTES: u64 = 16;
 
-/// Traces sixteen rays from each of `count` points (`MapEntry`s). Adds the device time in milliseconds to `ms`.
+/// Traces sixteen rays from each of `count` points (`MapEntry`s). Adds the device time in
+/// milliseconds to `ms`.
 ///
 /// # Errors
 /// The device lacks memory or failed, or rays meet more than it goes through.

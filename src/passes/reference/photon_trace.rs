@@ -1,4 +1,5 @@
-//! Photon tracing from the lights. [Jensen 1996] In: how many rays each light gets. Out: a photon a surface met, W.
+//! Photon tracing from the lights. [Jensen 1996] In: how many rays each light gets. Out: a photon a
+//! surface met, W.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline};
@@ -103,8 +104,9 @@ impl PhotonTrace {
         })
     }
 
-    /// Traces paths to their ends into the slots of a map, by decisions that `seed` names. Returns the slots used, or None where they do not suffice.
-    /// Adds the device time in milliseconds to `ms`.
+    /// Traces paths to their ends into the slots of a map, by decisions that `seed` names.
+    /// Returns the slots used, or None where they do not suffice. Adds the device time in
+    /// milliseconds to `ms`.
     ///
     /// # Errors
     /// The device lacks memory or failed.
@@ -152,7 +154,8 @@ impl PhotonTrace {
     }
 }
 
-/// Deals `count` rays to lights of those powers (W) in proportion, by largest remainders; a light with power gets one at least.
+/// Deals `count` rays to lights of those powers (W) in proportion, by largest remainders; a light
+/// with power gets one at least.
 pub fn deal(powers: &[f64], count: u32) -> Vec<u32> {
     let total: f64 = powers.iter().sum();
     let shares: Vec<f64> =

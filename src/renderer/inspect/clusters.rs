@@ -26,10 +26,12 @@ impl Renderer {
         self.cluster_tables.hvds.grid.cell_size() * f64::from(level).exp2()
     }
 
-    /// For each pixel of the last frame, row by row from the top, the cluster of that level that holds what it shows; of a level beyond
-    /// the root, the root's. None where the ray left the scene, where the pixel's surface takes no part in transport, and before the
-    /// first frame of this size. Works out the whole hierarchy, of which frames leave out what nothing reads: about as much
-    /// work as the frame after a light has moved. To be asked between frames, before the next edit.
+    /// For each pixel of the last frame, row by row from the top, the cluster of that level that
+    /// holds what it shows; of a level beyond the root, the root's. None where the ray left the
+    /// scene, where the pixel's surface takes no part in transport, and before the first frame of
+    /// this size. Works out the whole hierarchy, of which frames leave out what nothing reads:
+    /// about as much work as the frame after a light has moved. To be asked between frames, before
+    /// the next edit.
     ///
     /// # Errors
     /// The device lacks memory or failed.

@@ -1,5 +1,5 @@
-//! What the renderer knows about a place: for eyes. No frame has any of it; a question costs what it takes to answer, and leaves
-//! everything as it was.
+//! What the renderer knows about a place: for eyes. No frame has any of it; a question costs what
+//! it takes to answer, and leaves everything as it was.
 
 mod clusters;
 mod paths;
@@ -48,8 +48,9 @@ pub struct RecordShare {
 }
 
 impl Renderer {
-    /// What a pixel of the last frame shows, counted from the top left corner; none outside the picture, where the ray left the scene,
-    /// and before the first frame of this size. Depth is that from the camera as it is set. Reads one pixel.
+    /// What a pixel of the last frame shows, counted from the top left corner; none outside the
+    /// picture, where the ray left the scene, and before the first frame of this size. Depth is
+    /// that from the camera as it is set. Reads one pixel.
     ///
     /// # Errors
     /// The device failed.
@@ -70,8 +71,8 @@ impl Renderer {
         }))
     }
 
-    /// The records that serve a pixel of the last frame; none where [`Self::surface_at`] finds nothing. Where no record covers the
-    /// pixel, relaxed ones that reach it, or the nearest one.
+    /// The records that serve a pixel of the last frame; none where [`Self::surface_at`] finds
+    /// nothing. Where no record covers the pixel, relaxed ones that reach it, or the nearest one.
     ///
     /// # Errors
     /// The device failed.
@@ -87,8 +88,8 @@ impl Renderer {
         Ok(weights.iter().map(share).collect())
     }
 
-    /// The cache point nearest to a place on a surface with that unit normal; one whose normal is another's only if there is no other. None
-    /// where there are no cache points. Reads them all.
+    /// The cache point nearest to a place on a surface with that unit normal; one whose normal is
+    /// another's only if there is no other. None where there are no cache points. Reads them all.
     ///
     /// # Errors
     /// The device failed.

@@ -1,5 +1,5 @@
-//! A light path, vertex by vertex. Positions are not kept: the path is traced again, with the same random numbers. What arrives at its
-//! vertices is.
+//! A light path, vertex by vertex. Positions are not kept: the path is traced again, with the same
+//! random numbers. What arrives at its vertices is.
 
 use super::super::Renderer;
 use crate::error::Result;
@@ -16,13 +16,15 @@ pub struct PathPoint {
     pub normal: Vec3,
     /// Base cluster that takes what arrives; none inside solids, where parts reach into each other.
     pub cluster: Option<u32>,
-    /// Share of the path's flux that arrives here, per channel, as materials were in the last frame; of a path whose entry point may
-    /// gloss, of the flux that it carries on from there. Zero where no cluster takes it.
+    /// Share of the path's flux that arrives here, per channel, as materials were in the last
+    /// frame; of a path whose entry point may gloss, of the flux that it carries on from there.
+    /// Zero where no cluster takes it.
     pub throughput: Vec3,
 }
 
 impl Renderer {
-    /// The entry point nearest to a place, which is the number of its path; none where there are none. Reads them all.
+    /// The entry point nearest to a place, which is the number of its path; none where there are
+    /// none. Reads them all.
     ///
     /// # Errors
     /// The device failed.
@@ -33,8 +35,8 @@ impl Renderer {
         Ok(nearest.map(|(index, _)| index))
     }
 
-    /// The path that begins at that entry point, which comes first; empty where there is no such entry point. Reads the
-    /// steps of all paths before.
+    /// The path that begins at that entry point, which comes first; empty where there is no such
+    /// entry point. Reads the steps of all paths before.
     ///
     /// # Errors
     /// The device lacks memory or failed.

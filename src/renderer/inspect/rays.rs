@@ -1,10 +1,12 @@
-//! The gather rays of a cache point. Where they went is not kept: they are traced again, along the same directions. What they read
-//! is: the point's merged rays name its targets.
+//! The gather rays of a cache point. Where they went is not kept: they are traced again, along the
+//! same directions. What they read is: the point's merged rays name its targets.
 //!
-//! A ray that meets a cluster reads the cluster itself; or a *proxy* of it, what shows of it towards the ray's bin of directions; or a
-//! *part* of it, which the point sees from nearby; or a *slot* of it, if it is glossy, towards a direction. A merged ray names what is
-//! read, not which rays do: where several targets of a point stand for the cluster that a ray met, the direction decides. Two rays of one
-//! bin may so be taken to read one proxy although one of them, along which nothing can hide a part of the cluster, reads the cluster.
+//! A ray that meets a cluster reads the cluster itself; or a *proxy* of it, what shows of it
+//! towards the ray's bin of directions; or a *part* of it, which the point sees from nearby; or a
+//! *slot* of it, if it is glossy, towards a direction. A merged ray names what is read, not which
+//! rays do: where several targets of a point stand for the cluster that a ray met, the direction
+//! decides. Two rays of one bin may so be taken to read one proxy although one of them, along which
+//! nothing can hide a part of the cluster, reads the cluster.
 
 use super::super::Renderer;
 use crate::cpu::gather_rays::{Ray, Tracing};
@@ -27,11 +29,14 @@ pub struct GatherRaySegment {
     pub direction: Vec3,
     /// Where it met a surface; none where it left the scene.
     pub hit: Option<Vec3>,
-    /// The cluster, of any level, that stands for what it met; none where it left the scene or met a side without light.
+    /// The cluster, of any level, that stands for what it met; none where it left the scene or met
+    /// a side without light.
     pub cluster: Option<u32>,
-    /// Which gather target it reads: the cluster with the material that it met, or its proxy, part or slot.
+    /// Which gather target it reads: the cluster with the material that it met, or its proxy,
+    /// part or slot.
     pub target_index: Option<u32>,
-    /// Radiance that the last frame to gather took from there, W/m²/sr; zero where nothing is read, and before the first frame.
+    /// Radiance that the last frame to gather took from there, W/m²/sr; zero where nothing is read,
+    /// and before the first frame.
     pub radiance: Vec3,
 }
 
@@ -54,8 +59,8 @@ struct Reading {
 }
 
 impl Renderer {
-    /// The gather rays of a cache point, without those that would start into its surface; none where there is no such point. Traces them
-    /// again, and reads the radiance of all targets.
+    /// The gather rays of a cache point, without those that would start into its surface; none
+    /// where there is no such point. Traces them again, and reads the radiance of all targets.
     ///
     /// # Errors
     /// The device lacks memory or failed.

@@ -1,5 +1,6 @@
-//! Whether what a file holds fits together and fits the scene. Whoever wrote it may have meant harm, and checksums are right all the same:
-//! each index that the host or the device follows is held against the length of the list that it points into.
+//! Whether what a file holds fits together and fits the scene. Whoever wrote it may have meant
+//! harm, and checksums are right all the same: each index that the host or the device follows is
+//! held against the length of the list that it points into.
 
 use super::contents::Contents;
 use super::gloss_checks;
@@ -21,7 +22,8 @@ pub(super) fn cuts(first: &[u32], runs: usize, length: usize) -> bool {
     first.len() == runs + 1 && first[0] == 0 && first.is_sorted() && first[runs] as usize == length
 }
 
-/// Holds all that was read against itself and the scene, whose triangles the tree puts into `order`, and links the hierarchy.
+/// Holds all that was read against itself and the scene, whose triangles the tree puts into
+/// `order`, and links the hierarchy.
 pub(super) fn check(contents: &mut Contents, scene: &Scene, order: &[u32]) -> Result<(), CacheMiss> {
     demand(contents.order == order, "triangles stand in another order")?;
     demand(contents.sides.len() == order.len(), "sides of triangles")?;
@@ -131,7 +133,8 @@ pub(super) fn has_images(scene: &Scene) -> bool {
     !scene.texture_coordinates.is_empty()
 }
 
-/// How far records reach decides how many a pixel reads, and how many tiles the device lists them in.
+/// How far records reach decides how many a pixel reads, and how many tiles the device
+/// lists them in.
 fn radii(points: &[CachePoint], scene: &Scene) -> Result<(), CacheMiss> {
     let (low, high) = scene.bounds();
     // What placement gives, and a little for rounding.

@@ -14,7 +14,8 @@ use crate::types::{CachePoint, Contribution, Grid, PathVertex};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Everything that is stored. `child_offsets` of the hierarchy are still to be linked, and `base_ranges` of glossy surfaces to be found.
+/// Everything that is stored. `child_offsets` of the hierarchy are still to be linked, and
+/// `base_ranges` of glossy surfaces to be found.
 pub(super) struct Contents {
     pub(super) numbers: Numbers,
     pub(super) counts: BTreeMap<String, u64>,

@@ -1,5 +1,5 @@
-//! What stored light paths depend on. Lights are not among it: paths are traced without them, and what is said of where they stand
-//! is found anew.
+//! What stored light paths depend on. Lights are not among it: paths are traced without them, and
+//! what is said of where they stand is found anew.
 
 use crate::gpu::Context;
 use crate::gpu::shaders::SHADERS;
@@ -10,7 +10,8 @@ use glam::Vec3;
 /// Counts changes of what is stored and of how the host finds it, which no hash of a shader tells.
 const CONTENTS: u32 = 4;
 
-/// Dependencies that tell one entry of a folder from another. A new program or driver replaces what the old one left.
+/// Dependencies that tell one entry of a folder from another. A new program or driver replaces what
+/// the old one left.
 pub(super) const OF_NAME: &[&str] = &["device", "geometry", "materials", "viewpoints", "settings"];
 
 /// Of a scene as it was given, its triangles in their own order.

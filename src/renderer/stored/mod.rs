@@ -1,4 +1,5 @@
-//! Light paths on disk: what the precomputation found is kept, and taken from there as long as it would find the same again.
+//! Light paths on disk: what the precomputation found is kept, and taken from there as long as it
+//! would find the same again.
 
 mod checks;
 mod contents;
@@ -37,8 +38,9 @@ pub struct Written {
 }
 
 impl Renderer {
-    /// As [`Self::new`]; but light paths that are kept and would come out the same are not traced again, and others are kept. The picture is
-    /// the same to the bit, whether they were. `say` is told, in a line each, why something that is kept cannot be used, or why something
+    /// As [`Self::new`]; but light paths that are kept and would come out the same are not traced
+    /// again, and others are kept. The picture is the same to the bit, whether they were. `say`
+    /// is told, in a line each, why something that is kept cannot be used, or why something
     /// cannot be kept.
     ///
     /// # Errors
@@ -79,8 +81,9 @@ impl Renderer {
     }
 }
 
-/// Why the contents of a file, whatever they say that they were made from, cannot be the light paths of a scene; none where nothing in
-/// them leads out of a list. The device hears nothing of it.
+/// Why the contents of a file, whatever they say that they were made from, cannot be the
+/// light paths of a scene; none where nothing in them leads out of a list. The device hears
+/// nothing of it.
 ///
 /// # Errors
 /// The scene itself cannot be traced.
@@ -92,7 +95,8 @@ pub fn miss_reason(bytes: &[u8], scene: &Scene) -> Result<Option<CacheMiss>> {
 }
 
 impl Store {
-    /// Why the light paths of a scene, as it was loaded, cannot be taken from here; none where they can.
+    /// Why the light paths of a scene, as it was loaded, cannot be taken from here; none
+    /// where they can.
     ///
     /// # Errors
     /// The scene itself cannot be traced.

@@ -30,7 +30,8 @@ pub(super) struct Checked {
 }
 
 impl Checked {
-    /// Reads the light paths of a scene from a file, or says why it cannot. The device hears nothing of it.
+    /// Reads the light paths of a scene from a file, or says why it cannot. The device hears
+    /// nothing of it.
     ///
     /// # Errors
     /// The scene itself cannot be traced.
@@ -62,7 +63,8 @@ impl Checked {
         }))
     }
 
-    /// Takes it, and reorders the scene's triangles as the precomputation does; all of that began then.
+    /// Takes it, and reorders the scene's triangles as the precomputation does; all of
+    /// that began then.
     pub(super) fn build(
         self,
         context: &Arc<Context>,

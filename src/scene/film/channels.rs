@@ -8,8 +8,8 @@ use crate::scene::{LightKind, numbers};
 
 /// Places are met within this, metres.
 const PLACE_TOLERANCE_M: f64 = 1e-3;
-/// The same as a share of the way from the camera to its target, where that is less; and emissions, angles and directions as a
-/// share of themselves.
+/// The same as a share of the way from the camera to its target, where that is less; and emissions,
+/// angles and directions as a share of themselves.
 const TOLERANCE: f64 = 1e-3;
 /// Half-angles of spots, degrees.
 const MAX_ANGLE: f64 = 90.0;

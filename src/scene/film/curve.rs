@@ -2,9 +2,11 @@
 
 use glam::DVec3;
 
-/// A curve through keys in time with a continuous first derivative: cubic Hermite segments. The velocity at a key is that of the parabola
-/// through it and its two neighbours, but at most three times that of the slower segment beside it, so that a value that
-/// is held stays put and nothing overshoots far; at both ends it is zero. Before the first and after the last key the value is theirs.
+/// A curve through keys in time with a continuous first derivative: cubic Hermite segments. The
+/// velocity at a key is that of the parabola through it and its two neighbours, but at most
+/// three times that of the slower segment beside it, so that a value that is held stays put and
+/// nothing overshoots far; at both ends it is zero. Before the first and after the last key the
+/// value is theirs.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Curve {
     /// Time in seconds, rising, and value and velocity there; at least one.
@@ -19,7 +21,8 @@ struct Key {
 }
 
 impl Curve {
-    /// Through points in space, alike in every system of coordinates. Times rise; there is at least one.
+    /// Through points in space, alike in every system of coordinates. Times rise; there is
+    /// at least one.
     pub(super) fn path(keys: &[(f64, DVec3)]) -> Self {
         Self::new(keys, |parabola, before, after| {
             let most = 3.0 * before.length().min(after.length());
@@ -27,7 +30,8 @@ impl Curve {
         })
     }
 
-    /// Through amounts, each component by itself and monotone between two keys, so that none leaves the range of the keys beside it.
+    /// Through amounts, each component by itself and monotone between two keys, so that none leaves
+    /// the range of the keys beside it.
     pub(super) fn amounts(keys: &[(f64, DVec3)]) -> Self {
         Self::new(keys, |parabola, before, after| {
             let most = 3.0 * before.abs().min(after.abs());
@@ -95,7 +99,8 @@ impl Fades {
         Self { changes: Vec::new(), start }
     }
 
-    /// Changes to `to` from `time` on, within `fade` seconds; not before the changes that are there.
+    /// Changes to `to` from `time` on, within `fade` seconds; not before the changes
+    /// that are there.
     pub(super) fn change(&mut self, time: f64, fade: f64, to: DVec3) {
         let from = self.at(time);
         self.changes.push(Change { time, fade, from, to });

@@ -1,5 +1,5 @@
-//! Films: what of a scene changes in time. What a frame shows depends on its time alone, so that frames can be made in any order,
-//! by any number of machines.
+//! Films: what of a scene changes in time. What a frame shows depends on its time alone, so that
+//! frames can be made in any order, by any number of machines.
 
 pub mod builtin;
 mod channels;
@@ -58,12 +58,14 @@ pub struct MaterialState {
 }
 
 impl Film {
-    /// Loads a film, by the path of its `.toml` or its built-in name, and its scene, made ready to be filmed: lights that come later are
-    /// there (a [`State`] says whether they are on), and materials that change are editable, so that light paths are the same
-    /// whichever frames are rendered.
+    /// Loads a film, by the path of its `.toml` or its built-in name, and its scene, made ready
+    /// to be filmed: lights that come later are there (a [`State`] says whether they are on),
+    /// and materials that change are editable, so that light paths are the same whichever
+    /// frames are rendered.
     ///
     /// # Errors
-    /// As [`Scene::load`]; [`Error::Input`] with file, line and key for everything wrong in the film.
+    /// As [`Scene::load`]; [`Error::Input`] with file, line and key for everything wrong
+    /// in the film.
     pub fn load(spec: &str, options: &LoadOptions) -> Result<(Self, Scene)> {
         let (film, scene) = read::load(spec, options)?;
         film.check(&scene)?;

@@ -15,7 +15,8 @@ use crate::{Error, Result};
 
 /// Seconds from the start of a film.
 const TIME: std::ops::RangeInclusive<f64> = 0.0..=1e6;
-/// Keys of one value that are closer in time are one: no speed between them could be told in numbers.
+/// Keys of one value that are closer in time are one: no speed between them could be
+/// told in numbers.
 const MIN_STEP_S: f64 = 1e-6;
 /// Keys of a light that are the film's own, beside those of its kind.
 const OWN: [&str; 3] = ["time", "on", "fade"];
@@ -77,7 +78,8 @@ pub(super) fn load(spec: &str, options: &LoadOptions) -> Result<(Film, Scene)> {
         materials: materials.into_iter().flatten().collect(),
     };
     let seen = places(&film).map(|place| (place - origin).as_vec3());
-    // What can be seen from where the film's camera and lights will be takes part in the precomputation.
+    // What can be seen from where the film's camera and lights will be takes part in the
+    // precomputation.
     let seen: Vec<Camera> = seen.map(|position| Camera { position, ..scene.cameras[0].clone() }).collect();
     scene.cameras.extend(seen);
     if builtin::text(spec).is_none() {
@@ -246,7 +248,8 @@ fn read_light(name: &str, keys: &[&Key], scene: &mut Scene) -> Result<LightTrack
     })
 }
 
-/// When a light is switched, which is on or off at first; one that is added comes on at its first key.
+/// When a light is switched, which is on or off at first; one that is added comes on at
+/// its first key.
 fn read_presence(keys: &[&Key], added: bool, is_on: bool) -> Result<Fades> {
     let mut presence = Fades::new(if is_on { DVec3::ONE } else { DVec3::ZERO });
     let mut last = f64::NEG_INFINITY;

@@ -4,16 +4,16 @@ use glam::DVec3;
 
 use super::curve::Curve;
 
-/// What stays the same for so long is held: it neither drifts nor swings meanwhile. Shorter pauses are part of a movement: hands
-/// move less often than screens are drawn.
+/// What stays the same for so long is held: it neither drifts nor swings meanwhile. Shorter pauses
+/// are part of a movement: hands move less often than screens are drawn.
 pub(super) const HOLD_S: f64 = 0.2;
 /// Albedos, and logarithms of exponents, are met within this.
 pub(super) const LOOK_TOLERANCE: f64 = 1e-3;
 /// A fade ends where this many samples in a row cannot be its end.
 const PATIENCE: usize = 4;
 
-/// The ends of what is held: samples between which, if any lie there, nothing changes. Before the first and after the last all is as it
-/// is there. None where nothing changes at all.
+/// The ends of what is held: samples between which, if any lie there, nothing changes. Before the
+/// first and after the last all is as it is there. None where nothing changes at all.
 pub(super) fn corners<V: PartialEq>(samples: &[(f64, V)]) -> Vec<usize> {
     let mut found = Vec::new();
     let mut start = 0;
@@ -35,8 +35,9 @@ pub(super) fn corners<V: PartialEq>(samples: &[(f64, V)]) -> Vec<usize> {
     found
 }
 
-/// The samples that are to be keys of a curve, so that it meets all: `excess` takes what was wanted and what the curve says, and is at most
-/// one where that will do. At a key the curve has the sample's value, so this always comes to an end.
+/// The samples that are to be keys of a curve, so that it meets all: `excess` takes what was wanted
+/// and what the curve says, and is at most one where that will do. At a key the curve has the
+/// sample's value, so this always comes to an end.
 pub(super) fn keys(
     samples: &[(f64, DVec3)],
     curve: fn(&[(f64, DVec3)]) -> Curve,
@@ -59,7 +60,8 @@ pub(super) fn keys(
         keys.extend(added);
         keys.sort_unstable();
     }
-    // A key changes the velocity of its neighbours, so that four spans are others without it; those further out are not.
+    // A key changes the velocity of its neighbours, so that four spans are others without it; those
+    // further out are not.
     let mut at = 1;
     while at + 1 < keys.len() {
         let window = at.saturating_sub(3)..=(at + 3).min(keys.len() - 1);
@@ -106,8 +108,8 @@ impl Look {
     }
 }
 
-/// Changes of a material: first and last sample of each; at once where these are one. What begins at the first sample does so with a
-/// change at once, since only one change can begin at a time.
+/// Changes of a material: first and last sample of each; at once where these are one. What begins
+/// at the first sample does so with a change at once, since only one change can begin at a time.
 pub(super) fn fades(samples: &[(f64, Look)], before: Look) -> Vec<[usize; 2]> {
     let mut changes = Vec::new();
     if samples[0].1 != before {

@@ -31,7 +31,8 @@ impl CameraTrack {
     }
 }
 
-/// What a light does; what is not keyed stays as it is in the scene, or as it was when the light was added.
+/// What a light does; what is not keyed stays as it is in the scene, or as it was when the
+/// light was added.
 #[derive(Clone, Debug)]
 pub(super) struct LightTrack {
     /// Its index in the scene.
@@ -68,7 +69,8 @@ impl LightTrack {
         };
         let turn = |to: &mut Vec3| {
             let direction = self.direction.as_ref().map(|curve| curve.at(time).normalize_or_zero());
-            // Half-way between opposite directions there is none: what the scene says is as good as any.
+            // Half-way between opposite directions there is none: what the scene says is as good as
+            // any.
             *to = direction.filter(|it| *it != DVec3::ZERO).map_or(*to, |direction| direction.as_vec3());
         };
         let number = |curve: &Option<Curve>| curve.as_ref().map(|curve| curve.at(time).x);

@@ -1,8 +1,9 @@
 //! Films from what was done in the window.
 //!
-//! A recording is a row of samples. The film that comes of it shows each of them at its time, places within a millimetre (a thousandth of
-//! the way from the camera to its target in small scenes), all else within a thousandth; what was left alone for a while does not move at
-//! all. What a film cannot say is lost: the camera's roll (`up`) and the size of its image.
+//! A recording is a row of samples. The film that comes of it shows each of them at its time,
+//! places within a millimetre (a thousandth of the way from the camera to its target in small
+//! scenes), all else within a thousandth; what was left alone for a while does not move at all.
+//! What a film cannot say is lost: the camera's roll (`up`) and the size of its image.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -117,8 +118,9 @@ type Keys = BTreeMap<usize, Vec<String>>;
 type Timed = Vec<(f64, Vec<String>)>;
 
 impl Recording {
-    /// `scene` is how a film is to name the scene: a built-in one, or the path of a file from the current directory. `first` is what that
-    /// file holds: what never differs from it gets no key. `origin` is the scene's.
+    /// `scene` is how a film is to name the scene: a built-in one, or the path of a file from the
+    /// current directory. `first` is what that file holds: what never differs from it gets no key.
+    /// `origin` is the scene's.
     pub fn new(scene: &str, first: &Snapshot, origin: DVec3, fps: f64) -> Self {
         let mut recording = Self {
             scene: scene.to_owned(),
@@ -136,7 +138,8 @@ impl Recording {
         recording
     }
 
-    /// How things are at a time, seconds from the recording's start. What is not later than the sample before it is passed over.
+    /// How things are at a time, seconds from the recording's start. What is not later than the
+    /// sample before it is passed over.
     pub fn add(&mut self, time_s: f64, now: &Snapshot) {
         if !(time_s >= 0.0 && self.times.last().is_none_or(|last| time_s > *last)) {
             return;
@@ -175,8 +178,9 @@ impl Recording {
 
     /// The film's file, to be saved at `to`. Its last frame is the last sample.
     ///
-    /// A light that was removed is switched off; one that became another kind of light, or got another number of samples, is switched off
-    /// and another one added. Of materials that share a name the first that changes speaks for all.
+    /// A light that was removed is switched off; one that became another kind of light, or got
+    /// another number of samples, is switched off and another one added. Of materials that share a
+    /// name the first that changes speaks for all.
     ///
     /// # Errors
     /// [`crate::Error::Output`] where the scene cannot be named in that file.
@@ -258,7 +262,8 @@ impl Recording {
         keys
     }
 
-    /// Keys of one value, which is `base` in the scene; none is the value of a light that is added, and has to be stated.
+    /// Keys of one value, which is `base` in the scene; none is the value of a light that is added,
+    /// and has to be stated.
     fn write_channel(&self, keys: &mut Keys, form: Form, base: Option<Vec3>, samples: &[(usize, Vec3)]) {
         if samples.is_empty() || base.is_some_and(|base| samples.iter().all(|(_, value)| *value == base)) {
             return;
@@ -301,7 +306,8 @@ impl Recording {
                 lines.push(format!("exponent = {}", numbers::text(to.exponent)));
             }
             if lines.len() > nothing {
-                // Only one change can begin at a time: one at once comes between two samples where another one follows.
+                // Only one change can begin at a time: one at once comes between two samples where
+                // another one follows.
                 let is_followed = start == end && changes.get(index + 1).is_some_and(|next| next[0] == end);
                 let before = start.checked_sub(1).filter(|_| is_followed);
                 let time = samples[start].0;

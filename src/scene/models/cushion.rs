@@ -12,8 +12,9 @@ pub(super) fn edge_cuts(detail: Detail, usual: f64) -> usize {
     if detail.is_below(0.2) { 0 } else { detail.cuts(usual, 1) }
 }
 
-/// A block of these half sizes with edges rounded to `radius`: `edge` segments around an edge, `inside` between two edges. Without
-/// segments around its edges it is chamfered, and has none inside either.
+/// A block of these half sizes with edges rounded to `radius`: `edge` segments around an
+/// edge, `inside` between two edges. Without segments around its edges it is chamfered, and
+/// has none inside either.
 pub(super) fn rounded(half: DVec3, radius: f64, edge: usize, inside: usize) -> Solid {
     if edge == 0 {
         return chamfered(half, radius);
@@ -65,7 +66,8 @@ pub(super) fn rounded(half: DVec3, radius: f64, edge: usize, inside: usize) -> S
 /// A block whose edges and corners are cut off, `depth` from where they would be.
 fn chamfered(half: DVec3, depth: f64) -> Solid {
     let mut solid = Solid::default();
-    // Three corners for each of the eight: one on each face. Bit a of the corner says the side on axis a.
+    // Three corners for each of the eight: one on each face. Bit a of the corner says the side on
+    // axis a.
     let corners: Vec<[u32; 3]> = (0..8)
         .map(|corner| {
             let sign = |axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };

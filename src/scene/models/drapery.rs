@@ -17,7 +17,8 @@ pub(super) struct Cloth {
     /// Folds across its width, and how deep they are, metres from middle to crest.
     pub(super) folds: f64,
     pub(super) depth: f64,
-    /// Height over its lower edge where it is tied, and how much of its width is left there; 1 is not tied.
+    /// Height over its lower edge where it is tied, and how much of its width is left there; 1
+    /// is not tied.
     pub(super) tie: [f64; 2],
     /// Where across its width it is drawn to when tied, -1 to 1.
     pub(super) drawn_to: f64,
@@ -55,7 +56,8 @@ pub(super) fn banner(detail: Detail, cloth: Cloth, path: &[[f64; 2]]) -> Solid {
     })
 }
 
-/// The middle of a cloth of that thickness: nowhere bent so narrowly that its two sides would cross.
+/// The middle of a cloth of that thickness: nowhere bent so narrowly that its two
+/// sides would cross.
 fn folds(cloth: Cloth, thickness: f64) -> impl Fn(f64, f64) -> DVec3 {
     let mut rng = Rng::new(cloth.seed);
     let [a, b, c] = [0; 3].map(|_| rng.between(0.0, TAU));
@@ -79,8 +81,8 @@ fn folds(cloth: Cloth, thickness: f64) -> impl Fn(f64, f64) -> DVec3 {
     }
 }
 
-/// How deep folds may be whose crests are nowhere bent more narrowly than a radius: with depth d, pitch p (metres a radian) and
-/// overhang h, a crest's radius is (p − 2 h d)² / d.
+/// How deep folds may be whose crests are nowhere bent more narrowly than a radius: with depth d,
+/// pitch p (metres a radian) and overhang h, a crest's radius is (p − 2 h d)² / d.
 fn deepest(pitch: f64, overhang: f64, radius: f64) -> f64 {
     let h = 2.0 * overhang;
     let half = 0.5 * radius + h * pitch;

@@ -44,13 +44,16 @@ const CLOSE: f64 = 0.015;
 /// How often a model is made at most to meet a number of triangles.
 const ATTEMPTS: usize = 10;
 
-/// Makes the model of that name with about so many triangles, or as many as usual. None where there is no such model.
+/// Makes the model of that name with about so many triangles, or as many as usual. None where there
+/// is no such model.
 ///
-/// Things are cut into whole numbers of segments, so that numbers of triangles come in steps; the nearest is taken.
+/// Things are cut into whole numbers of segments, so that numbers of triangles come in steps; the
+/// nearest is taken.
 pub(super) fn generate(name: &str, triangles: Option<u32>) -> Option<(Vec<Mesh>, Vec<Material>)> {
     let generator = GENERATORS.iter().find(|generator| generator.name == name)?;
     let wanted = f64::from(triangles.unwrap_or(generator.triangles));
-    // Triangles go with a power of the detail between 1.5 and 2. `low` has too few, `high` too many.
+    // Triangles go with a power of the detail between 1.5 and 2. `low` has too few, `high` too
+    // many.
     let mut detail = generator.detail * (wanted / f64::from(generator.triangles)).powf(0.6);
     let [mut low, mut high] = [0.0, f64::INFINITY];
     let mut best: Option<(f64, Model)> = None;

@@ -6,8 +6,9 @@ use super::solid::{Part, Solid};
 use crate::scene::geometry::Mesh;
 use crate::scene::material::Material;
 
-/// Corners lie on a lattice of this many points a metre. It is exact in f32 within 64 m, so that shared corners stay shared,
-/// and finer than any part is thin; and what the last bits of a sine were does not show in it.
+/// Corners lie on a lattice of this many points a metre. It is exact in f32 within 64 m, so that
+/// shared corners stay shared, and finer than any part is thin; and what the last bits of a sine
+/// were does not show in it.
 const LATTICE: f64 = 262_144.0;
 
 /// A material of a model.

@@ -5,7 +5,8 @@ use glam::{DVec2, DVec3};
 use super::outline::{circle, fill};
 use super::solid::Solid;
 
-/// Where a section stands: its plane is spanned by `u` and `v`, and the way goes on towards `u × v`.
+/// Where a section stands: its plane is spanned by `u` and `v`, and the way goes on towards
+/// `u × v`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     pub(super) origin: DVec3,
@@ -13,8 +14,8 @@ pub(super) struct Frame {
     pub(super) v: DVec3,
 }
 
-/// Draws a section (closed, counter-clockwise) through frames. A path that returns to its first frame is closed; the ends of any other
-/// are capped.
+/// Draws a section (closed, counter-clockwise) through frames. A path that returns to its first
+/// frame is closed; the ends of any other are capped.
 pub(super) fn drawn(section: &[DVec2], frames: &[Frame], is_closed: bool) -> Solid {
     let mut solid = Solid::default();
     let rings: Vec<Vec<u32>> = frames
@@ -40,7 +41,8 @@ pub(super) fn drawn(section: &[DVec2], frames: &[Frame], is_closed: bool) -> Sol
     solid
 }
 
-/// Frames along a path in a plane, mitred at its corners: `v` is `up`, across the plane, and `u` is to the left of the way.
+/// Frames along a path in a plane, mitred at its corners: `v` is `up`, across the plane, and `u` is
+/// to the left of the way.
 pub(super) fn mitred(path: &[DVec3], up: DVec3, is_closed: bool) -> Vec<Frame> {
     let count = path.len();
     let way = |from: usize| (path[(from + 1) % count] - path[from]).normalize();

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, dvec2};
 
-/// How finely curves are cut. 1 is the size class of the paper's scene; lengths of triangles go with its inverse.
+/// How finely curves are cut. 1 is the size class of the paper's scene; lengths of triangles go
+/// with its inverse.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Detail(pub(super) f64);
 
@@ -19,7 +20,8 @@ impl Detail {
         self.0 < detail
     }
 
-    /// How many there are of a small repeated thing. A coarse model has fewer, a fine one the usual number.
+    /// How many there are of a small repeated thing. A coarse model has fewer, a fine one
+    /// the usual number.
     pub(super) fn count(self, usual: usize, least: usize) -> usize {
         ((usual as f64 * (1.3 * self.0).min(1.0)).round() as usize).max(least)
     }
@@ -43,8 +45,9 @@ impl Outline {
         self
     }
 
-    /// An arc to a point: `bulge` is the tangent of a quarter of its angle, positive where it turns counter-clockwise, so
-    /// that 1 is a half circle and √2 − 1 a quarter. `usual` segments at detail 1.
+    /// An arc to a point: `bulge` is the tangent of a quarter of its angle, positive where it
+    /// turns counter-clockwise, so that 1 is a half circle and √2 − 1 a quarter. `usual` segments
+    /// at detail 1.
     pub(super) fn arc(mut self, x: f64, y: f64, bulge: f64, usual: f64) -> Self {
         let (start, end) = (self.points[self.points.len() - 1], dvec2(x, y));
         let cuts = self.detail.cuts(usual, 1);
@@ -74,7 +77,8 @@ impl Outline {
         self.arc(x, y, 0.9, 5.0)
     }
 
-    /// Smoothly through points: a Catmull-Rom spline, `usual` segments between two of them at detail 1.
+    /// Smoothly through points: a Catmull-Rom spline, `usual` segments between two of them
+    /// at detail 1.
     pub(super) fn through(mut self, points: &[[f64; 2]], usual: f64) -> Self {
         let start = self.points[self.points.len() - 1];
         let all: Vec<DVec2> = std::iter::once(start).chain(points.iter().map(|p| DVec2::from(*p))).collect();
@@ -93,7 +97,8 @@ impl Outline {
         self
     }
 
-    /// Without points that lie nearer than so many metres to the line between their neighbours, on a coarse model.
+    /// Without points that lie nearer than so many metres to the line between their neighbours, on
+    /// a coarse model.
     pub(super) fn points(self) -> Vec<DVec2> {
         let tolerance = if self.detail.0 < 0.8 { 0.03 * (0.8 - self.detail.0) } else { 0.0 };
         let mut kept: Vec<DVec2> = vec![self.points[0]];
@@ -122,7 +127,8 @@ pub(super) fn rectangle([x0, y0]: [f64; 2], [x1, y1]: [f64; 2]) -> Vec<DVec2> {
     vec![dvec2(x0, y0), dvec2(x1, y0), dvec2(x1, y1), dvec2(x0, y1)]
 }
 
-/// Triangles that fill a simple polygon which is wound counter-clockwise: ears are cut off, the best shaped first.
+/// Triangles that fill a simple polygon which is wound counter-clockwise: ears are cut off, the
+/// best shaped first.
 pub(super) fn fill(polygon: &[DVec2]) -> Vec<[u32; 3]> {
     let mut left: Vec<u32> = (0..polygon.len() as u32).collect();
     let at = |index: u32| polygon[index as usize];

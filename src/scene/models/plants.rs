@@ -64,7 +64,8 @@ pub(super) fn agave(detail: Detail, length: f64, leaves: usize, seed: u64) -> So
     plant
 }
 
-/// A leaf from the axis along +x: it starts at the angle `rise`, radians, and bends down by `fall` over its length.
+/// A leaf from the axis along +x: it starts at the angle `rise`, radians, and bends down by `fall`
+/// over its length.
 fn blade(detail: Detail, length: f64, half_width: f64, rise: f64, fall: f64) -> Solid {
     let cells = [detail.cuts(4.0, 2), detail.cuts(2.0, 2)];
     let is_plain = detail.is_below(0.16);

@@ -1,11 +1,12 @@
-//! Surfaces over a rectangle of parameters, given a thickness: walls with arches, vaults, cloth, pages, leaves.
+//! Surfaces over a rectangle of parameters, given a thickness: walls with arches, vaults,
+//! cloth, pages, leaves.
 
 use glam::DVec3;
 
 use super::solid::Solid;
 
-/// A solid between two surfaces over the same parameters (u, v) in 0..1, cut into `nu` by `nv` cells. `front` is seen from where
-/// ∂u × ∂v points.
+/// A solid between two surfaces over the same parameters (u, v) in 0..1, cut into `nu` by `nv`
+/// cells. `front` is seen from where ∂u × ∂v points.
 pub(super) fn slab(
     [nu, nv]: [usize; 2],
     front: impl Fn(f64, f64) -> DVec3,
@@ -47,7 +48,8 @@ pub(super) fn sheet(cells: [usize; 2], thickness: f64, middle: impl Fn(f64, f64)
     slab(cells, side(1.0), side(-1.0))
 }
 
-/// A leaf: a sheet of a thickness that may change along u, and thins out to nothing at its rim. Needs two cells each way.
+/// A leaf: a sheet of a thickness that may change along u, and thins out to nothing at its rim.
+/// Needs two cells each way.
 pub(super) fn leaf(
     [nu, nv]: [usize; 2],
     thickness: impl Fn(f64) -> f64,
@@ -73,7 +75,8 @@ pub(super) fn leaf(
         for i in 0..nu {
             let at = |i: usize, j: usize| j * (nu + 1) + i;
             let corners = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-            // A corner cell's diagonal must not lie on the rim alone, where both sides would share the facet.
+            // A corner cell's diagonal must not lie on the rim alone, where both sides would share
+            // the facet.
             let [a, b, c, d] = corners.map(|corner| front[corner]);
             let [e, f, g, h] = corners.map(|corner| back[corner]);
             if (i == 0) == (j == 0) {

@@ -5,7 +5,8 @@ use glam::{DAffine3, DVec3};
 /// Facets that meet at less than this, degrees, are one curved surface.
 const CREASE_DEGREES: f64 = 42.0;
 
-/// A closed surface as it is being made: facets share corners by index, wound counter-clockwise from outside.
+/// A closed surface as it is being made: facets share corners by index, wound
+/// counter-clockwise from outside.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solid {
     pub(super) points: Vec<DVec3>,

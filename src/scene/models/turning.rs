@@ -6,13 +6,14 @@ use glam::{DVec2, DVec3};
 
 use super::solid::Solid;
 
-/// Turns a profile of (radius, height) about the y axis. It runs upwards with the outside on its right, from the axis to the axis; an
-/// end off the axis is closed by a flat disc.
+/// Turns a profile of (radius, height) about the y axis. It runs upwards with the outside on its
+/// right, from the axis to the axis; an end off the axis is closed by a flat disc.
 pub(super) fn turned(profile: &[DVec2], cuts: usize) -> Solid {
     fluted(profile, cuts, |_, _| 1.0)
 }
 
-/// The same with every radius multiplied by what `swell` says of the angle in 0..1 of a turn and the height.
+/// The same with every radius multiplied by what `swell` says of the angle in 0..1 of a turn
+/// and the height.
 pub(super) fn fluted(profile: &[DVec2], cuts: usize, swell: impl Fn(f64, f64) -> f64) -> Solid {
     let mut profile = profile.to_vec();
     let (first, last) = (profile[0], profile[profile.len() - 1]);
@@ -28,7 +29,8 @@ pub(super) fn fluted(profile: &[DVec2], cuts: usize, swell: impl Fn(f64, f64) ->
     solid
 }
 
-/// Turns a closed profile that does not touch the axis, wound counter-clockwise: rings, shades, rims.
+/// Turns a closed profile that does not touch the axis, wound counter-clockwise:
+/// rings, shades, rims.
 pub(super) fn turned_ring(profile: &[DVec2], cuts: usize) -> Solid {
     let mut solid = Solid::default();
     let rings: Vec<Vec<u32>> = profile.iter().map(|at| ring(&mut solid, *at, cuts, &|_, _| 1.0)).collect();

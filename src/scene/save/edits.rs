@@ -1,4 +1,5 @@
-//! Edits of a scene file's tables: numbers that still mean what they are to mean stay as they are written.
+//! Edits of a scene file's tables: numbers that still mean what they are to mean stay as
+//! they are written.
 
 use glam::{DVec3, Vec3};
 
@@ -100,7 +101,8 @@ pub(super) fn materials(root: &mut Node, loaded: &[Material], edited: &[Material
             continue;
         }
         said.push(&new.name);
-        // One that reflects everything may have been scaled down to that at load, which depends on both albedos.
+        // One that reflects everything may have been scaled down to that at load, which depends on
+        // both albedos.
         let is_full = (old.diffuse + old.specular).max_element() > MAX_ALBEDO - 1e-5;
         let table = material_table(root, &new.name);
         if diffuse || is_full {
@@ -170,7 +172,8 @@ fn place(table: &mut Node, key: &str, wanted: Vec3, origin: DVec3) {
     components(table, key, wanted, read, |axis, value| numbers::place(value, origin[axis]));
 }
 
-/// Sets a direction where it is read as another one, all of it: its components depend on each other.
+/// Sets a direction where it is read as another one, all of it: its components depend
+/// on each other.
 fn direction(table: &mut Node, key: &str, wanted: Vec3) {
     let old = numbers_of(table, key).map(|numbers| DVec3::from(numbers.map(|(number, _)| number)));
     let read = old.and_then(unit).map(|unit| unit.as_vec3().to_array().map(f32::to_bits));

@@ -1,7 +1,9 @@
-//! The scene as it is now back into a file: the text that it was loaded from, with what has changed since replaced.
+//! The scene as it is now back into a file: the text that it was loaded from, with what has
+//! changed since replaced.
 //!
-//! Loading the saved file gives the same scene to the bit: triangles, origin, lights, materials, cameras, quality. Only far from the
-//! world's origin some coordinates next to zero are out of reach of a file, see `scene/numbers.rs`.
+//! Loading the saved file gives the same scene to the bit: triangles, origin, lights, materials,
+//! cameras, quality. Only far from the world's origin some coordinates next to zero are out of
+//! reach of a file, see `scene/numbers.rs`.
 
 mod edits;
 mod paths;
@@ -33,7 +35,8 @@ pub struct SceneText {
 /// What of a scene may have been edited. What is not here is saved as it was loaded.
 #[derive(Clone, Copy, Debug)]
 pub struct Edited<'a> {
-    /// The first camera. Its position, target, direction of up and field of view are saved, its name and size are not.
+    /// The first camera. Its position, target, direction of up and field of view are saved, its
+    /// name and size are not.
     pub camera: &'a Camera,
     /// All lights, recentred as the scene is; told apart by their names.
     pub lights: &'a [Light],
@@ -49,8 +52,9 @@ impl<'a> Edited<'a> {
 }
 
 impl SceneText {
-    /// Reads the text that `scene` has just been loaded from with the same arguments. The image size and the name of a chosen camera
-    /// are the session's; what else the options changed is saved as values.
+    /// Reads the text that `scene` has just been loaded from with the same arguments. The image
+    /// size and the name of a chosen camera are the session's; what else the options changed is
+    /// saved as values.
     ///
     /// # Errors
     /// As [`Scene::load`].
@@ -66,15 +70,17 @@ impl SceneText {
         Ok(Self { source, cameras, materials: scene.materials.clone(), origin: scene.origin })
     }
 
-    /// The text of the edited scene, to be saved at `to`: models' paths are relative to that. Comments, order and layout of what has
-    /// not changed stay; lights that are gone are left out, new ones come behind the others, materials that have changed become
-    /// `[[material]]`s. A model that only a built-in scene has a file of is named by `built_in`.
+    /// The text of the edited scene, to be saved at `to`: models' paths are relative to that.
+    /// Comments, order and layout of what has not changed stay; lights that are gone are left out,
+    /// new ones come behind the others, materials that have changed become `[[material]]`s. A model
+    /// that only a built-in scene has a file of is named by `built_in`.
     ///
-    /// Materials that share a name cannot be told apart in a scene file: the first of them that has changed speaks for all.
+    /// Materials that share a name cannot be told apart in a scene file: the first of them that has
+    /// changed speaks for all.
     ///
     /// # Errors
-    /// [`Error::Usage`] where there is no light left; [`Error::Input`] for an edit that no scene file can say, such as a
-    /// field of view of 180°.
+    /// [`Error::Usage`] where there is no light left; [`Error::Input`] for an edit that no scene
+    /// file can say, such as a field of view of 180°.
     pub fn with_edits(&self, edited: &Edited, to: &Path) -> Result<String> {
         if edited.lights.is_empty() {
             let message = "a scene file needs a light: switch the last one off instead of removing it";
@@ -129,7 +135,8 @@ impl SceneText {
         self.cameras.iter().copied().map(Some).collect()
     }
 
-    /// Reads all but the models of what is to be saved, so that nothing is saved that cannot be loaded.
+    /// Reads all but the models of what is to be saved, so that nothing is saved that
+    /// cannot be loaded.
     fn check(&self, to: &Path, text: &str) -> Result<()> {
         let root = Node::parse(to, text)?;
         read_lights(to, &root, self.origin)?;
@@ -144,7 +151,8 @@ impl SceneText {
     }
 }
 
-/// Whether a scene file of that text at `file` names models outside of its folder, which opening it has to allow.
+/// Whether a scene file of that text at `file` names models outside of its folder, which opening it
+/// has to allow.
 pub fn leads_outside(text: &str, file: &Path) -> bool {
     let Ok(root) = Node::parse(file, text) else { return false };
     let Some(Node { kind: Kind::Array(models), .. }) = root.get("model") else { return false };

@@ -4,8 +4,8 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::{Error, Result};
 
-/// `path`, which is relative to the current directory or absolute, as a file saved at `to` would name it: relative to that file where
-/// there is a way, with slashes; else absolute.
+/// `path`, which is relative to the current directory or absolute, as a file saved at `to` would
+/// name it: relative to that file where there is a way, with slashes; else absolute.
 ///
 /// # Errors
 /// [`Error::Output`] where it cannot be named in a text file.
@@ -27,7 +27,8 @@ pub fn relative_to(path: &Path, to: &Path) -> Result<String> {
     Ok(if has_way && cfg!(windows) { text.replace('\\', "/") } else { text.to_owned() })
 }
 
-/// What a file that moves from `from` to `to` has to call `path` from then on; none where the name that it has will do.
+/// What a file that moves from `from` to `to` has to call `path` from then on; none where the name
+/// that it has will do.
 pub(super) fn moved(path: &Path, from: &Path, to: &Path) -> Result<Option<String>> {
     let stays = path.is_absolute() && !from.is_absolute() || folder_of(from) == folder_of(to);
     if stays { Ok(None) } else { relative_to(path, to).map(Some) }

@@ -1,4 +1,5 @@
-//! A tree of values into a TOML text that says something similar: what agrees stays as it is written, comments and all.
+//! A tree of values into a TOML text that says something similar: what agrees stays as it is
+//! written, comments and all.
 
 use std::path::Path;
 
@@ -9,7 +10,8 @@ use crate::scene::numbers;
 use crate::scene::value::{Kind, Node};
 use crate::{Error, Result};
 
-/// The text that says `root`. For each element of the lists named in `from`, which element of the text's list it was.
+/// The text that says `root`. For each element of the lists named in `from`, which element of the
+/// text's list it was.
 pub(super) fn write(text: &str, root: &Node, from: [(&str, &[Option<usize>]); 2]) -> Result<String> {
     let mut document: DocumentMut =
         text.parse().map_err(|_| Error::input(Path::new("scene"), "is not TOML: load it again"))?;

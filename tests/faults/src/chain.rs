@@ -19,7 +19,8 @@ enum Next {
 /// By what the loader writes into all that belongs to an instance or a device.
 static NEXT: LazyLock<Mutex<HashMap<usize, Next>>> = LazyLock::new(Mutex::default);
 
-/// Functions of instances that must be asked for while the instance is made: later, the loader's end of the chain answers with its top.
+/// Functions of instances that must be asked for while the instance is made: later, the loader's
+/// end of the chain answers with its top.
 const EARLY: [&CStr; 6] = [
     c"vkDestroyInstance",
     c"vkEnumerateDeviceExtensionProperties",
@@ -33,7 +34,8 @@ const EARLY: [&CStr; 6] = [
 static FOUND: LazyLock<Mutex<HashMap<(usize, &CStr), vk::PFN_vkVoidFunction>>> =
     LazyLock::new(Mutex::default);
 
-/// What the loader says to a layer that makes an instance or a device (`VkLayerInstanceCreateInfo`, `VkLayerDeviceCreateInfo`).
+/// What the loader says to a layer that makes an instance or a
+/// device (`VkLayerInstanceCreateInfo`, `VkLayerDeviceCreateInfo`).
 #[repr(C)]
 struct Link {
     kind: vk::StructureType,
@@ -88,7 +90,8 @@ unsafe fn key<H: Handle + Copy>(handle: H) -> usize {
     unsafe { *(handle.as_raw() as *const usize) }
 }
 
-/// The loader's word to this layer in the chain of a structure; the layer below reads the one after it.
+/// The loader's word to this layer in the chain of a structure; the layer below reads the
+/// one after it.
 unsafe fn below(info: Any, kind: vk::StructureType) -> &'static Below {
     // SAFETY: the loader puts such a word into the chain.
     unsafe {

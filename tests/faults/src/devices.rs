@@ -1,6 +1,6 @@
 //! Other devices: `vkEnumeratePhysicalDevices:1+:TWO` lists each twice, `NONE` lists none.
-//! `vkGetPhysicalDeviceProperties2:2:deviceName=B;maxPushConstantsSize=128` lets the second call tell other properties. Both can fail as
-//! others do, where they can at all.
+//! `vkGetPhysicalDeviceProperties2:2:deviceName=B;maxPushConstantsSize=128` lets the second call
+//! tell other properties. Both can fail as others do, where they can at all.
 
 use std::ffi::c_char;
 

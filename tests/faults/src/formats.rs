@@ -1,5 +1,6 @@
-//! Another screen: `vkGetPhysicalDeviceSurfaceFormatsKHR:1+:UNORM` leaves only formats that do not encode sRGB, `SRGB` only those
-//! that do, `REVERSED` has them in the other order. The function can fail as others do.
+//! Another screen: `vkGetPhysicalDeviceSurfaceFormatsKHR:1+:UNORM` leaves only formats that do not
+//! encode sRGB, `SRGB` only those that do, `REVERSED` has them in the other order. The function can
+//! fail as others do.
 
 use ash::vk;
 

@@ -1,11 +1,15 @@
-//! A Vulkan layer that lets calls fail: the driver never hears of those, so that they leave nothing behind.
+//! A Vulkan layer that lets calls fail: the driver never hears of those, so that they
+//! leave nothing behind.
 //!
-//! `LIGHTPATHS_FAULTS` says which, with commas between them: `vkAcquireNextImageKHR:5:VK_ERROR_SURFACE_LOST_KHR` lets the fifth call
-//! fail, `vkAllocateMemory:3+:VK_ERROR_OUT_OF_DEVICE_MEMORY` the third and all that follow. `@FILE` says that they are in a file: calls
-//! are counted from when it was written last. Each fault is said on stderr. Surface formats can be other ones, too (`formats.rs`), and so
-//! can devices (`devices.rs`) and how much memory there is (`memory.rs`).
+//! `LIGHTPATHS_FAULTS` says which, with commas between them:
+//! `vkAcquireNextImageKHR:5:VK_ERROR_SURFACE_LOST_KHR` lets the fifth call fail,
+//! `vkAllocateMemory:3+:VK_ERROR_OUT_OF_DEVICE_MEMORY` the third and all that follow. `@FILE` says
+//! that they are in a file: calls are counted from when it was written last. Each fault is said on
+//! stderr. Surface formats can be other ones, too (`formats.rs`), and so can devices (`devices.rs`)
+//! and how much memory there is (`memory.rs`).
 //!
-//! `LIGHTPATHS_CALLS` names a file into which the layer writes how often each function was called, when the instance goes.
+//! `LIGHTPATHS_CALLS` names a file into which the layer writes how often each function was called,
+//! when the instance goes.
 
 mod chain;
 mod devices;
@@ -20,7 +24,8 @@ use ash::vk;
 /// A pointer that is handed on.
 type Any = *mut c_void;
 
-/// Declares functions that return a `VkResult` and can fail, and finds them by name. Their first parameter is dispatchable.
+/// Declares functions that return a `VkResult` and can fail, and finds them by name. Their first
+/// parameter is dispatchable.
 macro_rules! can_fail {
     ($($name:ident($handle:ident: $of:ty $(, $parameter:ident: $kind:ty)*);)*) => {
         $(
@@ -101,7 +106,8 @@ can_fail! {
     vkWaitForFences(device: vk::Device, count: u32, fences: Any, all: vk::Bool32, timeout: u64);
 }
 
-/// Declares functions that destroy an object of a device, which are counted, and finds them by name.
+/// Declares functions that destroy an object of a device, which are counted, and finds
+/// them by name.
 macro_rules! destroys {
     ($($name:ident)*) => {
         $(

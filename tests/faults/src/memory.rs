@@ -1,4 +1,5 @@
-//! Less memory: `vkAllocateMemory:1+:MAX=BYTES` fails where more than that would be held. It can fail as others do.
+//! Less memory: `vkAllocateMemory:1+:MAX=BYTES` fails where more than that would be held. It can
+//! fail as others do.
 
 use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex};

@@ -84,11 +84,12 @@ impl Drag {
         self.part
     }
 
-    /// The light with the pointer there: what was taken stays under it as far as the part's freedom allows. Depends on the start
-    /// and on `pointer` alone, and where that is the start, gives the light that was taken, to the bit.
+    /// The light with the pointer there: what was taken stays under it as far as the part's freedom
+    /// allows. Depends on the start and on `pointer` alone, and where that is the start, gives the
+    /// light that was taken, to the bit.
     ///
-    /// `snap` rounds movements along each axis and lengths of edges to multiples of so many metres, aims to steps of 15° of
-    /// longitude and latitude around y, and cones to steps of 5°.
+    /// `snap` rounds movements along each axis and lengths of edges to multiples of so many metres,
+    /// aims to steps of 15° of longitude and latitude around y, and cones to steps of 5°.
     pub(in crate::app::demo) fn to(&self, lens: &Lens, pointer: Vec2, snap: Option<f32>) -> LightKind {
         if pointer == self.start || !pointer.is_finite() {
             return self.kind;
@@ -146,7 +147,8 @@ impl Drag {
         if movement.is_finite() { movement } else { Vec3::ZERO }
     }
 
-    /// To where the pointer's ray meets the plane through the origin; beyond the horizon, the farthest point that way.
+    /// To where the pointer's ray meets the plane through the origin; beyond the horizon, the
+    /// farthest point that way.
     fn in_plane(&self, lens: &Lens, pointer: Vec2, normal: Vec3) -> Vec3 {
         let (eye, ray) = lens.ray(pointer);
         let (away, slope) = ((self.origin - eye).dot(normal), ray.dot(normal));
@@ -157,7 +159,8 @@ impl Drag {
         self.reach * (ray - slope * normal).normalize_or_zero()
     }
 
-    /// To where the pointer is on a line through the origin, in the plane of that line that faces the viewer most.
+    /// To where the pointer is on a line through the origin, in the plane of that line that faces
+    /// the viewer most.
     fn along(&self, lens: &Lens, pointer: Vec2, way: Vec3) -> Vec3 {
         let sight = self.origin - lens.eye();
         match (sight - sight.dot(way) * way).try_normalize() {
@@ -166,8 +169,8 @@ impl Drag {
         }
     }
 
-    /// Where the light is aimed at: the tip stays on a sphere around the light, and comes back on its other side when the pointer
-    /// is pulled past its rim.
+    /// Where the light is aimed at: the tip stays on a sphere around the light, and comes back on
+    /// its other side when the pointer is pulled past its rim.
     fn aimed(&self, lens: &Lens, pointer: Vec2, snap: Option<f32>) -> Option<DVec3> {
         let radius = f64::from(AIM * self.metres);
         if radius <= 0.0 {
@@ -177,7 +180,8 @@ impl Drag {
         let ray = ray.as_dvec3().normalize();
         let sight = self.origin.as_dvec3() - eye.as_dvec3();
         let across = ray * sight.dot(ray) - sight;
-        // A ray that leads away from the sphere is two radii off it at least: the scale of the handles sees to that.
+        // A ray that leads away from the sphere is two radii off it at least: the scale of the
+        // handles sees to that.
         let off = across.length() / radius;
         let (off, is_far) = if off > 1.0 { ((2.0 - off).max(0.0), !self.is_far) } else { (off, self.is_far) };
         let depth = if is_far { 1.0 } else { -1.0 } * (1.0 - off * off).max(0.0).sqrt();
@@ -193,7 +197,8 @@ impl Drag {
         Some(DVec3::new(cos * east, sin, cos * south).map(whole))
     }
 
-    /// Half-angle of the cone, radians, at which the handle on its rim is nearest to the pointer on the screen.
+    /// Half-angle of the cone, radians, at which the handle on its rim is nearest to the pointer
+    /// on the screen.
     fn opened(&self, lens: &Lens, pointer: Vec2, direction: Vec3, before: f32, snap: Option<f32>) -> f32 {
         let away = |degrees: f32| {
             let seen = lens.project(self.rim(direction, degrees.to_radians()));

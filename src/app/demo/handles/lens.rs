@@ -38,7 +38,8 @@ impl Lens {
         self.view.forward
     }
 
-    /// Where a point is seen, and its depth along the viewing direction, metres; none behind the camera.
+    /// Where a point is seen, and its depth along the viewing direction, metres; none
+    /// behind the camera.
     pub(in crate::app::demo) fn project(&self, point: Vec3) -> Option<(Vec2, f32)> {
         let View { position, right, up, forward, .. } = self.view;
         let away = point - position;
@@ -68,7 +69,8 @@ impl Lens {
         2.0 * self.view.up.length() * depth / self.size.y
     }
 
-    /// A line's ends on the screen without the part that is behind the camera; none where that is all.
+    /// A line's ends on the screen without the part that is behind the camera; none where
+    /// that is all.
     pub(in crate::app::demo) fn segment(&self, a: Vec3, b: Vec3) -> Option<[Vec2; 2]> {
         let depth = |point: Vec3| (point - self.view.position).dot(self.view.forward);
         let depths = [depth(a), depth(b)];

@@ -1,5 +1,6 @@
-//! Handles of lights: drawn over the picture, taken hold of, dragged. All are as large on the screen wherever the light is, but
-//! for the ends of an area light's edges, which are where they are.
+//! Handles of lights: drawn over the picture, taken hold of, dragged. All are as large on
+//! the screen wherever the light is, but for the ends of an area light's edges, which are
+//! where they are.
 
 mod drag;
 mod lens;
@@ -24,7 +25,8 @@ const RIM: f32 = 84.0;
 const MIDDLE_RADIUS: f32 = 9.0;
 /// Radius of the other discs, points.
 const KNOB_RADIUS: f32 = 6.0;
-/// Sine of the angle to the line of sight below which an axis or a plane is neither shown nor taken.
+/// Sine of the angle to the line of sight below which an axis or a plane is neither
+/// shown nor taken.
 const EDGE_ON: f32 = 0.15;
 /// Edges shorter than this have no handles: the middle would be under them, points.
 const SHORTEST_EDGE: f32 = 36.0;
@@ -92,8 +94,8 @@ pub(super) struct Handle {
     pub(super) shapes: Vec<Shape>,
 }
 
-/// The handles of a light, in drawing order; those of a light at infinity are shown at `anchor`. None where that is behind the
-/// camera.
+/// The handles of a light, in drawing order; those of a light at infinity are shown at `anchor`.
+/// None where that is behind the camera.
 pub(super) fn handles(lens: &Lens, kind: &LightKind, anchor: Vec3) -> Vec<Handle> {
     let origin = kind.position().unwrap_or(anchor);
     let Some((centre, metres)) = scale(lens, origin) else { return Vec::new() };
@@ -121,7 +123,8 @@ pub(super) fn handles(lens: &Lens, kind: &LightKind, anchor: Vec3) -> Vec<Handle
     handles
 }
 
-/// What is taken where the pointer is: the smallest of those under it, else the nearest within `tolerance` points.
+/// What is taken where the pointer is: the smallest of those under it, else the nearest
+/// within `tolerance` points.
 pub(super) fn hit(handles: &[Handle], pointer: Vec2, tolerance: f32) -> Option<Part> {
     let places = handles.iter().flat_map(|handle| handle.shapes.iter().map(|shape| (handle.part, shape)));
     let near = places.filter_map(|(part, shape)| {
@@ -137,8 +140,8 @@ pub(super) fn hit(handles: &[Handle], pointer: Vec2, tolerance: f32) -> Option<P
     near.min_by(|a, b| a.1.total_cmp(&b.1).then(a.2.total_cmp(&b.2))).map(|(part, ..)| part)
 }
 
-/// Where handles around `origin` are seen, and how many metres a point of them is; fewer for one so near the camera that they
-/// would reach behind it.
+/// Where handles around `origin` are seen, and how many metres a point of them is; fewer for one so
+/// near the camera that they would reach behind it.
 fn scale(lens: &Lens, origin: Vec3) -> Option<(Vec2, f32)> {
     let (centre, depth) = lens.project(origin)?;
     Some((centre, lens.metres_per_point(depth).min(0.5 * depth / AIM)))
@@ -155,7 +158,8 @@ fn aim(kind: &LightKind) -> Option<Vec3> {
     }
 }
 
-/// Direction in which the rim of a spot's cone is held: across both the cone and the line of sight, where it is seen best.
+/// Direction in which the rim of a spot's cone is held: across both the cone and the line of sight,
+/// where it is seen best.
 fn rim_side(lens: &Lens, origin: Vec3, direction: Vec3) -> Vec3 {
     let side = direction.cross((origin - lens.eye()).normalize_or_zero());
     if side.length() > 1e-3 { side.normalize() } else { direction.any_orthonormal_vector() }

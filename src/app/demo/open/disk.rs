@@ -1,4 +1,5 @@
-//! The scene's files while the scene is open: they change, and nothing that was edited is lost for it.
+//! The scene's files while the scene is open: they change, and nothing that was edited is
+//! lost for it.
 
 use super::WindowState;
 use crate::app::demo::files;
@@ -9,7 +10,8 @@ use crate::app::note;
 use crate::error::{Error, Result};
 
 impl WindowState {
-    /// Looks whether the scene's files have changed. Loads the scene again, or asks where there are edits that no file has.
+    /// Looks whether the scene's files have changed. Loads the scene again, or asks where there are
+    /// edits that no file has.
     pub(super) fn glance(&mut self) -> Result<()> {
         // A drag ends first.
         if self.is_held {
@@ -103,7 +105,8 @@ impl WindowState {
         Ok(())
     }
 
-    /// Whatever names a light, a material or a place names the same one in the scene that was loaded.
+    /// Whatever names a light, a material or a place names the same one in the scene
+    /// that was loaded.
     fn after_reload(&mut self, rebase: &Rebase) {
         self.viewport.let_go();
         self.ui_state.place = None;

@@ -32,17 +32,20 @@ use crate::error::Result;
 use crate::gpu::Context;
 use crate::gpu::window::{Painting, PictureId, Shown, WindowPainter};
 
-/// When a frame that the system did not take is offered again, and how often the precomputation is asked whether it is done.
+/// When a frame that the system did not take is offered again, and how often the precomputation is
+/// asked whether it is done.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// How often the scene's files are looked at, and how long nothing must happen before work is done ahead.
+/// How often the scene's files are looked at, and how long nothing must happen before work
+/// is done ahead.
 const GLANCE: Duration = Duration::from_millis(500);
 const REST: Duration = Duration::from_millis(1000);
 
 /// Size of the picture before there is one.
 const NO_PICTURE: [u32; 2] = [1, 1];
 
-/// A window with all that it shows. Fields go in this order: what draws to the window goes before it.
+/// A window with all that it shows. Fields go in this order: what draws to the window
+/// goes before it.
 pub(super) struct WindowState {
     session: Session,
     painter: WindowPainter,
@@ -97,7 +100,8 @@ impl WindowState {
             .with_inner_size(with_panels(1.0));
         let window = events.create_window(attributes).map_err(|error| no_display(&error.to_string()))?;
         if window.scale_factor() != 1.0 && !args.fullscreen {
-            // How large panels are is known only where the window is. What the system does not grant stays as it is.
+            // How large panels are is known only where the window is. What the system does not
+            // grant stays as it is.
             let _ = window.request_inner_size(with_panels(window.scale_factor()));
         }
         let window = Arc::new(window);
@@ -280,7 +284,8 @@ impl WindowState {
         Ok(true)
     }
 
-    /// Hands the picture to the painter. One for which there is no room takes the size of the one before.
+    /// Hands the picture to the painter. One for which there is no room takes the size of
+    /// the one before.
     fn hang_picture(&mut self) -> Result<()> {
         let (pixels, size) = self.session.picture();
         match self.painter.resize_picture(self.picture, size) {

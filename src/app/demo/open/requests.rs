@@ -103,7 +103,8 @@ impl WindowState {
         }
     }
 
-    /// What the device has no room for is said, and what is shown besides the picture goes; other failures remain.
+    /// What the device has no room for is said, and what is shown besides the picture goes;
+    /// other failures remain.
     pub(super) fn tolerate(&mut self, done: Result<()>) -> Result<()> {
         match done {
             Err(error) if error.is_out_of_memory() => {
@@ -116,7 +117,8 @@ impl WindowState {
         }
     }
 
-    /// The program ends by itself: the scene is saved as it was edited, beside where it would be saved, and where that is is said.
+    /// The program ends by itself: the scene is saved as it was edited, beside where it would be
+    /// saved, and where that is is said.
     pub(in crate::app::demo) fn rescue(&self) {
         if !self.session.has_unsaved_edits() {
             return;
@@ -127,8 +129,8 @@ impl WindowState {
         });
     }
 
-    /// Says that the window shows all that was asked for, where somebody waits for that. `is_still`: this frame was shown, and its
-    /// picture is that of the frame before.
+    /// Says that the window shows all that was asked for, where somebody waits for that.
+    /// `is_still`: this frame was shown, and its picture is that of the frame before.
     pub(super) fn settle(&mut self, is_still: bool) {
         if !self.is_asked_to_settle {
             return;

@@ -17,7 +17,8 @@ const ANSWERS: [(&str, Answer, &str); 3] = [
     ("Keep both", Answer::KeepBoth, "Saves your edits as another scene beside this one, then loads it again"),
 ];
 
-/// Over the upper edge of the picture. The scene can be looked at, edited and saved while it stands.
+/// Over the upper edge of the picture. The scene can be looked at, edited and saved
+/// while it stands.
 pub(in crate::app::demo) fn question(context: &Context, session: &Session, ui_state: &mut UiState) {
     if !session.is_asked {
         return;

@@ -79,7 +79,8 @@ impl Arches {
         slab([count, detail.cuts(1.6, 1)], face(0.5 * self.wall), face(-0.5 * self.wall))
     }
 
-    /// The same wall as one polygon without cuts between springing line and top: half as many triangles, but long ones.
+    /// The same wall as one polygon without cuts between springing line and top: half as many
+    /// triangles, but long ones.
     fn plain_wall(self, side: &Side, detail: Detail) -> Solid {
         let (cuts, end) = (detail.cuts(self.cuts, 3), self.end(side));
         let mut outline = vec![dvec2(-end, self.springing)];
@@ -97,7 +98,8 @@ impl Arches {
         (0..(2.0 * half / bay).round() as usize).map(move |number| -half + bay * (number as f64 + 0.5))
     }
 
-    /// Where the wall of a side ends: inside the corner, short of the other side's, so that neither shows through.
+    /// Where the wall of a side ends: inside the corner, short of the other side's, so that
+    /// neither shows through.
     fn end(self, side: &Side) -> f64 {
         side.half + 0.5 * self.wall - 0.01
     }

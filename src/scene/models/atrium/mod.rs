@@ -1,4 +1,5 @@
-//! The atrium: a court of 24 × 9 m, open to the sky, between two storeys of arcades with a vaulted walk around it.
+//! The atrium: a court of 24 × 9 m, open to the sky, between two storeys of arcades with a vaulted
+//! walk around it.
 //!
 //! The origin is in the middle of the court, on the level of the walk; x runs along the court.
 
@@ -90,7 +91,8 @@ pub(super) fn build(model: &mut Model, detail: Detail) {
     furnishing::build(&mut site);
 }
 
-/// One side of the court: its local x runs along it, local z out of the court, the origin is on the axis of its columns.
+/// One side of the court: its local x runs along it, local z out of the court, the origin is on the
+/// axis of its columns.
 struct Side {
     place: DAffine3,
     /// Half its length, metres.

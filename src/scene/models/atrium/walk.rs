@@ -125,7 +125,8 @@ fn vaults(site: &mut Site) {
         let Side { place, half } = side;
         let bays = (2.0 * half / BAY).round() as usize;
         for number in 0..=bays {
-            // Those in the corners stand behind the piers and close what the walls leave open between the vaults.
+            // Those in the corners stand behind the piers and close what the walls leave open
+            // between the vaults.
             let (rib, shift) = match number {
                 0 => (&wide, -0.25 * WALL),
                 _ if number == bays => (&wide, 0.25 * WALL),
@@ -146,7 +147,8 @@ fn vaults(site: &mut Site) {
     }
 }
 
-/// Groin vaults over square bays in a row along x, the walk in z. From the corner of the first, the floor's level is 0.
+/// Groin vaults over square bays in a row along x, the walk in z. From the corner of the first, the
+/// floor's level is 0.
 fn vault(bays: usize, cuts: usize) -> Solid {
     let radius = 0.5 * BAY;
     // Equal angles across the barrel, so that the grid's diagonals are the groins.

@@ -101,14 +101,16 @@ fn row(site: &mut Site, place: &DAffine3, width: f64, room: f64, rng: &mut Rng) 
     }
 }
 
-/// A book that stands on the origin with its spine to +z and its width along +x. Finishes: cover, paper.
+/// A book that stands on the origin with its spine to +z and its width along +x.
+/// Finishes: cover, paper.
 pub(super) fn book(detail: Detail, size: DVec3) -> Part {
     if detail.is_below(0.4) {
         return block([0.0, 0.0, -size.z], [size.x, size.y, 0.0]).smooth();
     }
     const BOARD: f64 = 0.0028;
     let (w, d) = (size.x, size.z);
-    // Seen from above, z upwards in the plane: counter-clockwise around the boards and the rounded spine.
+    // Seen from above, z upwards in the plane: counter-clockwise around the boards and the rounded
+    // spine.
     let outline = Outline::from(0.0, -d, detail)
         .to(BOARD, -d)
         .to(BOARD, -0.006)

@@ -1,6 +1,8 @@
-//! The room: a furnished living room of 7 × 5 m, with a doorway to a corridor that has a lamp of its own.
+//! The room: a furnished living room of 7 × 5 m, with a doorway to a corridor that has a lamp
+//! of its own.
 //!
-//! The origin is in the middle of the floor; x runs along the room, z towards its front wall. The corridor lies beyond x = 3.5.
+//! The origin is in the middle of the floor; x runs along the room, z towards its front wall. The
+//! corridor lies beyond x = 3.5.
 
 mod bookcase;
 mod chairs;

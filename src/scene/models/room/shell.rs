@@ -1,4 +1,5 @@
-//! Floor, walls, ceiling, skirting and cornice of the room and its corridor, and the doorway between them.
+//! Floor, walls, ceiling, skirting and cornice of the room and its corridor, and the
+//! doorway between them.
 
 use glam::{DAffine3, DVec3, dvec3};
 
@@ -30,14 +31,16 @@ fn walls(site: &mut Site) {
     let ([x, z], [near, far]) = (HALF, CORRIDOR);
     let [low, high] = [-0.15, HEIGHT + 0.15];
     let model = &mut *site.model;
-    // Walls of the room end inside those of the corridor and the other way round: no two faces lie in one plane.
+    // Walls of the room end inside those of the corridor and the other way round: no two faces lie
+    // in one plane.
     let [[left, right], [sill, head]] = WINDOW;
     let (xs, ys) = ([-x - 0.16, left, right, near - 0.06], [low, sill, head, high]);
     let window = |i: usize, j: usize| (i != 1 || j != 1).then_some(0);
     model.add(panel(&xs, &ys, [-z - 0.2, -z], window), f.wall);
     model.add(block([-x - 0.16, low, z], [near - 0.06, high, z + 0.2]), f.wall);
     model.add(block([-x - 0.2, low, -z - 0.1], [-x, high, z + 0.1]), f.wall);
-    // The wall with the doorway: made in the xy plane, x running towards -z. The corridor's half has the wider opening.
+    // The wall with the doorway: made in the xy plane, x running towards -z. The corridor's half
+    // has the wider opening.
     let half = |wider: f64, depths: [f64; 2]| {
         let xs = [-z - 0.05, -DOORWAY[1] - wider, wider - DOORWAY[0], z + 0.05];
         let ys = [-0.05 - wider, DOOR_HEIGHT + wider, HEIGHT + 0.05 + wider];

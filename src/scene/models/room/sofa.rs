@@ -64,7 +64,8 @@ fn pillows(site: &mut Site, place: &DAffine3) {
     let detail = site.detail;
     let (edge, inside) = (detail.cuts(2.0, 1), detail.cuts(10.0, 2));
     let half = 0.21;
-    // Flat, then blown up: thick in the middle, thin at the seam, which is drawn in between the corners.
+    // Flat, then blown up: thick in the middle, thin at the seam, which is drawn in between the
+    // corners.
     let pillow = rounded(dvec3(half, 0.02, half), 0.015, edge, inside)
         .bend(|p| {
             let [u, v] = [p.x / half, p.z / half];

@@ -117,7 +117,8 @@ fn candlestick(detail: Detail) -> Solid {
     turned(&profile.points(), detail.cuts(20.0, 6))
 }
 
-/// Open on the table: two blocks of leaves that curve to the spine, some leaves loose, and the cover under them.
+/// Open on the table: two blocks of leaves that curve to the spine, some leaves loose, and the
+/// cover under them.
 fn open_book(site: &mut Site, [x, z]: [f64; 2]) {
     let detail = site.detail;
     let place = at(DINING[0] + x, TABLE_HEIGHT + 0.0006, DINING[1] + z) * turn(158.0);

@@ -65,7 +65,7 @@ pub enum Error {
         count: usize,
         /// Column and row of the first.
         first: [usize; 2],
-        /// Its values.
+        /// The radiance that is not finite.
         value: [f32; 3],
     },
     /// A comparison that the caller asked to be judged came out above its bound.
@@ -93,7 +93,7 @@ impl Error {
         Self::Input { file: file.as_ref().to_owned(), line: Some(line), message: message.into() }
     }
 
-    /// An [`Error::Output`].
+    /// Makes an [`Error::Output`] of a file that cannot be written.
     pub fn output(file: impl AsRef<Path>, message: impl Into<String>) -> Self {
         Self::Output { file: file.as_ref().to_owned(), message: message.into() }
     }

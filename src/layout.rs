@@ -44,6 +44,7 @@ macro_rules! gpu_struct {
         $($(#[$member_meta:meta])* $member_vis:vis $member:ident: $type:ty),* $(,)?
     }) => {
         $(#[$meta])*
+        #[allow(missing_docs, reason = "a comment would repeat most names")]
         #[repr(C)]
         #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
         $vis struct $name {

@@ -18,11 +18,8 @@ pub const LOOP_TRUNCATED: u32 = 1 << 31;
 gpu_struct! {
     /// One triangle for traversal, in BVH leaf order. Three texels: nothing stands in `w`.
     pub struct Triangle {
-        /// First corner.
         pub p0: Vec4,
-        /// Second corner.
         pub p1: Vec4,
-        /// Third corner.
         pub p2: Vec4,
     }
 }
@@ -105,7 +102,7 @@ gpu_struct! {
         /// cosθ/(π·pdf) over the survival probability of the step that led here; at an entry point,
         /// its area over the mean of all.
         pub weight: f32,
-        /// Base cluster that it contributions into.
+        /// Base cluster that it contributes to.
         pub cluster: u32,
         /// 1 − cosα of the step that led here, α between the direction it took and the
         /// mirror direction at the vertex before; zero where that vertex is not glossy or is
@@ -250,11 +247,9 @@ gpu_struct! {
         pub pixel_area: f32,
         /// Half the image plane's width.
         pub right: Vec3,
-        /// Pixels.
         pub width: u32,
         /// Half the image plane's height.
         pub up: Vec3,
-        /// Pixels.
         pub height: u32,
         /// Unit viewing direction.
         pub forward: Vec3,
@@ -264,11 +259,8 @@ gpu_struct! {
 gpu_struct! {
     /// Reflectance of a material.
     pub struct Reflectance {
-        /// Diffuse albedo.
         pub diffuse: Vec3,
-        /// Phong exponent.
         pub exponent: f32,
-        /// Specular albedo.
         pub specular: Vec3,
         /// [`EDITABLE`] and [`MAY_BE_GLOSSY`].
         pub flags: u32,
@@ -288,7 +280,6 @@ gpu_struct! {
         pub first: u32,
         /// Texels; 0: the material has no image.
         pub width: u32,
-        /// Texels.
         pub height: u32,
         /// 1: beyond its edges the outermost texels go on; 0: it repeats itself.
         pub is_clamped: u32,
@@ -333,9 +324,9 @@ gpu_struct! {
 pub const LIGHT_POINT: u32 = 0;
 /// Point light limited to a cone.
 pub const LIGHT_SPOT: u32 = 1;
-/// One-sided parallelogram.
+/// Area light: a one-sided parallelogram.
 pub const LIGHT_AREA: u32 = 2;
-/// Parallel light.
+/// Directional light: parallel rays.
 pub const LIGHT_DIRECTIONAL: u32 = 3;
 
 impl LightSource {

@@ -49,7 +49,7 @@ struct PathVertex {
     uint side;      // 2·triangle + (1 if the back side)
     vec3 incoming;  // unit direction of travel when it arrived; zero at an entry point
     float weight;   // cosθ/(π·pdf) over the survival probability of the step that led here; at an entry point, its area over the mean
-    uint cluster;   // base cluster that it contributions into
+    uint cluster;   // base cluster that it contributes to
     float lobe;     // 1 - cosα of the step that led here, α off the mirror direction at the vertex before; zero where that is not glossy
 };
 

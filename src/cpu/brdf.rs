@@ -7,7 +7,7 @@ use crate::types::Reflectance;
 use glam::{DVec2, DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
 
-/// Rec.709 luminance.
+/// Luminance of linear Rec.709.
 pub fn luminance(rgb: Vec3) -> f64 {
     rgb.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
@@ -62,7 +62,7 @@ pub fn sample_phong_lobe(mirror: DVec3, exponent: f64, u: DVec2) -> DVec3 {
 pub struct BrdfSample {
     /// Unit, away from the surface.
     pub incident: DVec3,
-    /// 1/sr.
+    /// Value of the BRDF, 1/sr.
     pub pdf: f64,
     /// brdf·cosθ/pdf; zero below the surface.
     pub weight: DVec3,

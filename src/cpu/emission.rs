@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 pub struct EmittedRay {
     /// Where it starts.
     pub origin: DVec3,
-    /// Unit.
+    /// Unit vector along the ray.
     pub direction: DVec3,
     /// Over the ray's pdf, W: the mean over all rays is the light's power.
     pub flux: DVec3,

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 /// Irradiance at a cache point and its gradients, as [`crate::types::Record`] has them.
 #[derive(Clone, Copy, Debug)]
 pub struct Gathered {
-    /// W/m².
+    /// Irradiance at the point, W/m².
     pub irradiance: DVec3,
     /// Column c: gradient of channel c under movement, W/m³.
     pub translation: DMat3,

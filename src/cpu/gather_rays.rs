@@ -22,7 +22,7 @@ pub struct Tracing<'a> {
     pub geometry: Geometry<'a>,
     /// The clusters that they read.
     pub hvds: &'a Hvds,
-    /// The hemisphere.
+    /// Strata of the hemisphere.
     pub strata: Strata,
     /// Seed of all decisions.
     pub seed: u32,
@@ -37,7 +37,7 @@ pub struct Tracing<'a> {
 pub struct Ray {
     /// Off its surface.
     pub origin: Vec3,
-    /// Unit.
+    /// Unit vector along the ray.
     pub direction: DVec3,
     /// Width of the cells that it reads, by distance, where it meets a surface that faces it.
     pub width: f64,

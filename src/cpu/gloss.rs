@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 pub struct Beam {
     /// Unit direction in which a mirror would send it on.
     pub mirror: DVec3,
-    /// W.
+    /// Flux of the beam, W.
     pub flux: DVec3,
 }
 

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 /// Rings of equal cosine-weighted solid angle, and sectors of each; a row of rays is ring by ring.
 #[derive(Clone, Copy, Debug)]
 pub struct Strata {
-    /// Rings.
+    /// Rings of equal projected solid angle.
     pub rings: u32,
     /// Sectors of each ring.
     pub sectors: u32,

@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 pub struct Probe<'a> {
     /// Scene, lights, seed and roulette; its camera is idle.
     pub paths: Paths<'a>,
-    /// The hemisphere.
+    /// Strata of the hemisphere.
     pub strata: Strata,
     /// Seed of the gather rays whose directions the paths take; none for new directions
     /// in each stratum.

@@ -11,7 +11,7 @@ use glam::{DVec3, Vec3};
 pub struct Paths<'a> {
     /// What they meet.
     pub scene: LitScene<'a>,
-    /// The camera.
+    /// Camera that the rays start from.
     pub view: View,
     /// Seed of all decisions.
     pub seed: u32,

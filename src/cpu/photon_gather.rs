@@ -15,7 +15,7 @@ pub struct IrradiancePoint {
     pub surface: SurfacePoint,
     /// How far it reaches.
     pub reach: [u8; 16],
-    /// W/m².
+    /// Irradiance at the point, W/m².
     pub irradiance: DVec3,
 }
 
@@ -30,7 +30,7 @@ pub struct Gather<'a> {
     pub cells: Cells,
     /// Of the density estimate, metres.
     pub radius: f64,
-    /// The camera.
+    /// Camera that the rays start from.
     pub view: View,
     /// Seed of all decisions.
     pub seed: u32,

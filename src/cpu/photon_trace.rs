@@ -29,7 +29,7 @@ pub struct PathEnd {
     pub origin: Vec3,
     /// Unit direction of its next ray.
     pub direction: DVec3,
-    /// W.
+    /// Flux of the photon, W.
     pub flux: DVec3,
     /// The light that it comes from.
     pub light: u32,
@@ -42,11 +42,11 @@ pub struct PathEnd {
 /// What arrived at a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
-    /// Where.
+    /// Position of the photon, metres.
     pub position: Vec3,
     /// 2·triangle + (1 if the back side); [`NO_SIDE`] where nothing is reflected diffusely.
     pub side: u32,
-    /// W.
+    /// Flux of the photon, W.
     pub flux: DVec3,
 }
 

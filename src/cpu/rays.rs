@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 /// What a ray can hit: triangles, and what is known of each.
 #[derive(Clone, Copy)]
 pub struct Geometry<'a> {
-    /// Corners.
+    /// Corners of the triangles, metres.
     pub triangles: &'a [Triangle],
     /// In the same order.
     pub surfaces: &'a [Surface],

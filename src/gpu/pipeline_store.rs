@@ -24,7 +24,6 @@ const MAX_BYTES: u64 = 256 << 20;
 
 /// Where the compiled pipelines of a device and driver are kept.
 pub(super) struct PipelineStore {
-    /// `None`: nowhere.
     path: Option<PathBuf>,
     /// Bytes that were read from there.
     stored_bytes: usize,

@@ -9,18 +9,18 @@ use std::collections::HashMap;
 /// How a shader uses a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
-    /// `readonly`
+    /// Declared `readonly`: never written.
     Read,
-    /// `writeonly`
+    /// Declared `writeonly`: never read.
     Write,
-    /// Neither.
+    /// Declared neither `readonly` nor `writeonly`.
     ReadWrite,
 }
 
 /// A buffer of the shader.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Binding {
-    /// Descriptor set.
+    /// Number of the descriptor set.
     pub set: u32,
     /// Binding number in the set.
     pub binding: u32,
@@ -71,7 +71,7 @@ pub struct Member {
 /// A specialisation constant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Constant {
-    /// Its `constant_id`.
+    /// The `constant_id` of the shader.
     pub id: u32,
     /// Its name; a workgroup's size that the host gives has none in GLSL, and is called
     /// `local_size_x`, `_y` or `_z`.

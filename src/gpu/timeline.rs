@@ -21,14 +21,14 @@ pub struct PassSpan {
     pub begin_us: f64,
     /// The same, of its end.
     pub end_us: f64,
-    /// Dispatches recorded.
+    /// Number of dispatches recorded.
     pub dispatches: u32,
 }
 
 /// One submission: all times are microseconds since the trace began.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SubmissionSpan {
-    /// Recording begins.
+    /// When recording begins, µs.
     pub begun_us: f64,
     /// Recording ends and submitting begins.
     pub recorded_us: f64,
@@ -56,7 +56,7 @@ pub struct HostSpan {
     pub begin_us: f64,
     /// The same, of its end.
     pub end_us: f64,
-    /// Bytes copied.
+    /// Number of bytes copied.
     pub bytes: u64,
 }
 
@@ -65,7 +65,7 @@ pub struct HostSpan {
 pub struct Trace {
     /// In the order in which they were done.
     pub submissions: Vec<SubmissionSpan>,
-    /// In order.
+    /// Host spans in order of time.
     pub host: Vec<HostSpan>,
 }
 
@@ -173,7 +173,7 @@ enum Anchor {
 }
 
 impl Anchor {
-    /// Microseconds.
+    /// Time since the start, µs.
     fn place(self, ticks: u64, limits: &Limits) -> f64 {
         match self {
             Self::Together { ticks: last, us } => us - 1e3 * milliseconds(ticks, last, limits),

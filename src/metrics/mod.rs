@@ -14,15 +14,15 @@ pub const EPSILON: f64 = 0.01;
 /// The five figures by which two images are compared.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Comparison {
-    /// [`relmse`].
+    /// Error as of [`relmse`].
     pub relmse: f64,
-    /// [`rmse`].
+    /// Error as of [`rmse`].
     pub rmse: f64,
-    /// [`smape`].
+    /// Error as of [`smape`].
     pub smape: f64,
     /// Mean of the [`flip_map`].
     pub flip: f64,
-    /// [`energy_ratio`].
+    /// Ratio as of [`energy_ratio`].
     pub energy_ratio: f64,
 }
 

@@ -37,7 +37,7 @@ pub fn debiased_relmse_at(image: &[[f32; 3]], halves: [&[[f32; 3]]; 2], scale: &
 /// A mean over pixels whose noise is independent, and how far chance may put it off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// The mean.
+    /// Mean of all samples.
     pub mean: f64,
     /// Its standard deviation, from the scatter of the pixels. What differs from pixel to pixel for
     /// other reasons is part of it: rather too large than too small.
@@ -67,7 +67,7 @@ pub struct ZTest {
     pub rms: f64,
     /// Share of |z| > 3; 0.0027 for a normal distribution.
     pub share_above_3: f64,
-    /// Values tested.
+    /// Number of values tested.
     pub count: u64,
     /// Values that differ although neither image states noise; not in the figures above.
     pub differ_without_noise: u64,

@@ -24,7 +24,7 @@ impl ClusterTables {
         Self { hvds: hvds.without_fragments(), entry_points: entry_points.to_vec() }
     }
 
-    /// Uploads them.
+    /// Uploads the lists of clusters.
     ///
     /// # Errors
     /// The device lacks memory.

@@ -8,7 +8,6 @@ use crate::gpu::{Buffer, Context, Pipeline, Recorder};
 use crate::layout::{GpuStruct, Layout, gpu_struct};
 
 gpu_struct! {
-    /// Push constants.
     pub struct KernelCopyPush {
         /// Invocations that copy.
         pub count: u32,
@@ -18,7 +17,7 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[KernelCopyPush::LAYOUT];
 
-/// The pipeline.
+/// The pipeline of the copying kernel.
 pub struct KernelCopy {
     pipeline: Pipeline,
     words: u32,

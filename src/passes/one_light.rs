@@ -13,11 +13,11 @@ const SAMPLES_A_DISPATCH: u32 = 8;
 /// One light of the table.
 #[derive(Clone, Copy)]
 pub struct OneLight<'a> {
-    /// `LightSource`s.
+    /// Table of `LightSource`s.
     pub table: &'a Buffer,
-    /// Which.
+    /// Index in the table.
     pub index: u32,
-    /// `LIGHT_*`.
+    /// One of the constants `LIGHT_*`.
     pub kind: u32,
     /// Point samples that stand for it.
     pub samples: u32,

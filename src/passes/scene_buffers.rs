@@ -81,9 +81,9 @@ fn list<T: Pod>(context: &Arc<Context>, name: &str, items: &[T], is_bound: bool)
 pub struct LitScene<'a> {
     /// Geometry and materials.
     pub buffers: &'a SceneBuffers,
-    /// `LightSource`s.
+    /// Table of `LightSource`s.
     pub lights: &'a Buffer,
-    /// How many.
+    /// Number of lights.
     pub light_count: u32,
 }
 

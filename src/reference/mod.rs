@@ -19,7 +19,7 @@ use std::time::Instant;
 pub struct Picture {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// All light.
+    /// All light: direct and indirect.
     pub beauty: Vec<[f32; 3]>,
     /// Light that was reflected once.
     pub direct: Vec<[f32; 3]>,

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 /// A scene and what rays through it bind.
 pub struct TracedScene {
-    /// The device.
+    /// Device that traces the scene.
     pub context: Arc<Context>,
     /// The scene, its triangles in BVH order, without the lights that are off.
     pub scene: Scene,
@@ -20,7 +20,7 @@ pub struct TracedScene {
     pub surfaces: Vec<Surface>,
     /// Geometry and materials on the device.
     pub buffers: SceneBuffers,
-    /// The lights.
+    /// Table of all lights.
     pub light_sources: Vec<LightSource>,
     /// The lights on the device.
     pub lights: Buffer,

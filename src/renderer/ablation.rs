@@ -39,7 +39,7 @@ pub enum Stage {
 /// What takes the place of a stage.
 #[derive(Clone, Copy, Debug)]
 pub struct Exact {
-    /// The stage.
+    /// Stage that the reference replaces.
     pub stage: Stage,
     /// Paths of each stratum of a cache point's hemisphere; idle for [`Stage::Splat`], whose
     /// reference takes no samples.

@@ -23,7 +23,6 @@ pub enum Work {
 pub(super) enum Edited {
     /// Editable ones, by their bits.
     Some(u32),
-    /// Any.
     All,
 }
 
@@ -36,7 +35,6 @@ impl Default for Edited {
 /// What has changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Changes {
-    /// The camera.
     pub(super) view: bool,
     /// The room for the picture: it holds nothing yet, not even where no light is active.
     pub(super) size: bool,
@@ -44,7 +42,6 @@ pub(super) struct Changes {
     pub(super) emission: bool,
     /// What the only light emits.
     pub(super) emission_scale: bool,
-    /// Materials.
     pub(super) materials: bool,
     /// Of these, editable ones by their bits; all paths are scanned again where others changed.
     pub(super) edited: Edited,
@@ -83,9 +80,7 @@ pub(super) struct Stages {
     pub(super) lobes: bool,
     /// Glossy radiance of pixels.
     pub(super) gloss: bool,
-    /// Splat values.
     pub(super) splat: bool,
-    /// Composition.
     pub(super) compose: bool,
     /// The displayed picture.
     pub(super) display: bool,

@@ -20,7 +20,6 @@ use std::sync::Arc;
 
 /// The passes of glossy surfaces.
 pub(super) struct GlossPasses {
-    /// On clusters.
     pub(super) clusters: Gloss,
     /// In the picture.
     pub(super) pixels: GlossPixels,

@@ -20,17 +20,14 @@ use std::sync::Arc;
 
 /// What a frame works out.
 pub(super) struct Scope {
-    /// Clusters.
     pub(super) clusters: ClusterLists,
     /// Small clusters, and parts of clusters, that take light from the records beside them.
     pub(super) near_field: NearField,
     /// These records: they are gathered ahead of the others, from clusters that do not have it yet.
     pub(super) sources: RecordList,
-    /// How many.
     pub(super) source_count: u32,
     /// Those of them that stand in narrow cavities, and are gathered again.
     pub(super) gaps: RecordList,
-    /// How many.
     pub(super) gap_count: u32,
 }
 

@@ -17,7 +17,6 @@ use std::sync::Arc;
 pub(super) enum Gathering {
     /// Nothing: all that the view needs is current.
     Nothing,
-    /// Every record.
     All,
     /// What the last list holds: all that this view needs.
     Listed,
@@ -131,7 +130,6 @@ impl Needs {
         self.gathered
     }
 
-    /// All records.
     pub(super) fn all(&self) -> &RecordList {
         &self.all
     }

@@ -156,7 +156,7 @@ pub struct StageBuffers<'a> {
     pub cluster_flux: &'a Buffer,
     /// Irradiance of each cluster, W/m²; three floats.
     pub cluster_irradiance: &'a Buffer,
-    /// `CachePoint`s.
+    /// A `CachePoint` for each record.
     pub cache_points: &'a Buffer,
     /// The gather rays, those of a cache point that meet the same cluster and material in one.
     pub merged_rays: &'a MergedRays,

@@ -19,7 +19,7 @@ pub enum Layer {
     Direct,
     /// Radiance by indirect light only.
     Indirect,
-    /// Diffuse albedo.
+    /// Diffuse albedo of each pixel.
     Albedo,
     /// World-space unit shading normal.
     Normal,
@@ -127,7 +127,7 @@ pub struct Statistics {
     pub memory_bytes: u64,
     /// Most device memory in use at any time.
     pub peak_memory_bytes: u64,
-    /// Largest buffer.
+    /// Size of the largest buffer.
     pub largest_binding_bytes: u64,
     /// Sizes of all that there is.
     pub counts: BTreeMap<String, u64>,

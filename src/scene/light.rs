@@ -42,7 +42,7 @@ pub enum LightKind {
     },
     /// One-sided parallelogram that emits towards `edge_u × edge_v`.
     Area {
-        /// One corner.
+        /// Corner that both edges start from, metres.
         corner: Vec3,
         /// First edge from the corner.
         edge_u: Vec3,

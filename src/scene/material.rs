@@ -32,7 +32,6 @@ pub struct Material {
 }
 
 impl Material {
-    /// Diffuse grey.
     pub(super) fn neutral(name: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -100,7 +99,7 @@ impl Material {
 /// diffuse albedo replaces an image, too; a tint is the albedo that the image is multiplied
 /// with, and leaves it.
 pub(super) struct Override {
-    /// Which material.
+    /// Name of the material.
     pub(super) name: String,
     diffuse: Option<Vec3>,
     tint: Option<Vec3>,

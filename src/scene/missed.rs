@@ -13,7 +13,6 @@ pub(super) enum Missed {
     Ambient,
     /// The index of refraction: missed where light passes through.
     Refraction,
-    /// Nobody knows.
     Unknown,
 }
 

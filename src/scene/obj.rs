@@ -1,4 +1,4 @@
-//! OBJ files.
+//! Reads models from OBJ files.
 //!
 //! `tobj` turns indices into meshes, but names no line when it fails, takes polylines for
 //! faces, and lends a face without normals those of another. So every line is checked first,

@@ -17,7 +17,6 @@ use crate::{Error, Result};
 
 /// Coordinates and lengths, metres.
 pub(super) const COORDINATE: RangeInclusive<f64> = -1e12..=1e12;
-/// Radiometric quantities.
 pub(super) const POWER: RangeInclusive<f64> = 0.0..=1e15;
 
 /// Whom to blame for a value.

@@ -29,7 +29,6 @@ pub(super) enum Walls {
     /// Those without thickness: light comes to both of their sides, so that what they stand on
     /// shows on both.
     Sheets,
-    /// All.
     All,
 }
 

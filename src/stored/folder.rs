@@ -15,7 +15,7 @@ const ABANDONED: Duration = Duration::from_secs(24 * 3600);
 /// A folder, and how much of it may be ours.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Folder {
-    /// Where.
+    /// Path of the folder.
     pub path: PathBuf,
     /// Bytes of all its files together, at most.
     pub limit_bytes: u64,

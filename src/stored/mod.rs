@@ -45,7 +45,7 @@ pub enum CacheMiss {
 }
 
 impl CacheMiss {
-    /// A [`CacheMiss::Damaged`].
+    /// Makes a [`CacheMiss::Damaged`] with that reason.
     pub fn damaged(what: impl Into<String>) -> Self {
         Self::Damaged(what.into())
     }

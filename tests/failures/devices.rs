@@ -61,7 +61,7 @@ fn of_two_devices_the_better_or_the_one_asked_for_is_used() {
     assert_eq!(stage.listing(), ["a.png"]);
 }
 
-/// Workgroups are swizzled and shared out otherwise, and sums have another order.
+/// Workgroups are swizzled otherwise, and sums have another order.
 #[test]
 fn what_suits_a_gpu_makes_the_same_picture() {
     let stage = Stage::new();

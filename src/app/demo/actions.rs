@@ -8,7 +8,7 @@ use super::ui_state::{Chosen, Request, UiState, View};
 use super::viewport::Viewport;
 use crate::scene::Camera;
 
-/// Does it.
+/// Applies one action to the session.
 pub(super) fn act(action: Action, session: &mut Session, ui_state: &mut UiState, viewport: &mut Viewport) {
     let size = session.camera.size;
     match action {

@@ -168,7 +168,6 @@ pub(super) mod tests {
     use super::*;
     use crate::cpu::sampling::sample_3d;
 
-    /// Some camera.
     pub(in crate::app::demo) fn camera() -> Camera {
         Camera {
             name: "camera".into(),

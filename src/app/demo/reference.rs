@@ -25,7 +25,7 @@ const MAX_SAMPLES: u32 = 4096;
 pub(super) struct Reference {
     worker: Option<JoinHandle<()>>,
     orders: Option<Sender<(u64, Box<Scene>)>>,
-    /// Counts orders.
+    /// Number of the last order; answers to earlier ones are dropped.
     epoch: u64,
     shared: Arc<Shared>,
     /// What was ordered last.

@@ -29,7 +29,7 @@ pub(super) struct Source {
 #[derive(Clone, Copy)]
 pub(super) struct Cost {
     pub(super) columns: Columns,
-    /// Wall-clock, milliseconds.
+    /// Time on the clock, milliseconds.
     pub(super) frame_ms: f64,
 }
 
@@ -74,7 +74,7 @@ pub(super) struct Session {
     pub(super) said: Vec<String>,
     /// One of them that nobody must miss, and since when.
     pub(super) alarm: Option<(String, Instant)>,
-    /// Counts pictures.
+    /// Number of the picture that is shown.
     pub(super) version: u64,
     pub(super) costs: VecDeque<Cost>,
     pub(super) last: Option<FrameReport>,

@@ -18,7 +18,7 @@ pub(super) enum Video {
     Mp4,
     /// VP9
     Webm,
-    /// Frames only
+    /// Frames only, no video
     None,
 }
 

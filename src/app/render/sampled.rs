@@ -24,7 +24,7 @@ const MIN_ROUND: u32 = 4;
 pub(in crate::app) struct Budget {
     /// Samples of each pixel.
     pub(in crate::app) spp: Option<u32>,
-    /// Wall time.
+    /// Time on the clock, seconds.
     pub(in crate::app) seconds: Option<f32>,
 }
 

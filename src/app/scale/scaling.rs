@@ -106,7 +106,6 @@ pub(super) fn plots(trials: &[Trial]) -> [(&'static str, Plot); MEASURES.len()] 
     })
 }
 
-/// Three digits.
 fn three(value: f64) -> String {
     let decimals = (2 - value.abs().max(0.001).log10().floor() as i32).clamp(0, 3) as usize;
     format!("{value:.decimals$}")

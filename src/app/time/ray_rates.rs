@@ -48,7 +48,7 @@ pub(super) struct Rates {
 /// What was measured in one scene.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(super) struct RayRates {
-    /// The device's.
+    /// Rates of the device's kernels.
     pub(super) device: Rates,
     /// Where the device is this processor: the closest hits of `obvhs`, on as many threads
     /// as it has.

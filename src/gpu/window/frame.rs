@@ -41,7 +41,7 @@ pub(super) enum Answer<T> {
     OutOfDate,
     /// The surface must be made anew first.
     SurfaceLost,
-    /// Not now.
+    /// The device still works on earlier frames.
     Busy,
 }
 

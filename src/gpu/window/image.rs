@@ -12,7 +12,6 @@ use crate::error::{Error, Result};
 
 /// What an image is made for.
 pub(super) struct Purpose {
-    /// For people.
     pub(super) name: &'static str,
     pub(super) format: vk::Format,
     /// What its view takes its bytes for.

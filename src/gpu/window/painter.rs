@@ -33,7 +33,7 @@ pub struct Painting {
 /// Whether a frame reached the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shown {
-    /// It did.
+    /// The frame was shown.
     Yes,
     /// The window has no area, is hidden, or changes its size: ask again later.
     NotNow,

@@ -10,9 +10,7 @@ use bytemuck::Zeroable;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Push constants.
     pub struct BlendPush {
-        /// Records.
         pub record_count: u32,
         /// 0: only records that the view sees.
         pub takes_all: u32,

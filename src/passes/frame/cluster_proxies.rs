@@ -46,11 +46,9 @@ impl ProxyPartPacking {
 }
 
 gpu_struct! {
-    /// Push constants.
     pub struct ClusterProxiesPush {
         /// Clusters of all levels.
         pub cluster_count: u32,
-        /// Proxies.
         pub proxy_count: u32,
         /// Bits of a weight in a part.
         pub weight_bits: u32,

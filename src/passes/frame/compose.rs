@@ -12,11 +12,8 @@ use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Push constants.
     pub struct ComposePush {
-        /// Pixels.
         pub pixel_count: u32,
-        /// Pixels.
         pub width: u32,
         /// For samples of edge pixels.
         pub capacity: EdgeCapacity,
@@ -35,7 +32,7 @@ pub const LAYOUTS: &[Layout] = &[ComposePush::LAYOUT];
 /// What a picture is composed of.
 #[derive(Clone, Copy)]
 pub struct Irradiances<'a> {
-    /// `PixelSurface`s.
+    /// A `PixelSurface` for each pixel.
     pub pixels: &'a Buffer,
     /// Direct irradiance of each pixel and then of each slot of edge pixels, W/m².
     pub direct: &'a Buffer,

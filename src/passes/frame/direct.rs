@@ -16,13 +16,11 @@ use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Push constants.
     pub struct DirectPush {
         /// Points of a row.
         pub width: u32,
-        /// Points.
         pub point_count: u32,
-        /// Which light.
+        /// Index of the light.
         pub light: u32,
         /// First point sample of the light.
         pub first_sample: u32,
@@ -38,7 +36,6 @@ gpu_struct! {
     pub struct PixelBatchesPush {
         /// Points of a row.
         pub width: u32,
-        /// Points.
         pub point_count: u32,
     }
 }

@@ -41,9 +41,7 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `edge_mark` and `shadow_mark`.
     pub struct EdgeMarkPush {
-        /// Pixels.
         pub width: u32,
-        /// Pixels.
         pub height: u32,
     }
 }
@@ -53,9 +51,7 @@ gpu_struct! {
     pub struct EdgeListPush {
         /// Of a row of pixels.
         pub width: u32,
-        /// Pixels.
         pub pixel_count: u32,
-        /// For samples.
         pub capacity: EdgeCapacity,
     }
 }
@@ -63,9 +59,7 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `edge_samples`, `edge_batches` and `pixel_frusta`.
     pub struct EdgeSamplesPush {
-        /// The camera.
         pub view: View,
-        /// For samples.
         pub capacity: EdgeCapacity,
     }
 }
@@ -73,11 +67,9 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `edge_direct` and `shadow_edges`.
     pub struct EdgeLightPush {
-        /// The camera.
         pub view: View,
-        /// For samples.
         pub capacity: EdgeCapacity,
-        /// Which light.
+        /// Index of the light.
         pub light: u32,
         /// First point sample of the light.
         pub first_sample: u32,

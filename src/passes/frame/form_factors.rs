@@ -26,13 +26,12 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants.
     pub struct FormFactorsPush {
         /// First of the bound part of the entry points.
         pub first_point: u32,
         /// Entry points in it.
         pub point_count: u32,
-        /// Which light.
+        /// Index of the light.
         pub light: u32,
         /// First point sample of the light.
         pub first_sample: u32,
@@ -156,7 +155,7 @@ impl FormFactors {
         Ok(())
     }
 
-    /// Entry points.
+    /// Number of entry points.
     pub fn point_count(&self) -> u32 {
         self.point_count
     }

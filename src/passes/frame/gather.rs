@@ -17,7 +17,6 @@ use std::sync::Arc;
 gpu_struct! {
     /// Push constants of the first step.
     pub struct GatherRadiancePush {
-        /// Targets.
         pub target_count: u32,
         /// Width of the cluster field in `GatherRay::target`.
         pub cluster_bits: u32,
@@ -31,7 +30,6 @@ gpu_struct! {
     pub struct GatherPush {
         /// First cache point of the bound part of the merged rays.
         pub first_point: u32,
-        /// Its end.
         pub end_point: u32,
         /// Width of the gather target field in `MergedRay::gather target`.
         pub target_bits: u32,
@@ -69,7 +67,7 @@ pub struct Gather {
     pub packing: GatherTargetPacking,
     /// How a hemisphere is stratified.
     pub hemisphere: Hemisphere,
-    /// `CachePoint`s.
+    /// A `CachePoint` for each record.
     pub cache_points: Buffer,
     /// The rays of each cache point.
     pub merged_rays: MergedRays,
@@ -135,7 +133,7 @@ impl Gather {
         })
     }
 
-    /// Cache points.
+    /// Number of cache points.
     pub fn point_count(&self) -> u32 {
         self.point_count
     }

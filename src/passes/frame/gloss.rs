@@ -22,7 +22,6 @@ gpu_struct! {
     pub struct GlossEntry {
         /// Where it is.
         pub position: Vec3,
-        /// Its path.
         pub path: u32,
         /// Unit geometric normal of its side.
         pub normal: Vec3,
@@ -30,7 +29,6 @@ gpu_struct! {
         pub weight: f32,
         /// Unit direction in which its path leaves; zero where that ends at once.
         pub departure: Vec3,
-        /// Its material.
         pub material: u32,
         /// Packed colour of the image there; white where there is none.
         pub colour: u32,
@@ -53,7 +51,6 @@ gpu_struct! {
     pub struct GlossVertex {
         /// Unit direction in which a mirror would send its light on; idle at entry points.
         pub mirror: Vec3,
-        /// Its material.
         pub material: u32,
         /// At an entry point that may be glossy: its index; else [`NO_ENTRY`].
         pub entry: u32,
@@ -63,7 +60,6 @@ gpu_struct! {
 gpu_struct! {
     /// One outgoing direction of one cluster.
     pub struct GlossSlot {
-        /// The cluster.
         pub cluster: u32,
         /// The direction, unit: the mean of those from which it is read.
         pub direction: Vec3,
@@ -77,7 +73,6 @@ gpu_struct! {
         pub area_m2: f32,
         /// Entry points: beams of each.
         pub beam_count: u32,
-        /// First vertex.
         pub first: u32,
         /// The vertex behind the last: bounds the work of an invocation.
         pub end: u32,
@@ -104,7 +99,6 @@ gpu_struct! {
     pub struct GlossLevelPush {
         /// First slot of the level.
         pub first_slot: u32,
-        /// Its slots.
         pub slot_count: u32,
         /// Slots that are not sums.
         pub leaf_count: u32,
@@ -225,7 +219,7 @@ pub struct Gloss {
     pub(super) entries: Buffer,
     pub(super) entry_count: u32,
     pub(super) area_m2: f32,
-    /// `GlossVertex`s.
+    /// A `GlossVertex` for each glossy vertex.
     pub vertices: Buffer,
     /// Added to the index of a contribution of each base cluster it gives that of its vertex;
     /// [`NO_ENTRY`] if nothing is glossy.
@@ -242,7 +236,7 @@ pub struct Gloss {
     sums: Vec<Range<u32>>,
     child_offsets: Buffer,
     children: Buffer,
-    /// `GlossSlot`s.
+    /// A `GlossSlot` for each direction bin.
     pub slots: Buffer,
     pub(super) path_count: u32,
     /// Of each slot, W; three floats: over the cluster's area it adds to albedo times irradiance.

@@ -13,7 +13,7 @@ gpu_struct! {
     pub struct GlossBeamsPush {
         /// Entry points that may be glossy.
         pub entry_count: u32,
-        /// Which light.
+        /// Index of the light.
         pub light: u32,
         /// That each entry point stands for, in the mean.
         pub area_m2: f32,

@@ -21,7 +21,7 @@ gpu_struct! {
     pub struct GlossRay {
         /// `cluster | material << cluster_bits`; `NO_TARGET` where the ray left the scene.
         pub target: u32,
-        /// (n+2)/(n+1)·cosθ.
+        /// Scale of highlights, (n+2)/(n+1)·cosθ.
         pub weight: f32,
         /// Unit direction back towards the pixel: octahedral, two 16-bit integers.
         pub direction: u32,
@@ -60,15 +60,12 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `gloss_rays`.
     pub struct GlossRaysPush {
-        /// The camera.
         pub view: View,
-        /// Base grid.
         pub grid: Grid,
         /// Samples of a pixel at most.
         pub max_samples: u32,
         /// Samples that there is room for.
         pub capacity: u32,
-        /// Invocations.
         pub stride: u32,
         /// Seed of all decisions.
         pub seed: u32,

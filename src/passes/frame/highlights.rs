@@ -20,7 +20,7 @@ gpu_struct! {
         pub max_samples: u32,
         /// Samples that there is room for.
         pub capacity: u32,
-        /// Which light.
+        /// Index of the light.
         pub light: u32,
         /// First point sample of the light.
         pub first_sample: u32,

@@ -9,7 +9,6 @@ use glam::Vec3;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Push constants.
     pub struct LightSumPush {
         /// Values of a row.
         pub count: u32,
@@ -48,7 +47,7 @@ const ROWS: [usize; 4] = [1, 2, 4, 8];
 /// Values that a workgroup sums.
 pub const GROUP_VALUES: u32 = 64;
 
-/// The pipelines.
+/// Pipelines that sum rows of lights.
 pub struct LightSum {
     pipelines: [Pipeline; ROWS.len()],
     /// The row of no light: one value, dark.

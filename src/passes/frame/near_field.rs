@@ -13,9 +13,7 @@ use std::sync::Arc;
 gpu_struct! {
     /// A cluster, or a part of it, and the record that speaks for it.
     pub struct NearCluster {
-        /// The cluster.
         pub cluster: u32,
-        /// The record.
         pub record: u32,
         /// From the record to the middle of the cluster, or of its part, metres.
         pub offset: Vec3,
@@ -25,7 +23,6 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants.
     pub struct NearFieldPush {
         /// Clusters or parts in the list.
         pub near_count: u32,

@@ -27,7 +27,6 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants.
     pub struct NearLightsPush {
         /// Form factors that change.
         pub count: u32,
@@ -66,7 +65,6 @@ pub struct NearLights {
     /// Row and column of each occupied cell, and its first point; the end last.
     cells: Vec<(u64, u32)>,
     low: Vec3,
-    /// Metres.
     spacing: f32,
     area_m2: f32,
 }

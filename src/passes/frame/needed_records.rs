@@ -14,7 +14,6 @@ use std::sync::Arc;
 gpu_struct! {
     /// Push constants of the first step.
     pub struct NeededMarkPush {
-        /// Pixels.
         pub pixel_count: u32,
         /// Weights that fit.
         pub weight_capacity: u32,
@@ -24,7 +23,6 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the second step.
     pub struct NeededNeighboursPush {
-        /// Records.
         pub record_count: u32,
         /// 1: whatever the view sees.
         pub takes_all: u32,
@@ -34,7 +32,6 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the third step.
     pub struct NeededListPush {
-        /// Records.
         pub record_count: u32,
         /// Records of a part of the table of gather rays.
         pub rows_per_part: u32,
@@ -49,7 +46,7 @@ pub const LAYOUTS: &[Layout] =
 pub struct RecordList {
     /// Listed records before each record, and all.
     pub offsets: Buffer,
-    /// The records.
+    /// Number of records in the list.
     pub records: Buffer,
     /// For each part of the table of gather rays, workgroups along the axes.
     pub groups: Buffer,

@@ -32,7 +32,6 @@ gpu_struct! {
 gpu_struct! {
     /// Product of steps since the last path start among them.
     pub struct Segment {
-        /// The product.
         pub product: Vec3,
         /// One if a path starts among them.
         pub has_head: u32,
@@ -42,17 +41,14 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the first kernel.
     pub struct PathScanPush {
-        /// Vertices.
         pub step_count: u32,
         /// First of the bound part of the steps.
         pub first_step: u32,
         /// First block of the dispatch.
         pub first_block: u32,
-        /// Its end.
         pub end_block: u32,
         /// First of the bound part of the contributions.
         pub first_slot: u32,
-        /// Its end.
         pub end_slot: u32,
     }
 }
@@ -68,17 +64,14 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the third kernel.
     pub struct PathScanApplyPush {
-        /// Vertices.
         pub step_count: u32,
         /// First of the bound part of the steps.
         pub first_step: u32,
         /// First block of the dispatch.
         pub first_block: u32,
-        /// Its end.
         pub end_block: u32,
         /// First of the bound part of the contributions.
         pub first_slot: u32,
-        /// Its end.
         pub end_slot: u32,
     }
 }

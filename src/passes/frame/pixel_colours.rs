@@ -15,7 +15,6 @@ use std::sync::Arc;
 gpu_struct! {
     /// Push constants of `pixel_colours`.
     pub struct PixelColoursPush {
-        /// The camera.
         pub view: View,
     }
 }
@@ -23,7 +22,6 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of `edge_colours`.
     pub struct EdgeColoursPush {
-        /// The camera.
         pub view: View,
         /// For samples of edge pixels.
         pub capacity: EdgeCapacity,

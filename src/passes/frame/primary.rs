@@ -10,9 +10,7 @@ use crate::types::{PixelSurface, View};
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Push constants.
     pub struct PrimaryPush {
-        /// The camera.
         pub view: View,
     }
 }

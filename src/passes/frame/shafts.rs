@@ -32,9 +32,8 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants.
     pub struct ShaftsPush {
-        /// Which light.
+        /// Index of the light.
         pub light: u32,
         /// 1: rays start from the tree's root.
         pub traces_all: u32,

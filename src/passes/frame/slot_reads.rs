@@ -14,7 +14,7 @@ pub struct SlotReads {
     pub first: Buffer,
     /// Direction and slot, in order.
     pub reads: Buffer,
-    /// The directions.
+    /// Directions that bins discretise.
     pub directions: Directions,
     /// Exponent of the sharpest lobe whose slots rays of pixels read: sharper ones
     /// would be blurred.

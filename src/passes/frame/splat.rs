@@ -29,9 +29,7 @@ gpu_struct! {
     /// A record that serves a pixel. A pixel's weights sum to 1, or to -1 where no
     /// record covers it.
     pub struct SplatWeight {
-        /// Record.
         pub record: u32,
-        /// Its share.
         pub weight: f32,
     }
 }
@@ -39,7 +37,6 @@ gpu_struct! {
 gpu_struct! {
     /// The weights of a pixel: a run of them.
     pub struct WeightRun {
-        /// The first.
         pub first: u32,
         /// Behind the last, which may lie beyond what there is room for.
         pub end: u32,
@@ -63,7 +60,6 @@ gpu_struct! {
     pub struct TileBox {
         /// Lowest corner, metres.
         pub low: Vec3,
-        /// Highest corner.
         pub high: Vec3,
     }
 }
@@ -79,9 +75,7 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the first step.
     pub struct SplatBoundsPush {
-        /// The camera.
         pub view: View,
-        /// Records.
         pub record_count: u32,
     }
 }
@@ -89,7 +83,6 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the second step.
     pub struct SplatEmitPush {
-        /// Records.
         pub record_count: u32,
         /// Tiles in a row.
         pub tile_columns: u32,
@@ -101,11 +94,8 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the third step.
     pub struct SplatTilesPush {
-        /// Pixels.
         pub width: u32,
-        /// Pixels.
         pub height: u32,
-        /// Records.
         pub record_count: u32,
         /// Pairs that fit.
         pub pair_capacity: u32,
@@ -117,7 +107,6 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the step before the fourth.
     pub struct SplatBlocksPush {
-        /// Records.
         pub record_count: u32,
     }
 }
@@ -125,7 +114,6 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the fourth step.
     pub struct SplatNearestPush {
-        /// Records.
         pub record_count: u32,
         /// Weights that fit.
         pub weight_capacity: u32,
@@ -135,7 +123,6 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the last step.
     pub struct SplatApplyPush {
-        /// Pixels.
         pub pixel_count: u32,
         /// Weights that fit.
         pub weight_capacity: u32,

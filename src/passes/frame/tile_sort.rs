@@ -14,7 +14,6 @@ gpu_struct! {
     pub struct TilePair {
         /// Tile, row by row.
         pub tile: u32,
-        /// Record.
         pub record: u32,
     }
 }

@@ -7,11 +7,9 @@ use crate::layout::{GpuStruct, Layout, gpu_struct};
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Push constants.
     pub struct TonemapPush {
-        /// Pixels.
         pub pixel_count: u32,
-        /// 2^exposure.
+        /// Exposure factor, 2^exposure stops.
         pub scale: f32,
     }
 }

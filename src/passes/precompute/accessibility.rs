@@ -28,7 +28,6 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants.
     pub struct AccessibilityPush {
         /// Points in the dispatch.
         pub point_count: u32,

@@ -31,7 +31,6 @@ impl Clearance {
 }
 
 gpu_struct! {
-    /// Push constants.
     pub struct ClearancePush {
         /// Candidates in the dispatch.
         pub candidate_count: u32,

@@ -37,7 +37,7 @@ const PAIRS_AT_A_TIME: usize = 1 << 15;
 /// What proxies are made from.
 #[derive(Clone, Copy)]
 pub struct Sources<'a> {
-    /// The clusters.
+    /// Hierarchy whose clusters may be hidden.
     pub hvds: &'a Hvds,
     /// Entry points that each holds, in expectation.
     pub in_clusters: &'a [f32],
@@ -51,13 +51,13 @@ pub struct Sources<'a> {
     pub hemisphere: Hemisphere,
     /// See `hemisphere`.
     pub seed: u32,
-    /// Discretised directions.
+    /// Discretised directions of proxies.
     pub directions: Directions,
     /// How far ray origins stay off surfaces, metres.
     pub clear_distance: f32,
 }
 
-/// The proxies.
+/// All proxies, in compressed lists.
 #[derive(Debug)]
 pub struct ProxyTables {
     /// First part of each proxy, and the end.
@@ -364,7 +364,7 @@ impl ProxyTables {
         }
     }
 
-    /// Proxies.
+    /// Number of proxies.
     pub fn count(&self) -> u32 {
         self.part_offsets.len() as u32 - 1
     }

@@ -18,11 +18,8 @@ use std::sync::Arc;
 gpu_struct! {
     /// A triangle of some fragment of a side, and how dense its entry points are.
     pub struct EntryPatch {
-        /// First corner.
         pub p0: Vec3,
-        /// Second corner.
         pub p1: Vec3,
-        /// Third corner.
         pub p2: Vec3,
         /// 2·triangle + (1 if the back side).
         pub side: u32,
@@ -32,15 +29,12 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants.
     pub struct EntryPointsPush {
-        /// Base grid.
         pub grid: Grid,
         /// First entry point of the dispatch.
         pub first_point: u32,
         /// Entry points in it.
         pub point_count: u32,
-        /// Patches.
         pub patch_count: u32,
         /// Seed of all decisions.
         pub seed: u32,

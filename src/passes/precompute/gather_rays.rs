@@ -22,9 +22,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants.
     pub struct GatherRaysPush {
-        /// Base grid.
         pub grid: Grid,
         /// First cache point of the dispatch.
         pub first_point: u32,
@@ -146,7 +144,7 @@ impl GatherTargetPacking {
 pub struct RayTable {
     /// Rows of each buffer; the last may have fewer.
     pub rows_per_buffer: u32,
-    /// The buffers.
+    /// Buffers of the table, in order.
     pub buffers: Vec<Buffer>,
     /// Beside each, the packed colour of the image where each ray met one; a word that nobody reads
     /// in scenes without images.
@@ -254,7 +252,7 @@ impl RayTable {
         Ok(())
     }
 
-    /// All rows.
+    /// Calls for all rows.
     ///
     /// # Errors
     /// The device failed.

@@ -48,7 +48,7 @@ pub struct GlossTables {
 /// What the tables are made from.
 #[derive(Clone, Copy)]
 pub struct Sources<'a> {
-    /// The clusters.
+    /// Hierarchy that path vertices contribute to.
     pub hvds: &'a Hvds,
     /// Proxies of clusters, which rays name by indices behind theirs.
     pub proxy_count: u32,

@@ -43,9 +43,7 @@ impl PathState {
 }
 
 gpu_struct! {
-    /// Push constants.
     pub struct LightPathsPush {
-        /// Base grid.
         pub grid: Grid,
         /// Paths in this dispatch.
         pub path_count: u32,

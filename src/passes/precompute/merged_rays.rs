@@ -81,7 +81,7 @@ pub struct MergedRayPart {
     pub points: Range<u32>,
     /// First merged ray of each, and the end.
     pub merged_ray_offsets: Buffer,
-    /// [`MergedRay`]s.
+    /// The [`MergedRay`]s of this part.
     pub merged_rays: Buffer,
     /// Beside each, the packed colour of the image that its rays met; a word that nobody reads in
     /// scenes without images.
@@ -96,7 +96,7 @@ pub struct MergedRays {
     pub parts: Vec<MergedRayPart>,
     /// Target, as gather rays have it, of each gather target.
     pub targets: Buffer,
-    /// How many.
+    /// Number of gather targets.
     pub target_count: u32,
     /// Bits of a gather target's index in a merged ray.
     pub target_bits: u32,

@@ -43,7 +43,7 @@ pub trait Progress {
     fn finish(&mut self);
 }
 
-/// Keeps quiet.
+/// Progress that reports nothing.
 pub struct Silent;
 
 impl Progress for Silent {

@@ -51,7 +51,7 @@ pub struct Patch {
     pub normal: Vec3,
     /// Lowest corner of the box around it, metres.
     pub low: Vec3,
-    /// Highest corner.
+    /// Highest corner of the box, metres.
     pub high: Vec3,
     /// Mean distance to the nearest surface that it sees, metres.
     pub clearance: f32,

@@ -50,7 +50,7 @@ struct Reader {
     material: u32,
 }
 
-/// The entries.
+/// Near-field patches that gather rays read.
 #[derive(Default)]
 pub struct NearHits {
     /// Cluster, record and place of each; its target counts from the first entry.
@@ -196,7 +196,6 @@ impl NearHits {
 /// Cache points by position.
 struct Records<'a> {
     points: &'a [Placed],
-    /// Metres.
     farthest: f32,
     map: Reaches,
 }

@@ -10,7 +10,6 @@ use glam::Vec3;
 gpu_struct! {
     /// A record that speaks for another's place.
     pub struct Neighbour {
-        /// Record.
         pub record: u32,
         /// Its share; a record's shares sum to 1.
         pub weight: f32,

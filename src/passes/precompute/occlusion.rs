@@ -92,7 +92,7 @@ pub(super) enum Hiding {
     Nothing,
     /// Some of these planes.
     Planes(Planes),
-    /// Anything.
+    /// Too few samples to tell.
     Unknown,
 }
 

@@ -59,7 +59,7 @@ pub struct Arrivals {
 pub struct PathGroup {
     /// A bit for each editable material, by [`editable_bits`].
     pub materials: u32,
-    /// Their steps.
+    /// Steps of the path.
     pub steps: Range<u32>,
 }
 

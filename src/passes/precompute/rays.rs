@@ -32,7 +32,6 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants.
     pub struct RaysPush {
         /// Rays in the list.
         pub ray_count: u32,
@@ -42,7 +41,7 @@ gpu_struct! {
 /// What this pass shares with its shader.
 pub const LAYOUTS: &[Layout] = &[RayQuery::LAYOUT, RayAnswer::LAYOUT, RaysPush::LAYOUT];
 
-/// The pipeline.
+/// The pipeline that traces lists of rays.
 pub struct Rays {
     context: Arc<Context>,
     pipeline: Pipeline,

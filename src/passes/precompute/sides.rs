@@ -175,7 +175,6 @@ pub(super) fn sphere(u: [f32; 2]) -> Vec3 {
     Vec3::new(radius * cos, radius * sin, z)
 }
 
-/// Disjoint sets.
 struct Groups(Vec<usize>);
 
 impl Groups {

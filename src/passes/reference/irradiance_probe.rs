@@ -31,13 +31,11 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants.
     pub struct IrradianceProbePush {
         /// First cache point of the dispatch.
         pub first_point: u32,
         /// Cache points in the dispatch.
         pub point_count: u32,
-        /// Lights.
         pub light_count: u32,
         /// Seed of the paths.
         pub seed: u32,
@@ -71,9 +69,9 @@ const STRATA: u32 = 8;
 pub struct Job<'a> {
     /// What paths meet.
     pub scene: LitScene<'a>,
-    /// `CachePoint`s.
+    /// A `CachePoint` for each probe.
     pub cache_points: &'a Buffer,
-    /// How many.
+    /// Number of cache points.
     pub point_count: u32,
     /// Strata of each point's hemisphere.
     pub hemisphere: Hemisphere,

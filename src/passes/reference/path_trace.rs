@@ -53,11 +53,8 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants.
     pub struct PathTracePush {
-        /// The camera.
         pub view: View,
-        /// Lights.
         pub light_count: u32,
         /// Seed of all decisions.
         pub seed: u32,
@@ -103,7 +100,7 @@ pub struct Accumulators {
     pub direct: Buffer,
     /// `RadianceSum` of all other light.
     pub indirect: Buffer,
-    /// `SampleMoments`.
+    /// The `SampleMoments` of each pixel.
     pub moments: Buffer,
 }
 
@@ -150,7 +147,7 @@ pub struct PathTrace {
 pub struct Job<'a> {
     /// What paths meet.
     pub scene: LitScene<'a>,
-    /// The camera.
+    /// Camera that the rays start from.
     pub view: &'a View,
     /// Names the sequence of samples.
     pub seed: u32,

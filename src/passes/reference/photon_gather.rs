@@ -27,13 +27,10 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants.
     pub struct PhotonGatherPush {
-        /// The camera.
         pub view: View,
         /// The cells of the irradiance points.
         pub grid: PhotonGrid,
-        /// Lights.
         pub light_count: u32,
         /// First pixel of this dispatch.
         pub first_pixel: u32,
@@ -69,13 +66,13 @@ impl GatherSums {
 /// What gather rays meet: irradiance points of a photon map.
 #[derive(Clone, Copy)]
 pub struct Irradiance<'a> {
-    /// `MapEntry`s.
+    /// A `MapEntry` for each irradiance point.
     pub points: &'a Buffer,
     /// First point of each bucket.
     pub entry_offsets: &'a Buffer,
     /// Sixteen bytes a point.
     pub reaches: &'a Buffer,
-    /// W/m².
+    /// Irradiance at each point, W/m².
     pub irradiances: &'a Buffer,
     /// The cells of the points.
     pub grid: PhotonGrid,
@@ -104,7 +101,7 @@ impl Sequence {
     }
 }
 
-/// The pipeline.
+/// The pipeline of the final gather.
 pub struct PhotonGather {
     context: Arc<Context>,
     pipeline: Pipeline,

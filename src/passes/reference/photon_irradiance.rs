@@ -9,7 +9,6 @@ use crate::passes::reference::photon_map::{PhotonGrid, PhotonMap};
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Push constants.
     pub struct PhotonIrradiancePush {
         /// The cells of the map.
         pub grid: PhotonGrid,
@@ -35,15 +34,15 @@ pub const MAX_PHOTONS: u32 = 1024;
 /// Where irradiance is estimated.
 #[derive(Clone, Copy)]
 pub struct Points<'a> {
-    /// `MapEntry`s.
+    /// A `MapEntry` for each photon.
     pub entries: &'a Buffer,
     /// Sixteen bytes a point.
     pub reaches: &'a Buffer,
-    /// Of them.
+    /// Number of irradiance points.
     pub count: u32,
 }
 
-/// The pipeline.
+/// The pipeline of the density estimate.
 pub struct PhotonIrradiance {
     context: Arc<Context>,
     pipeline: Pipeline,

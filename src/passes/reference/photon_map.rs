@@ -18,7 +18,7 @@ gpu_struct! {
         /// 2·triangle + (1 if the back side); [`NO_SIDE`](crate::types::NO_SIDE) where the
         /// slot is empty.
         pub side: u32,
-        /// W.
+        /// Flux of the photon, W.
         pub flux: Vec3,
     }
 }
@@ -30,7 +30,7 @@ gpu_struct! {
         pub position: Vec3,
         /// Unit geometric normal of its side.
         pub normal: Vec3,
-        /// W.
+        /// Flux of the photon, W.
         pub flux: Vec3,
     }
 }
@@ -48,7 +48,6 @@ gpu_struct! {
 gpu_struct! {
     /// Push constants of the first step.
     pub struct PhotonCellsPush {
-        /// The cells.
         pub grid: PhotonGrid,
         /// Slots, empty ones too.
         pub slot_count: u32,
@@ -81,9 +80,9 @@ pub struct PhotonMap {
     sort: TileSort,
     slot_count: Buffer,
     capacity: u32,
-    /// Unsorted `Photon`s.
+    /// The unsorted `Photon`s, as traced.
     pub slots: Buffer,
-    /// Sorted `MapEntry`s.
+    /// The `MapEntry`s, sorted by bucket.
     pub entries: Buffer,
     /// First entry of each bucket, then twice the end.
     pub entry_offsets: Buffer,

@@ -9,7 +9,6 @@ use crate::passes::precompute::Chunks;
 use std::sync::Arc;
 
 gpu_struct! {
-    /// Push constants.
     pub struct PhotonReachPush {
         /// Of the density estimate, metres.
         pub radius: f32,

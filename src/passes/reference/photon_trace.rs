@@ -32,7 +32,6 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Push constants.
     pub struct PhotonTracePush {
         /// Middle of the scene.
         pub scene_centre: Vec3,
@@ -63,9 +62,9 @@ pub const MAX_SURVIVAL: f32 = 0.98;
 /// The sphere around a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct BoundingSphere {
-    /// Its middle.
+    /// Centre of the scene's sphere, metres.
     pub centre: Vec3,
-    /// Metres.
+    /// Radius of the scene's sphere, metres.
     pub radius: f32,
 }
 
@@ -163,8 +162,8 @@ pub fn deal(powers: &[f64], count: u32) -> Vec<u32> {
     let mut rays: Vec<u32> = shares.iter().map(|share| *share as u32).collect();
     let mut order: Vec<usize> = (0..powers.len()).filter(|&light| powers[light] > 0.0).collect();
     order.sort_by(|&a, &b| shares[b].fract().total_cmp(&shares[a].fract()));
-    let swizzled: u32 = rays.iter().sum();
-    for &light in order.iter().take(count.saturating_sub(swizzled) as usize) {
+    let distributed: u32 = rays.iter().sum();
+    for &light in order.iter().take(count.saturating_sub(distributed) as usize) {
         rays[light] += 1;
     }
     for light in order {

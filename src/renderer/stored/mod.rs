@@ -31,7 +31,7 @@ pub enum Store {
 /// A file of light paths that was written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Written {
-    /// Its length.
+    /// Length of the file.
     pub bytes: u64,
     /// What tracing the light paths took, seconds.
     pub precompute_s: f64,

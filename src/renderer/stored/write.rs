@@ -9,7 +9,6 @@ use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Single numbers.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Numbers {
@@ -59,7 +58,6 @@ impl Tables {
         })
     }
 
-    /// All sections.
     pub(super) fn sections<'a>(&'a self, made: &'a Precomputed) -> Writer<'a> {
         let mut writer = Writer::default();
         let gloss = made.gloss.as_ref();

@@ -34,9 +34,9 @@ pub struct Reflectance {
     pub name: String,
     /// Diffuse albedo, which an image of it is multiplied with.
     pub diffuse: Vec3,
-    /// Specular albedo.
+    /// Specular albedo of the lobe.
     pub specular: Vec3,
-    /// Phong exponent.
+    /// Exponent of the Phong lobe.
     pub exponent: f32,
 }
 

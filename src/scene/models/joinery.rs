@@ -1,4 +1,4 @@
-//! Doors.
+//! Doors with frames and handles.
 
 use std::f64::consts::FRAC_PI_2;
 

@@ -61,7 +61,7 @@ pub(super) enum Part {
     Axis(Axis),
     /// Moves it in the plane across an axis.
     Plane(Axis),
-    /// Turns it.
+    /// Turns the light's direction.
     Aim,
     /// Opens and closes a spot's cone.
     Cone,

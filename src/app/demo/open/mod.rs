@@ -54,7 +54,7 @@ pub(super) struct WindowState {
     shown: u64,
     /// Colours of cells; of which picture and level.
     over: Layered<(u64, u32)>,
-    /// Monte Carlo.
+    /// The Monte Carlo picture beside ours.
     beside: Layered<()>,
     reference: Option<Reference>,
     /// One that was told to end and does its last samples.

@@ -6,7 +6,6 @@ use super::row;
 use crate::app::demo::session::Session;
 use crate::app::demo::ui_state::{Request, UiState, View};
 
-/// Stops.
 const EXPOSURE: std::ops::RangeInclusive<f32> = -10.0..=10.0;
 
 pub(super) fn views(ui: &mut Ui, session: &mut Session, ui_state: &mut UiState) {
